@@ -53,6 +53,7 @@ STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers c
 SLIP_SPINS = "slip_spins"  # of rollers in contact, where wheels slip and rollers stick
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
+SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
 # Of a point, beside these, where wheels slip and rollers stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
@@ -86,6 +87,7 @@ class EngineSet:
         slipping = next((name for name in (BEARINGS, STANDS, GRIPS, DISKS) if effects.function(name)), SLIP)
         self.stands = slipping in (BEARINGS, STANDS)
         self.disks_stick = slipping in (BEARINGS, DISKS)
+        self.in_series = effects.function(SERIES) is not None
         self.dynamics = slipping if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
         own = {array.name for array in dynamics.outputs if self.slips and "n-1" not in array.shape}
@@ -105,11 +107,11 @@ class EngineSet:
         self.spins_stick = self.spins and effects.function(STUCK) is not None
         self.axles_stick = OF_AXLES[-1] in own
         self.held = STUCK if self.spins_stick else HELD[self.spins]
-        self.holds = effects.function(self.held) is not None
+        self.holds = effects.function(self.held) is not None and not self.slips
         inertia = self.holds or (self.acted and not self.slips)
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
-        further += [SLIP_SPINS] * self.disks_stick
+        further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -150,8 +152,9 @@ class EngineSet:
 
     @property
     def own_size(self) -> str:
-        """How many numbers they are, in C."""
-        return " + ".join(size_of(self.arrays[name]) for name in self.own_rates)
+        """How many bearings have such rates, or one that follows from the state, in C."""
+        in_series = ["wheels"] * self.in_series
+        return " + ".join([*(size_of(self.arrays[name]) for name in self.own_rates), *in_series])
 
     @property
     def core_size(self) -> str:
@@ -369,14 +372,16 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-# Where massless rollers stick and wheels may slip: the Python engine alone runs such sets.
-NOT_RUN = "slip_contact_loss"
+# Functions that sets have together which the Python engine alone runs: where massless rollers stick beside contacts
+# that do, or under loads that follow the motion.
+NOT_RUN = ((SERIES, GRIPS), (SERIES, SPRINGS))
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and effects.function(NOT_RUN) is None
+    lacks = any(all(map(effects.function, together)) for together in NOT_RUN)
+    runs = all(map(effects.function, MOTION)) and not lacks
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

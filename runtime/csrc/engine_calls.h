@@ -44,13 +44,16 @@ typedef struct {
 } omniroll_modal_t;
 
 /* A bearing whose friction is the set-valued law: of an axle, of a roller in contact, or of a free roller. The rate of a
- * free roller is a number of the core, and so is that of an axle where wheels may slip. */
+ * free roller is a number of the core, and so is that of an axle where wheels may slip. That of a massless roller
+ * follows from the state and its mode there. */
 typedef struct {
     double row[3];              /* its rate for each of nu, if it follows from nu; of a roller in contact where chi is 0,
                                  * and where wheels may stand on it also of free ones, as if they were in contact */
     double sliding, holding;    /* its torque while it turns, and the largest at rest                   */
     double nearer;              /* times its row: its rate for each of nu at this instant               */
-    double size;                /* if it is a number of the core: what it is rounded against            */
+    double size;                /* if it is a number of the core: what it is rounded against. The same of a massless
+                                 * roller that turns where wheels may slip; of one that sticks the torque that it came
+                                 * to rest with, beyond its bound by as much as the event is located to */
     int resting;                /* whether its rate is zero                                             */
     int mode;                   /* 0 where it sticks, else the sign of its rate                         */
     int released;               /* the sign with which it has been let go at this instant, else 0       */
@@ -151,7 +154,7 @@ typedef struct {
     int bearing_count;          /* bearings that may stick: first those of axles, N or none, then of the */
     int axle_count, own_count;  /* rollers in contact, N or none, last of free rollers, N (n-1) or none. Of these the
                                  * last own_count have rates that are numbers of the core: of free rollers, or where
-                                 * wheels may slip of axles                                             */
+                                 * wheels may slip of axles, and there of all rollers, of massless ones too */
     omniroll_bearing_t *bearings;
     double roller_inertia, rate_of_speed;   /* of these rollers; what such a rate is rounded against, per nu */
     omniroll_hold_t hold;

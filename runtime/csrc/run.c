@@ -49,6 +49,7 @@
 #include "bearings/own_bearings.c"
 #include "bearings/spins.c"
 #include "bearings/sticking.c"
+#include "bearings/rollers_in_series.c"
 #include "bearings/slipping_axles.c"
 #include "bearings/slipping_rollers.c"
 #include "bearings/loaded_bearings.c"

@@ -2,8 +2,9 @@
  * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with HOLDING
  * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion,
  * with STANDING under static loads, and axles and rollers may stick beside contacts; with both under loads that follow,
- * too; with LOADED friction is regularised, loads follow the motion, and axles and rollers may stick. It prints a line for
- * each switch, time and directions, and one for the end. */
+ * too; with LOADED friction is regularised, loads follow the motion, and axles and rollers may stick. With SERIES beside
+ * SLIPPING its rollers are massless, and stick as axles do. It prints a line for each switch, time and directions, and one
+ * for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -16,6 +17,8 @@ enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
 enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARINGS = WHEELS*(2 + PLACES) };
 #elif defined STICKING
 enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
+#elif defined SERIES
+enum { INPUTS = 2, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 #elif defined HOLDING
 enum { INPUTS = 1, CORE = 2*WHEELS, ACCOUNTS = WHEELS + 1 };
 #elif defined SLIPPING
@@ -37,9 +40,8 @@ enum { INPUTS = 0, CORE = 0, ACCOUNTS = 0 };
 
 int main(int count, char **arguments)
 {
-    double nu[3] = {1, 0.2, 1}, chi[WHEELS] = {0.1, -0.2, 0.3}, pose[3] = {0, 0, 0}, axial[WHEELS*PLACES];
+    double nu[3] = {1, 0.2, 1}, chi[WHEELS] = {0.1, -0.2, 0.3}, pose[3] = {0, 0, 0}, axial[WHEELS*PLACES] = {0};
     double angles[WHEELS];
-    const double spins[WHEELS*PLACES] = {0};
     long long contact[WHEELS] = {0, 0, 0};
     const int modes[] = {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
     if (count != 14 || fesetround(modes[atoi(arguments[13])]))
@@ -59,8 +61,11 @@ int main(int count, char **arguments)
     const omniroll_vehicle vehicle = {
         .wheels = WHEELS, .rollers_per_wheel = ROLLERS,
         .mass = atof(arguments[1]), .yaw_inertia = atof(arguments[2]), .wheel_inertia = atof(arguments[3]),
-        .roller_inertia = atof(arguments[4]), .yaw_scale = atof(arguments[5]), .platform_radius = atof(arguments[6]),
+        .yaw_scale = atof(arguments[5]), .platform_radius = atof(arguments[6]),
         .wheel_radius = atof(arguments[7]), .roller_axis_radius = atof(arguments[8]), .wheel_angles = angles,
+#ifndef SERIES
+        .roller_inertia = atof(arguments[4]),
+#endif
 #ifdef SLIPPING
         .ground_damping = damping,
 #endif
@@ -69,11 +74,17 @@ int main(int count, char **arguments)
 #endif
     };
     omniroll_wheel wheel[WHEELS];
-    omniroll_roller roller[PLACES];
     omniroll_model model;
+#ifdef SERIES
+    if (omniroll_prepare(&vehicle, wheel, &model) != OMNIROLL_OK)
+        return 3;
+#else
+    const double spins[WHEELS*PLACES] = {0};
+    omniroll_roller roller[PLACES];
     if (omniroll_prepare(&vehicle, wheel, roller, &model) != OMNIROLL_OK)
         return 3;
     omniroll_axial_speeds(&model, nu, chi, spins, axial);
+#endif
 
     const size_t needed = sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS);
     double *const work = aligned_alloc(64, (needed + 63)/64*64);
@@ -131,6 +142,16 @@ int main(int count, char **arguments)
     run.bearing_count = run.axle_count = run.own_count = WHEELS, run.bearings = bearings, run.inputs = inputs;
     run.rate_of_speed = 3, run.hold.undecided = 1;
 #endif
+#ifdef SERIES
+    double inputs[2*INPUTS*WHEELS] = {0};
+    omniroll_bearing_t bearings[BEARINGS];
+    for (int k = 0; k < BEARINGS; k++) {
+        const double torque = 2e-4*(3 + k%WHEELS);
+        bearings[k] = (omniroll_bearing_t){.sliding = torque, .holding = 1.2*torque, .nearer = 1};
+    }
+    run.bearing_count = run.own_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings, run.inputs = inputs;
+    run.rate_of_speed = 20, run.hold.undecided = 1;
+#endif
 #if defined CARRYING || defined STANDING || defined LOADED
     double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0}, places[2*WHEELS], inertia[WHEELS];
     omniroll_grip_t grips[WHEELS];
@@ -168,7 +189,9 @@ int main(int count, char **arguments)
     run.roller_inertia = vehicle.roller_inertia, run.rate_of_speed = 20, run.hold.undecided = 1;
 #endif
 #if defined SLIPPING || defined CARRYING || defined STANDING || defined LOADED
+#ifndef SERIES
     omniroll_contact_axial(&model, nu, chi, core + WHEELS);     /* the axial speeds of the rollers in contact     */
+#endif
     run.speed = 1, run.core = core, run.core_before = core_before, run.accounts = accounts, run.part_sizes = part_sizes;
     run.signals = signals;
 #endif

@@ -50,6 +50,10 @@ ALL_BEARINGS = omniroll.Bearings(
     wheel_coulomb=(3e-2, 4e-2, 5e-2), wheel_break_away=(3.6e-2, 4.8e-2, 6e-2),
     roller_coulomb=(3e-4, 4e-4, 5e-4), roller_break_away=(3.6e-4, 4.8e-4, 6e-4),
 )  # fmt: skip
+SERIES = omniroll.Bearings(
+    wheel_coulomb=(6e-4, 8e-4, 1e-3), wheel_break_away=(7.2e-4, 9.6e-4, 1.2e-3),
+    roller_coulomb=(6e-4, 8e-4, 1e-3), roller_break_away=(7.2e-4, 9.6e-4, 1.2e-3),
+)  # fmt: skip
 CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how long
     "bare": ((), [], [], 5.0),
     "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS], 5.0),
@@ -59,6 +63,9 @@ CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how l
     "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND], 5.0),
     "axles that stick where wheels slip": (
         ("contact_viscous", "axle_sticking"), ["-DSLIPPING", "-DHOLDING"], [GROUND, BEARINGS], 5.0,
+    ),
+    "axles and massless rollers that stick where wheels slip": (
+        ("contact_viscous", "axle_sticking", "roller_sticking"), ["-DSLIPPING", "-DSERIES"], [GROUND, SERIES], 2.0,
     ),
     "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
     "axles and rollers that stick beside contacts": (
@@ -84,7 +91,8 @@ def test_engine_from_c_under_sanitizers(tmp_path, case):
         pytest.skip("no gcc")
     csrc, constants = ROOT / "runtime/csrc", ROOT / "generated/c"
     program = tmp_path / "engine"
-    for name, text in sets.programs().kernel("free", effects).files().items():
+    rollers = "massless" if "-DSERIES" in macro else "free"
+    for name, text in sets.programs().kernel(rollers, effects).files().items():
         (tmp_path / name).write_text(text)
     sources = [ROOT / "tests/c/engine.c", tmp_path / "omniroll.c", *(csrc / name for name in building.ENGINE_SOURCES)]
     built = subprocess.run(
@@ -112,8 +120,9 @@ def test_engine_from_c_under_sanitizers(tmp_path, case):
     assert ran.returncode == 0, ran.stderr
     status, switched, *state = ran.stdout.splitlines()[-1].split()
     run = omniroll.simulate(
-        vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=duration, accuracy=1e-11, effects=acting
-    )
+        vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=duration, accuracy=1e-11, effects=acting,
+        roller_model=rollers,
+    )  # fmt: skip
     assert (int(status), int(switched)) == (0, len(run.switches))
     nu, chi, pose = np.array(state, float).reshape(3, 3).T
     np.testing.assert_allclose(nu, run.nu[-1], atol=1e-10)

@@ -12,7 +12,7 @@ RELATIVE = 1e-12
 GRAVITY = 9.8  # across the plane
 MODELS = ("massless", "free")
 KINDS = {"static": {}, "dynamic": {"loads": "dynamic"}, "stuck axles": {}}
-MISSED = 156  # among axles that stick, with free rollers
+HELD = 156  # among axles that stick, with free rollers: a contact comes to rest whose axle stands
 
 
 def scene(kind, model, number):
@@ -75,14 +75,14 @@ def test_the_compiled_engine_obeys_the_law_in_every_row(kind, model):
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_compiled_engine_obeys_the_law_in_every_row_of_more_scenes(kind, model):
-    numbers = set(range(30, 300)) - ({MISSED} if (kind, model) == ("stuck axles", "free") else set())
-    assert_the_law_holds("compiled", kind, model, sorted(numbers))
+    assert_the_law_holds("compiled", kind, model, range(30, 300))
 
 
-@pytest.mark.long
-@pytest.mark.xfail(reason="a slip that is rounding goes back by 1.12e-12 on one processor, by less on another")
-def test_the_compiled_engine_obeys_the_law_in_the_scene_that_rounding_decides():
-    assert_the_law_holds("compiled", "stuck axles", "free", [MISSED])
+def test_a_wheel_that_comes_to_stand_is_left_with_no_slip():
+    """Its rate is zero, so that its slip must be taken from nu. What the iteration leaves of that went back by 1.12e-12
+    of the largest speed; what is left now is rounding."""
+    for name, (residual, _) in largest("compiled", "stuck axles", "free", HELD).items():
+        assert residual <= 1e-14, name
 
 
 @pytest.mark.long

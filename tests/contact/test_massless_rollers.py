@@ -21,7 +21,8 @@ MASS, DISTANCE = CROSS.mass, CROSS.platform_radius
 RHO = CROSS.wheel_radius - CROSS.roller_axis_radius  # of a roller that touches the ground in its middle
 GRAVITY, INCLINE = 9.80665, 0.2
 INSTANT = 1e-10  # relative, of instants in closed form
-MASSLESS = {"roller_model": "massless", "control": False, "engine": "python"}
+MASSLESS = {"roller_model": "massless", "control": False}
+BOTH = pytest.mark.parametrize("engine", ["python", "compiled"])
 
 
 def contact_torques(run):
@@ -36,14 +37,16 @@ def first_row(happens):
 # Closed forms
 
 
+@BOTH
 @pytest.mark.parametrize("above", [1.0, 1.5])
-def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above):
+def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above, engine):
     """All axles stick: it slides, M v' = M g sin b - 4 c v, until rho c v is what two bearings hold; from there on
     these take T/rho each, M v' = M g sin b - 2 c v - 2 T/rho, and the rollers spin with v/rho - T/(rho^2 c)."""
     c, sliding, end = 6.0, 0.02, 0.25
     bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding, wheel_coulomb=3.0)
     effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, engine=engine, **MASSLESS)
+    assert run.stats["engine"] == engine
     fall, stuck, turning = GRAVITY * np.sin(INCLINE), 4 * c / MASS, 2 * c / MASS
     speed = above * sliding / (RHO * c)
     let_go = -np.log(1 - speed * stuck / fall) / stuck
@@ -61,11 +64,13 @@ def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above):
     assert not run.quantity("rates").any()
 
 
-def test_rollers_that_turn_stop_on_their_disks():
+@BOTH
+def test_rollers_that_turn_stop_on_their_disks(engine):
     """M v' = -2 c v - 2 T/rho along two axles until c v = T/rho, then -4 c v."""
     c, torque, start, end = 6.0, 0.02, 1.0, 1.2
     effects = [Contact(c, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=3.0)]
-    run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
+    options = {"duration": end, "effects": effects, "accuracy": 1e-12, "engine": engine, **MASSLESS}
+    run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), **options)
     rate, drag, rests = 2 * c / MASS, torque / (RHO * c), torque / (RHO * c)
     stops = np.log((start + drag) / (rests + drag)) / rate
     assert 0.05 < stops < end / 2
@@ -78,12 +83,13 @@ def test_rollers_that_turn_stop_on_their_disks():
     assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
 
 
-def test_break_away_on_sliding_ground_with_a_named_speed():
+@BOTH
+def test_break_away_on_sliding_ground_with_a_named_speed(engine):
     """M v' = M g sin b - 4 mu N v/sqrt(v^2 + w^2) until rho mu N v/sqrt(v^2 + w^2) is what a bearing holds."""
     mu, named, torque = 0.4, 0.05, 0.03
     ground = Contact(law="regularised", friction=mu, speed=named, normal_gravity=GRAVITY * np.cos(INCLINE))
     effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=3.0), Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, **MASSLESS)
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, engine=engine, **MASSLESS)
     load = MASS * GRAVITY * np.cos(INCLINE) / 4
     part = torque / (RHO * mu * load)
     assert part < 0.9
@@ -199,12 +205,13 @@ def scene(number):
     return vehicle, {"nu": 2 * rng.normal(size=3), "effects": effects, "accuracy": 1e-10, **MASSLESS}
 
 
+@BOTH
 @pytest.mark.parametrize("number", [0, 2, 3, 4, 5, 6, 7])
-def test_the_laws_hold_in_every_row(number):
+def test_the_laws_hold_in_every_row(number, engine):
     """The ground's force along the axle is the bearing's torque over rho, and that of the law at the slip; the bearing
     of a roller that turns takes its sliding torque against the spin, of one that sticks no more than it holds."""
     vehicle, options = scene(number)
-    run = simulate(vehicle, duration=0.3, **options)
+    run = simulate(vehicle, duration=0.3, engine=engine, **options)
     contact, bearings = options["effects"][:2]
     rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
     taken, slip, force, spins = contact_torques(run), run.slip, run.ground_force, run.contact_spin
@@ -228,9 +235,11 @@ def test_the_laws_hold_in_every_row(number):
     assert abs(run.ledger.residual) <= 1e-9 * lost
 
 
-def test_samples_between_rows_are_those_of_finer_runs():
+@BOTH
+def test_samples_between_rows_are_those_of_finer_runs(engine):
     vehicle, options = scene(2)
-    run, finer = (simulate(vehicle, duration=0.3, **options | {"accuracy": accuracy}) for accuracy in (1e-10, 1e-12))
+    options |= {"duration": 0.3, "engine": engine}
+    run, finer = (simulate(vehicle, **options | {"accuracy": accuracy}) for accuracy in (1e-10, 1e-12))
     for t in np.linspace(0.01, 0.29, 57):
         one, other = run.sample(t), finer.sample(t)
         for name in ("slip", "ground_force", "contact_spin"):
@@ -272,11 +281,12 @@ def test_without_torque_it_is_the_vehicle_whose_rollers_do_not_stick(number):
 def test_what_is_not_solved_is_refused():
     stick = Bearings(roller_coulomb=1e-3)
 
-    def refused(match, contact, bearings, **options):
+    def refused(match, contact, bearings):
         with pytest.raises(InvalidValueError, match=match):
-            simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings], **options)
+            simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings])
 
-    refused("law coulomb", Contact(law="coulomb", friction=0.5), stick)
+    refused("loads follow", Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.1), stick)
+    refused("roller_viscous", Contact(law="coulomb", friction=0.5), replace(stick, roller_viscous=1e-5))
+    refused("sensitivities", Contact(law="coulomb", friction=0.5), stick, sensitivities=["mass"])
     refused("loads follow", Contact(3.0, loads="dynamic", height=0.1), stick)
     refused("roller_viscous", Contact(3.0), replace(stick, roller_viscous=1e-5))
-    refused("sensitivities", Contact(3.0), stick, sensitivities=["mass"])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
+from scipy.optimize import brentq
 
 from contact import test_rollers_on_the_ground as static_loads
 from contact.test_axles_on_the_ground import case_in_modes
@@ -41,6 +42,7 @@ from omniroll import (
     Vehicle,
     simulate,
 )
+from omniroll.effects import cones
 from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearings
 from omniroll.results.comparison import distance_at
 
@@ -154,26 +156,43 @@ def loads_behind(force, way):
 
 @pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1 + 1e-6, 1.3])
 @pytest.mark.parametrize("way", [0.0, 0.3, np.pi / 4, 4.0])
-def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, request, way, part):
+def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, way, part):
     """It rests up to tan b = mu, however its weight is shared: each contact takes mu times its own load then. Then
     v' = g (sin b - mu cos b)."""
-    if part == 1 + 1e-9 and way and "compiled" in request.node.name:
-        reason = "rounding of slips of 5e-11 m/s turns loads by up to 1.3e-4, and one run stops for its short steps"
-        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
     angle = 0.25
     friction, across = np.tan(angle) / part, GRAVITY * np.cos(angle)
     ground = Contact(law="coulomb", friction=friction, normal_gravity=across, **FOLLOW)
     run = run_of([ground, BLOCKED, Slope(angle, way, gravity=GRAVITY)], 0.02)
     held = min(np.sin(angle) * MASS * GRAVITY, friction * MASS * across)
     wanted = loads_behind(held, way) + (MASS * across - WEIGHT) / 4
-    assert run.ground_load == pytest.approx(np.broadcast_to(wanted, (len(run), 4)), rel=1e-6 if part > 1 else RELATIVE)
+    near = 1e-7 if 1 < part < 1 + 1e-8 else 1e-9 if part > 1 else RELATIVE
+    assert run.ground_load == pytest.approx(np.broadcast_to(wanted, (len(run), 4)), rel=near)
     if part < 1:
         assert not run.nu.any() and run.sticks.all()
         return
     speed = np.linalg.norm(run.nu[-1, :2]) * ARM
     assert speed == pytest.approx(GRAVITY * np.sin(angle) * (1 - 1 / part) * run.t[-1],
-                                  rel=1e-3 if part < 1 + 1e-8 else 1e-8 if part < 1.1 else 1e-11)  # fmt: skip
-    assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= 1e-3 * np.linalg.norm(run.nu[-1])
+                                  rel=1e-5 if part < 1 + 1e-8 else 1e-8 if part < 1.1 else 1e-11)  # fmt: skip
+    assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= 1e-4 * np.linalg.norm(run.nu[-1])
+    assert run.stats["evaluations"] < 1000  # nothing makes its steps short
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_contacts_that_are_only_just_pulled_go_where_the_vehicle_goes(number):
+    """Forces of contacts against the motion x of a vehicle, which takes them away but for 1e-9 of it. Rounds that
+    begin at no forces leave them 2e-5 to 2e-4 of the largest off."""
+    rng = np.random.default_rng([73, number])
+    count = int(rng.integers(3, 7))
+    rows = rng.normal(size=(count, 2, 3))
+    motion = 1e-9 * rng.normal(size=3)
+    rate = rows @ motion
+    reach = np.repeat(10 ** rng.uniform(-0.5, 0.5, (count, 1)), 2, axis=1)
+    force = -reach * rate / np.linalg.norm(rate, axis=1, keepdims=True)
+    matrix = np.einsum("kcx,jdx->kcjd", rows, rows)
+    given = rate - np.tensordot(matrix, force, 2)
+    found = cones.decide_semidefinite(matrix, given, reach, from_inside=True)
+    assert found.force == pytest.approx(force, abs=1e-6 * reach.max())
+    assert (found.pull > 0).all()
 
 
 @pytest.mark.parametrize("way", [0.0, 1.0])
@@ -305,11 +324,6 @@ def assert_scene_obeys(vehicle, options, engine="compiled"):
     return run, reason
 
 
-def expect_failure(request, fails, reason):
-    if fails:
-        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
-
-
 def assert_engines_agree(vehicle, options):
     """Both obey the laws, and make the same motion, or stop at the same time for the same reason."""
     (here, stopped), (there, reason) = (assert_scene_obeys(vehicle, options, engine) for engine in ENGINES)
@@ -348,8 +362,7 @@ def test_both_engines_make_the_same_motion_in_more_scenes(number):
 
 @pytest.mark.parametrize("engine", EACH)
 @pytest.mark.parametrize("number", [71, 72, 81, 90, 97, 100, 107])
-def test_each_engine_obeys_the_laws_in_every_row(number, engine, request):
-    expect_failure(request, (number, engine) == (107, "compiled"), "a slip that is rounding goes back in a row")
+def test_each_engine_obeys_the_laws_in_every_row(number, engine):
     vehicle, options = scene(number)
     run, _ = assert_scene_obeys(vehicle, options, engine)
     assert run.t[-1] == options["duration"] or number in TIP
@@ -360,10 +373,7 @@ def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
     assert_scene_obeys(*scene(number))
 
 
-NOT_TOLD = pytest.mark.xfail(reason="in C loads without a solution count as tipping inside the edge, too", strict=True)
-
-
-@pytest.mark.parametrize("number", [0, 1, *(pytest.param(number, marks=NOT_TOLD) for number in (6, 27))])
+@pytest.mark.parametrize("number", [0, 1, 6, 27])
 def test_both_engines_stop_for_the_same_reason(number):
     """The vehicle tips, or friction and loads have no solution."""
     run = assert_engines_agree(*high_scene(number))
@@ -375,6 +385,57 @@ def test_directions_that_contacts_share_are_found_before_loads_are_found_for_the
     vehicle, options = high_scene(18)
     run, reason = assert_scene_obeys(vehicle, options)
     assert run.t[-1] == options["duration"] and not reason
+
+
+class Enumerated(Exception):
+    """Carries the directions (K,) in rad in which a contact that lets go may slip, and its rates (K,) in m/s^2."""
+
+
+def enumerate_slips(ground, evaluate):
+    """All directions along which the rate of contact 0 of three would be, under the loads that it asks for then, and
+    these rates. The bearings of all rollers stick, and the other contacts slip."""
+
+    def dynamics(sticks, pushed):
+        evaluate(sticks, ground.axles.modes == 0, pushed, ground.axles.torques())
+        return ground.held["ground_force"].copy(), ground.held["slip_dot"].copy()
+
+    def across_and_along(angle):
+        ground.towards[0] = np.cos(angle), np.sin(angle)
+        ground.sticks[:] = False
+        unit, none = ground.sliding_forces(np.ones(3)), np.zeros(3, bool)
+        found = ground._carry(unit, none, dynamics)
+        _, rates = ground._under(found.loads, dynamics, none, unit)
+        (x, y), rate = ground.towards[0], rates[0]
+        return x * rate[1] - y * rate[0], x * rate[0] + y * rate[1]
+
+    angles = np.linspace(-np.pi, np.pi, 721)
+    across = [across_and_along(angle)[0] for angle in angles]
+    roots = [brentq(lambda angle: across_and_along(angle)[0], *angles[k : k + 2], xtol=1e-14)
+             for k in range(720) if across[k] * across[k + 1] < 0]  # fmt: skip
+    return np.array(roots), np.array([across_and_along(root)[1] for root in roots])
+
+
+@pytest.mark.long
+def test_a_contact_may_let_go_with_a_jump(monkeypatch):
+    """Scene 120: where contact 0 has used its friction up, it may stick at its bound, or slip faster and faster in
+    another direction under other loads. Behind that instant it cannot stick. Engines begin in the direction of the
+    force at rest, in which a slip neither grows nor falls."""
+    begin = LoadedGroundWithBearings.begin
+
+    def enumerating(self, slip, evaluate):
+        if self.released[0]:
+            begin(self, slip, evaluate)
+            raise Enumerated(*enumerate_slips(self, evaluate))
+        begin(self, slip, evaluate)
+
+    vehicle, options = scene(120)
+    with monkeypatch.context() as context, pytest.raises(Enumerated) as found:
+        context.setattr(LoadedGroundWithBearings, "begin", enumerating)
+        simulate(vehicle, engine="python", **options)
+    roots, rates = found.value.args
+    assert (np.abs(rates) < 1e-6).sum() == 1  # it sticks, at its bound
+    (way,), (rate,) = roots[rates > 1e-6], rates[rates > 1e-6]
+    assert rate > 0.1 and abs(way - roots[np.abs(rates).argmin()]) > 0.01
 
 
 @pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.long) for number in (2, 4))])

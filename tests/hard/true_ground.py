@@ -1,10 +1,11 @@
 """Wheels that may slip, in 40 digits: the motion under each law of the ground, with events and rules of its own.
 
 Of the generated formulas it takes the accelerations that given forces of the ground and given torques make, the slip
-velocities and the balance of the loads. The laws of friction, which contacts and axles stick, what holds them, and
-loads that follow the motion are solved for here: unknown forces and torques that keep slips and rates zero
-(hard.constrained). Effects beside the ground are torques and friction of the wheels' axles, viscous or Coulomb's as the
-set-valued law. Wheels whose contact and axle both stick must leave nu enough room for their forces to be determined.
+velocities and the balance of the loads. The laws of friction, which contacts and bearings stick, what holds them, and
+loads that follow are solved for here: unknown forces and torques that keep slips and rates zero (hard.constrained).
+Effects beside the ground are torques and friction in the bearings of axles and rollers: Coulomb's as the set-valued
+law, and of axles viscous friction. Wheels that stand must leave nu enough room for their forces to be determined. Where
+rollers may stick under Coulomb's friction each has an axial speed of its own in the state.
 
 A slip on its way to rest has a direction that turns ever faster, so that the steps of the series shrink with it. What
 is left of it at RESTS, a force of this contact takes away at once: the square of that is left out.
@@ -27,6 +28,7 @@ from omniroll.studies.accuracy.mechanics import elementary, flat, nested_numbers
 ORDER, ERROR = 36, 1e-30  # of the series, and of a step, relative
 RESTS = 1e-14  # m/s
 STILL = 1e-25  # m/s, of a slip that a start does not have
+ROUNDED = 1e-14  # rad/s, of a spin that doubles say a start has, and is not there
 ZERO = 1e-28  # of a margin
 EDGE = 1e-20  # N^2: static friction has been used up where it has just been found so
 AT_ONCE = 1e-20  # m/s^2, of an acceleration that is not there
@@ -87,28 +89,38 @@ class Friction:
 
 
 @dataclass
-class Axles:
-    """The torques of the axles' bearings (N,): of those that turn, and the largest of those at rest."""
+class Bearings:
+    """The torques of the bearings of axles, if these may stick, then of all rollers in contact and of free ones, if
+    these may (B,): of those that turn, and the largest of those at rest.
+
+    axles  how many of them are those of axles
+    """
 
     sliding: Row
     holding: Row
+    axles: int
 
     @classmethod
-    def of(cls, effects: list, wheels: int, name: str, change: Any) -> "tuple[Axles | None, bool]":
+    def of(cls, effects: list, counts: tuple[int, int], name: str, change: Any) -> "tuple[Bearings | None, bool]":
         """Those of the effects, with the number of this name larger, and whether they have it."""
-        own = next((e for e in effects if isinstance(e, omniroll.Bearings) and e.wheel_coulomb is not None), None)
-        if own is None:
+        own = next((e for e in effects if isinstance(e, omniroll.Bearings)), None)
+        (wheels, rollers), (number, place) = counts, split(name)
+        sliding, holding, has = [], [], False
+        for body, count in (("wheel", 1), ("roller", rollers)):
+            found = []
+            for kind in ("coulomb", "break_away"):
+                given = getattr(own, f"{body}_{kind}", None)
+                if given is None:
+                    continue
+                torques = [arb(float(v)) for v in np.broadcast_to(given, wheels)]
+                if number == f"{body}_{kind}":
+                    torques, has = larger(torques, place, change), True
+                found.append(torques + [torque for torque in torques for _ in range(count - 1)])
+            if found:
+                sliding, holding = sliding + found[0], holding + found[-1]
+        if not sliding:
             return None, False
-        number, place = split(name)
-        given = {"wheel_coulomb": own.wheel_coulomb, "wheel_break_away": own.wheel_break_away}
-        torques = {
-            key: [arb(float(v)) for v in np.broadcast_to(value, wheels)]
-            for key, value in given.items() if value is not None
-        }  # fmt: skip
-        if number in torques:
-            torques[number] = larger(torques[number], place, change)
-        sliding = torques["wheel_coulomb"]
-        return cls(sliding, torques.get("wheel_break_away", sliding)), number in torques
+        return cls(sliding, holding, wheels if own.wheel_coulomb is not None else 0), has
 
 
 class Vehicle:
@@ -121,7 +133,9 @@ class Vehicle:
         effects = [effect for effect in bound.effects if effect in OWN]
         others = [e for e in task.effects.effects if e is not contact]
         given = {key: value for e in others for key, value in e.constants(task.vehicle).items()}
-        effects += ["contact", "contact_coulomb", "contact_loads"]
+        self.bearings, of_bearings = Bearings.of(others, (bound.wheels, bound.rollers_per_wheel), name, change)
+        self.rollers_stick = self.bearings is not None and len(self.bearings.sliding) > self.bearings.axles
+        effects += ["contact", "contact_coulomb", "contact_loads"] + ["roller_sticking"] * self.rollers_stick
         effects += [] if "drive" in effects else ["drive"]
         self.kernel = own = kernel(
             task.vehicle, bound.roller_model, "python", effects=tuple(effects), constants=tuple(given.items())
@@ -141,8 +155,7 @@ class Vehicle:
         radius, angles = constants["platform_radius"], constants["wheel_angles"]
         self.places = [[radius * a.cos(), radius * a.sin()] for a in angles]
         self.contact = contact
-        self.axles, of_axles = Axles.of(others, self.wheels, name, change)
-        moved = moved or of_axles
+        moved = moved or of_bearings
         if not moved and number not in ("nu", "chi", "pose", "spins", "wheel_rates", "contact_spins"):
             raise ValueError(f"{name} is no number of this reference")
         self.acting = Acting(task, arb) if others else None
@@ -165,7 +178,8 @@ class Vehicle:
         if self.contact.contact_spins is not None:
             own = given("contact_spins", np.broadcast_to(self.contact.contact_spins, self.wheels))
             turning = [t + o - s for t, o, s in zip(turning, own, spins, strict=True)]
-        return [*nu, *chi, *pose, *rates, *turning], self._free(nu, chi)
+        y, free = [*nu, *chi, *pose, *rates, *turning], self._free(nu, chi)
+        return ([*y, *flat(free)], []) if self.rollers_stick else (y, free)
 
     def _free(self, nu: Row, chi: Row) -> list[Row]:
         """The axial speeds of the free rollers: their spins stay where another number is moved."""
@@ -182,7 +196,37 @@ class Vehicle:
         n = self.wheels
         ends = {"nu": (0, 3), "chi": (3, 3 + n), "pose": (3 + n, 6 + n), "rates": (6 + n, 6 + 2 * n)}
         ends["contact_omega"] = (6 + 2 * n, 6 + 3 * n)
-        return {name: y[first:last] for name, (first, last) in ends.items()}
+        found = {name: y[first:last] for name, (first, last) in ends.items()}
+        return found | {"axial": self.by_wheel(y[6 + 3 * n :])} if self.rollers_stick else found
+
+    def by_wheel(self, free: Row) -> list[Row]:
+        """Values of all free rollers, wheel by wheel."""
+        each = self.rollers - 1
+        return [free[i * each : (i + 1) * each] for i in range(self.wheels)]
+
+    def turning(self, y: Row) -> Row:
+        """The rates of all bearings."""
+        known = self.parts(y)
+        rates = known["rates"] if self.bearings.axles else []
+        if not self.rollers_stick:
+            return rates
+        contacts = self.module.slip_spins(self.model, known["nu"], known["chi"], known["contact_omega"])
+        free = self.module.spins_from_axial(self.model, known["nu"], known["chi"], known["axial"])
+        return [*rates, *contacts, *flat(free)]
+
+    def with_bearings(self, inputs: dict[str, Any], torques: Row) -> dict[str, Any]:
+        """The inputs with the torques of all bearings."""
+        axles, n, found = self.bearings.axles, self.wheels, dict(inputs)
+        if axles:
+            found["torque"] = [a + b for a, b in zip(inputs["torque"], torques[:axles], strict=True)]
+        if self.rollers_stick:
+            found["contact_bearing"] = torques[axles : axles + n]
+            found["free_bearing"] = self.by_wheel(torques[axles + n :])
+        return found
+
+    def free_axial(self, y: Row, axial: list[Row]) -> list[Row]:
+        """The axial speeds of the free rollers, in a state with what is kept beside it."""
+        return self.parts(y)["axial"] if self.rollers_stick else axial
 
     def slip(self, y: Row) -> list[Row]:
         known = self.parts(y) | {"ground_push": [[arb(0)] * 2] * self.wheels, "load_factor": [arb(1)] * self.wheels}
@@ -192,9 +236,23 @@ class Vehicle:
     def rates(self, y: Row, forces: list[Row], inputs: dict[str, Any]) -> Row:
         known = self.parts(y) | inputs | {"ground_push": forces, "load_factor": [arb(1)] * self.wheels}
         known["heading"] = known["pose"][2]
-        nu_dot, chi_dot, *others = self.call("slip_dynamics", known)
         pose_dot = self.module.pose_rates(self.model, known["nu"], known["pose"][2])
+        if self.rollers_stick:
+            return self._rates_with_rollers(known, pose_dot)
+        nu_dot, chi_dot, *others = self.call("slip_dynamics", known)
         return [*nu_dot, *chi_dot, *pose_dot, *flat(others)]
+
+    def _rates_with_rollers(self, known: dict[str, Any], pose_dot: Row) -> Row:
+        """Of contacts and bearings that are all as if they slipped and turned."""
+        none, n = [arb(0)] * self.wheels, self.wheels
+        known |= {"momenta": self.module.momenta(self.model, known["axial"])}
+        known |= dict.fromkeys(("sticks", "axle_sticks", "contact_sticks"), none) | {"absent": none[:1] * 3}
+        known |= {"free_sticks": [none[:1] * (self.rollers - 1)] * n}
+        known |= {"directions": [arb(int(i == j)) for i in range(3) for j in range(3)]}
+        outputs = (argument.name for argument in self.kernel.signatures["bearing_dynamics"].outputs)
+        found = dict(zip(outputs, self.call("bearing_dynamics", known), strict=True))
+        names = ("rates_dot", "contact_omega_dot", "axial_dot")
+        return [*found["nu_dot"], *found["chi_dot"], *pose_dot, *flat([found[name] for name in names])]
 
     def load_sums(self, y: Row, rates: Row, inputs: dict[str, Any]) -> Row:
         """The sums of the loads and of their moments."""
@@ -202,6 +260,9 @@ class Vehicle:
         known = self.parts(y) | inputs | {"nu_dot": found["nu"], "rates_dot": found["rates"]}
         known |= {"contact_omega_dot": found["contact_omega"], "wheel_mass": arb(0)}
         known |= {"platform_products": [arb(0)] * 2, "spin_inertia": [self.inertia] * self.wheels}
+        if self.rollers_stick:
+            known["momenta"] = self.module.momenta(self.model, known["axial"])
+            known["bearing_momenta_dot"] = self.module.bearing_momenta(self.model, known["free_bearing"])
         sums, _ = self.call("slip_load_balance", known | self.ground.numbers)
         return sums
 
@@ -228,11 +289,11 @@ class Vehicle:
 
 
 class Phase:
-    """The motion in given modes of the contacts and axles; unknown are what holds contacts, where slips begin to go,
-    what holds axles, and loads.
+    """The motion in given modes of the contacts and bearings; unknown are what holds contacts, where slips begin to go,
+    what holds bearings, and loads.
 
     towards  (N,) signs of the slips of massless rollers
-    turning  (N,) signs of the rates of axles, 0 where one sticks
+    turning  (B,) signs of the rates of bearings, 0 where one sticks
     """
 
     def __init__(
@@ -247,8 +308,8 @@ class Phase:
                 for c in self.own:
                     self.places[i, c] = len(self.places)
         self.of_contacts = len(self.places)
-        stuck = [] if vehicle.axles is None else [i for i, sign in enumerate(turning) if not sign]
-        self.axles = {i: self.of_contacts + k for k, i in enumerate(stuck)}
+        stuck = [i for i, sign in enumerate(turning) if not sign]
+        self.bearings = {i: self.of_contacts + k for k, i in enumerate(stuck)}
         self.of_loads = self.of_contacts + len(stuck)
         self.unknowns = self.of_loads + 3 * vehicle.is_loaded
         self.carries = [mode != OFF for mode in modes]
@@ -257,10 +318,12 @@ class Phase:
     def signals(self, time: Any, z: Row) -> dict[str, Any]:
         given, slopes = self.inputs.get("torque", ([arb(0)] * self.v.wheels,) * 2)
         torque = [value + slope * time for value, slope in zip(given, slopes, strict=True)]
-        if self.v.axles is not None:
-            signs = zip(torque, self.turning, self.v.axles.sliding, strict=True)
-            torque = [t + (z[self.axles[i]] if i in self.axles else -sign * s) for i, (t, sign, s) in enumerate(signs)]
-        return {"torque": torque} | ({"momenta": self.inputs["momenta"]} if self.v.heavy else {})
+        found = {"torque": torque} | ({"momenta": self.inputs["momenta"]} if "momenta" in self.inputs else {})
+        if self.v.bearings is None:
+            return found
+        signs = enumerate(zip(self.turning, self.v.bearings.sliding, strict=True))
+        own = [z[self.bearings[i]] if i in self.bearings else -sign * s for i, (sign, s) in signs]
+        return self.v.with_bearings(found, own)
 
     def loads(self, z: Row) -> Row:
         return self.v.springs(self.carries, z[self.of_loads :]) if self.v.is_loaded else self.at_rest
@@ -289,8 +352,9 @@ class Phase:
 
     def kept(self, time: Any, y: Row, z: Row) -> Row:
         """The slips of contacts that stick; of those that begin to slip, less what the unknown direction makes; the
-        rates of axles that stick."""
-        rates = [self.v.parts(y)["rates"][i] for i in self.axles]
+        rates of bearings that stick."""
+        turning = self.v.turning(y) if self.bearings else []
+        rates = [turning[i] for i in self.bearings]
         if not self.places:
             return rates
         slip = self.v.slip(y)
@@ -311,8 +375,8 @@ class Run:
     towards   signs of the slips of massless rollers
     resting   contacts whose slip has come to zero at this instant
     released  contacts that have used their friction up at this instant
-    turning   signs of the rates of axles, 0 where one sticks
-    axles_at_rest, axles_let_go  those that have come to rest, and whose bearings have used their friction up
+    turning   signs of the rates of bearings, 0 where one sticks
+    at_rest, let_go  bearings that have come to rest, and that have used their friction up
     """
 
     def __init__(self, task: Task, name: str, change: Any):
@@ -323,9 +387,11 @@ class Run:
         self.resting: set[int] = set()
         self.released: set[int] = set()
         self.begun: dict[int, Row] = {}  # first guesses of where slips go
-        self.turning = [sign_of(rate) for rate in self.v.parts(self.y)["rates"]]
-        self.axles_at_rest = {i for i, sign in enumerate(self.turning) if not sign}
-        self.axles_let_go: set[int] = set()
+        self.turning: list[int] = []
+        if self.v.bearings is not None:
+            self.turning = [sign_of(rate, ROUNDED) for rate in self.v.turning(self.y)]
+        self.at_rest = {i for i, sign in enumerate(self.turning) if not sign}
+        self.let_go: set[int] = set()
         self.turned = list(self.turning)  # when it was decided last
         self._see()
 
@@ -337,14 +403,15 @@ class Run:
                 parts = self.v.parts(self.y)
                 spins = []
                 if self.v.heavy:
-                    spins = self.v.module.spins_from_axial(self.v.model, parts["nu"], parts["chi"], self.axial)
+                    axial = self.v.free_axial(self.y, self.axial)
+                    spins = self.v.module.spins_from_axial(self.v.model, parts["nu"], parts["chi"], axial)
                 return [*parts["nu"], *parts["chi"], *parts["pose"], *flat(spins)]
             self._step()
         raise ValueError("too many steps")
 
     def _phase(self) -> Phase:
         v, inputs = self.v, {}
-        if v.heavy:
+        if v.heavy and not v.rollers_stick:
             inputs["momenta"] = v.module.momenta(v.model, self.axial)
         if v.acting is not None:
             while v.acting.next_time() <= float(self.now):
@@ -368,10 +435,11 @@ class Run:
         for i in self.resting:
             self.modes[i] = STICKS
         released = set(self.released)
-        if self.v.axles is not None:
-            for i in self.axles_at_rest:
-                self.turning[i], self.y[self._rate(i)] = 0, arb(0)
-        for _ in range(2 * self.v.wheels + 1):
+        for i in self.at_rest:
+            self.turning[i] = 0
+            if i < self.v.bearings.axles:
+                self.y[self._rate(i)] = arb(0)
+        for _ in range(self.v.wheels + len(self.turning) + 1):
             series = Series(self._phase(), self.y, 0, self._guess_at(self._phase()))
             z = [c[0] for c in series.z]
             phase = series.motion
@@ -380,9 +448,9 @@ class Run:
                 i: float(self.v.ground.used_up(forces[i], loads[i], self.v.heavy)) + (EDGE if i in released else 0)
                 for i, mode in enumerate(self.modes) if mode == STICKS
             }  # fmt: skip
-            axle = self._axle_that_gives(phase, z)
-            if axle is not None:
-                self.turning[axle] = -sign_of(z[phase.axles[axle]])
+            bearing = self._bearing_that_gives(phase, z)
+            if bearing is not None:
+                self.turning[bearing] = -sign_of(z[phase.bearings[bearing]])
                 continue
             first = max(used, key=lambda i: used[i], default=None)
             if first is None or used[first] <= ZERO:
@@ -393,13 +461,14 @@ class Run:
         self._check_directions(series)
         now = [SLIPS if mode == BEGINS else mode for mode in self.modes]
         self.log += [(float(self.now), i, mode) for i, mode in enumerate(now) if mode != self.decided[i]]
-        if self.v.axles is not None:
-            kinds = {True: "sticks", False: "turns"}
-            pairs = enumerate(zip(self.turning, self.turned, strict=True))
-            self.log += [(float(self.now), i, "axle", kinds[new == 0]) for i, (new, old) in pairs if new != old]
+        kinds = {True: "sticks", False: "turns"}
+        for i, (new, old) in enumerate(zip(self.turning, self.turned, strict=True)):
+            if new != old:
+                body = "axle" if i < self.v.bearings.axles else "roller"
+                self.log.append((float(self.now), i, body, kinds[new == 0]))
         self.turned = list(self.turning)
-        self.axles_at_rest.clear()
-        self.axles_let_go.clear()
+        self.at_rest.clear()
+        self.let_go.clear()
         self.decided = now
         self.resting.clear()
         self.released.clear()
@@ -408,11 +477,11 @@ class Run:
         """The place of a wheel's rate in y."""
         return 6 + self.v.wheels + i
 
-    def _axle_that_gives(self, phase: Phase, z: Row) -> int | None:
-        """The axle that is asked for most beyond what its bearing holds; None where all are held."""
+    def _bearing_that_gives(self, phase: Phase, z: Row) -> int | None:
+        """The bearing that is asked for most beyond what it holds; None where all are held."""
         beyond = {
-            i: abs(float(z[k])) - float(self.v.axles.holding[i]) + (EDGE if i in self.axles_let_go else 0)
-            for i, k in phase.axles.items()
+            i: float(abs(z[k]) - self.v.bearings.holding[i]) + (EDGE if i in self.let_go else 0)
+            for i, k in phase.bearings.items()
         }
         first = max(beyond, key=lambda i: beyond[i], default=None)
         return None if first is None or beyond[first] <= ZERO else first
@@ -455,7 +524,7 @@ class Run:
             for k in found[1]:
                 margins[k][1]()
         self._rest_where_little_is_left()
-        if found is not None or self.resting or self.axles_at_rest or arrived:
+        if found is not None or self.resting or self.at_rest or arrived:
             self._settle()
 
     def _margins(self, series: Series) -> list[tuple[Row, Any]]:
@@ -472,7 +541,7 @@ class Run:
             for i, load in enumerate(carried):
                 sign = 1 if self.modes[i] == OFF else -1
                 found.append((sign * load, lambda i=i: self._lift(i)))
-        found += self._margins_of_axles(phase, y, z)
+        found += self._margins_of_bearings(phase, y, z)
         if self.v.ground.law == "coulomb":
             forces, loads, slip = phase.forces(y, z), phase.loads(z), self.v.slip(y)
             for i, mode in enumerate(self.modes):
@@ -485,15 +554,16 @@ class Run:
                     found.append((toward, lambda i=i: self.resting.add(i)))
         return [(coefficients(margin, count), happens) for margin, happens in found]
 
-    def _margins_of_axles(self, phase: Phase, y: Row, z: Row) -> list[tuple[Any, Any]]:
+    def _margins_of_bearings(self, phase: Phase, y: Row, z: Row) -> list[tuple[Any, Any]]:
         found: list[tuple[Any, Any]] = []
-        for i, sign in enumerate(self.turning if self.v.axles is not None else []):
+        rates = self.v.turning(y) if self.turning else []
+        for i, sign in enumerate(self.turning):
             if sign:
-                found.append((-sign * y[self._rate(i)], lambda i=i: self.axles_at_rest.add(i)))
+                found.append((-sign * rates[i], lambda i=i: self.at_rest.add(i)))
                 continue
             for side in (1, -1):
-                beyond = side * z[phase.axles[i]] - self.v.axles.holding[i]
-                found.append((beyond, lambda i=i: self.axles_let_go.add(i)))
+                beyond = side * z[phase.bearings[i]] - self.v.bearings.holding[i]
+                found.append((beyond, lambda i=i: self.let_go.add(i)))
         return found
 
     def _lift(self, i: int) -> None:
@@ -506,10 +576,16 @@ class Run:
         self.y[3 + i] = (-direction * self.v.joint).mid()
         self.log.append((float(self.now), i, "switch"))
         if self.v.heavy:
-            place, axial = 6 + 2 * n + i, list(self.axial[i])
+            place, axial = 6 + 2 * n + i, list(self.v.free_axial(self.y, self.axial)[i])
             leaving = self.y[place]
             self.y[place] = axial.pop(-1 if direction > 0 else 0)
-            self.axial[i] = [leaving, *axial] if direction > 0 else [*axial, leaving]
+            axial = [leaving, *axial] if direction > 0 else [*axial, leaving]
+            if self.v.rollers_stick:
+                first = 6 + 3 * n + i * len(axial)
+                self.y[first : first + len(axial)] = axial
+                self.turning = [sign_of(rate) for rate in self.v.turning(self.y)]
+            else:
+                self.axial[i] = axial
             if self.modes[i] == STICKS:
                 self.modes[i] = SLIPS
                 self._see()
@@ -531,8 +607,7 @@ class Run:
         if rests:
             self._take_away()
         self.resting |= {i for i, mode in enumerate(self.modes) if mode == STICKS}
-        if self.v.axles is not None:
-            self.axles_at_rest |= {i for i, sign in enumerate(self.turning) if not sign}
+        self.at_rest |= {i for i, sign in enumerate(self.turning) if not sign}
         self._decide()
 
     def _take_away(self) -> None:
@@ -546,5 +621,5 @@ class Run:
             self.y = [(y + value * r).mid() for y, r in zip(self.y, response, strict=True)]
 
 
-def sign_of(value: Any) -> int:
-    return 0 if abs(float(value)) < STILL else 1 if float(value) > 0 else -1
+def sign_of(value: Any, still: float = STILL) -> int:
+    return 0 if abs(float(value)) < still else 1 if float(value) > 0 else -1

@@ -56,6 +56,18 @@ def test_they_are_the_differences_of_runs_in_40_digits(case, names, sets):
 
 
 @pytest.mark.long
+def test_loads_that_follow_feel_a_speed_of_the_start_at_which_an_axle_sticks():
+    """It is taken away at once, and the loads are others meanwhile."""
+    weak = Contact(law="regularised", friction=(0.03, 0.04), speed=0.05, wheel_rates=(0.0, 0.0, 0.0), **DYNAMIC)
+    case = Case("massless", effects=(weak, Bearings(wheel_coulomb=0.3)), duration=0.1)
+    run = case.run(sensitivities=("wheel_rates[0]",), accuracy=1e-13)
+    assert modes(run) == {"000"}
+    wanted, _ = true(case, "wheel_rates[0]")
+    assert np.abs(wanted).max() > 1e-3
+    assert np.abs(derivative(run, "wheel_rates[0]") - wanted).max() <= 1e-9 * np.abs(wanted).max()
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY], ids=["stops", "break-aways"])
 def test_backwards_and_in_sessions_they_are_the_same(case):
     names = ("nu[0]", "mass", "wheel_coulomb[1]")

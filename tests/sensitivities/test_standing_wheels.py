@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Contact, NoDerivativeError, Torque, TorqueTable, Vehicle
+from omniroll import Bearings, Contact, NoDerivativeError, Torque, TorqueTable
 from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import START, VEHICLE, Case, derivative
 from tests.sensitivities.test_axles_on_the_ground import AT_REST, HELD_LONGER, RUBBING
@@ -88,14 +88,3 @@ def test_a_wheel_that_stands_by_all_the_friction_of_its_axle_has_none():
     with pytest.raises(NoDerivativeError, match="all its friction") as error:
         case.run(sensitivities=("mass",))
     assert error.value.wheels == (0,) and error.value.t == 0
-
-
-def test_wheels_whose_forces_are_not_determined_have_none_where_they_let_go():
-    """Four wheels hold three speeds."""
-    vehicle = Vehicle.paper(4, 5)
-    push = TorqueTable((0.0, 1.0), ((0,) * 4, (0.2, -0.1, 0.05, 0.1)))
-    start = AT_REST | {"chi": (0.1, -0.2, 0.15, 0.05)}
-    case = Case("massless", effects=(STANDING, HELD_LONGER, push), start=start, duration=0.9, vehicle=vehicle)
-    with pytest.raises(NoDerivativeError, match="not determined") as error:
-        case.run(sensitivities=("mass",))
-    assert error.value.wheels == (0, 1, 2, 3)

@@ -1,5 +1,5 @@
-/* Bearings with rates of their own, which are numbers of the core: of free rollers, or where wheels may slip of axles. A
- * mode for each. */
+/* Bearings with rates of their own, which are numbers of the core: of free rollers, or where wheels may slip of axles;
+ * and there those of massless rollers in contact, whose spins follow from the state. A mode for each. */
 #if SET_OWN_BEARINGS
 static double tau(const omniroll_run_t *run, double phase_length);
 
@@ -13,16 +13,24 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
-#if SET_DISKS_STICK
-/* The rates of bearings in these states, with which rollers turn on their disks, and axles. */
+#if SET_ROLLERS_TURN
+/* The rates of bearings in these states, with which rollers turn on their disks, and axles; of massless rollers, in
+ * their modes, with what holds those that stick. */
 ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t *v, const int wheels,
                                       const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates)
 {
     const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + own->rollers_at;
     for (int k = 0; k < own->rollers_at; k++)
         rates[k] = first[k];
+#if SET_IN_SERIES
+    const int at = own->rollers_at;
+    (void)contact;
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, own->sticks + at, rates + at,
+                   own->holding + at);
+#else
     set_slip_spins(wheels, v, nu, chi, contact, rates + own->rollers_at);
     set_spins_from_axial(wheels, v, nu, chi, contact + wheels, rates + own->rollers_at + wheels);
+#endif
 }
 
 /* The same at this instant. */
@@ -40,7 +48,7 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 /* The rate of a bearing at this instant, and what it changes by, in a lane or in all. */
 ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int k)
 {
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     (void)run;
     return work->own.now[k];
 #else
@@ -66,7 +74,7 @@ ALWAYS_INLINE double own_acceleration(const omniroll_run_t *run, const work_t *w
 /* Changes the rate of a bearing; of a roller that turns on its disk, its axial speed. */
 ALWAYS_INLINE void put_own_rate(const omniroll_run_t *run, const work_t *work, int k, double rate)
 {
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     own_rates(run)[k] += rate - work->own.now[k];
     work->own.now[k] = rate;
 #else
@@ -78,14 +86,26 @@ ALWAYS_INLINE void put_own_rate(const omniroll_run_t *run, const work_t *work, i
 /* Whether one that sticks is asked for more than it takes. */
 ALWAYS_INLINE int holds_no_more(const omniroll_bearing_t *own)
 {
-    const double torque = fabs(own->torque);
-    return own->mode == 0 && torque - own->holding > PASSED*rounding_of_holding(torque, own->holding);
+    const double torque = fabs(own->torque), most = most_of(own);
+    return own->mode == 0 && torque - most > PASSED*rounding_of_holding(torque, most);
+}
+
+/* How many of them have rates that are numbers of the core; they stand first. */
+ALWAYS_INLINE int count_in_core(const omniroll_run_t *run, const work_t *work)
+{
+#if SET_IN_SERIES
+    (void)run;
+    return work->own.rollers_at;
+#else
+    (void)work;
+    return run->own_count;
+#endif
 }
 
 /* Those rest whose rates are zero within rounding: a rate is what is left of larger speeds. */
 static void find_resting_own(omniroll_run_t *run, const work_t *work, double speed)
 {
-    for (int k = 0; k < run->own_count; k++) {
+    for (int k = 0; k < count_in_core(run, work); k++) {
         const double rate = fabs(own_rate(run, work, k));
         own_bearings(run)[k].resting |= rate <= AT_REST*EPS*(rate + speed*run->rate_of_speed);
     }
@@ -93,11 +113,14 @@ static void find_resting_own(omniroll_run_t *run, const work_t *work, double spe
 
 static void put_own_to_rest(omniroll_run_t *run, const work_t *work)
 {
-    for (int k = 0; k < run->own_count; k++) {
+    for (int k = 0; k < count_in_core(run, work); k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double rate = bearing->resting ? 0 : own_rate(run, work, k);
         put_own_rate(run, work, k, rate);
         bearing->mode = (rate > 0) - (rate < 0);
+#if SET_IN_SERIES
+        bearing->size = bearing->mode ? bearing->size : 0;
+#endif
     }
 }
 
@@ -106,7 +129,7 @@ ALWAYS_INLINE int own_input(const omniroll_run_t *run, int k)
 {
     if (SET_AXLES_STICK && k < run->wheels)
         return SET_BEARING_INPUT*run->wheels + k;
-    return SET_DISKS_STICK && k < (SET_AXLES_STICK ? 2 : 1)*run->wheels
+    return SET_ROLLERS_TURN && k < (SET_AXLES_STICK ? 2 : 1)*run->wheels
         ? SET_CONTACT_BEARING_INPUT*run->wheels + k%run->wheels : -1;
 }
 
@@ -155,8 +178,9 @@ ALWAYS_INLINE double left_by_iteration(const omniroll_run_t *run)
 static void size_own(const omniroll_run_t *run, const work_t *work)
 {
     for (int k = 0; k < run->own_count; k++)
-        own_bearings(run)[k].size = fabs(own_rate(run, work, k)) + length3(run->nu)*run->rate_of_speed
-            + (SET_AXLES_STICK || SET_DISKS_STICK ? left_by_iteration(run)/EPS : 0);
+        if (!SET_IN_SERIES || own_bearings(run)[k].mode)    /* see engine_calls.h                              */
+            own_bearings(run)[k].size = fabs(own_rate(run, work, k)) + length3(run->nu)*run->rate_of_speed
+                + (SET_AXLES_STICK || SET_ROLLERS_TURN ? left_by_iteration(run)/EPS : 0);
 }
 
 ALWAYS_INLINE double noise_of_own(const omniroll_bearing_t *bearing, double rate)
@@ -171,7 +195,7 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
     const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
     lanes_t nu_dot[3];
     int count = 0, near = run->at_event;
-    for (int k = 0; k < run->own_count; k++) {
+    for (int k = 0; k < count_in_core(run, work); k++) {
         const omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double rate = own_rate(run, work, k);
         near |= bearing->mode && -bearing->mode*rate >= -LANDED*noise_of_own(bearing, rate);
@@ -179,7 +203,7 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
     if (!near)
         return 0;
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-    for (int k = 0; k < run->own_count; k++) {
+    for (int k = 0; k < count_in_core(run, work); k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double own = own_rate(run, work, k), value = -bearing->mode*own, noise = noise_of_own(bearing, own);
         const double rate = -bearing->mode*own_acceleration(run, work, k);

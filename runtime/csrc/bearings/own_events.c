@@ -63,15 +63,21 @@ ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
     return HELD_ROUNDINGS*EPS*(fabs(torque) + holding);
 }
 
-/* What one that sticks takes at most, and what it is asked for at the step's start; of the axle of a wheel that stands
- * with what the ground takes. */
+/* What one that sticks takes at most: a massless roller also what it came to rest with. */
+ALWAYS_INLINE double most_of(const omniroll_bearing_t *bearing)
+{
+    return SET_IN_SERIES ? fmax(bearing->holding, bearing->size) : bearing->holding;
+}
+
+/* The same, and what it is asked for at the step's start; of the axle of a wheel that stands with what the ground
+ * takes. */
 ALWAYS_INLINE double most_held(const step_t *s, int k)
 {
 #if SET_STANDS_ALONE
     double rate;
     return s->own_bearing[k].holding + most_by_ground(s, k, &rate);
 #else
-    return s->own_bearing[k].holding;
+    return most_of(s->own_bearing + k);
 #endif
 }
 
@@ -113,7 +119,7 @@ static double turn_of_standing_axle(const step_t *s, int k)
 /* Whether a bearing turns as its roller does on its disk: then its rate at the nodes stands in the place of what holds. */
 ALWAYS_INLINE int is_spin(const step_t *s, int k)
 {
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     return k >= s->own->rollers_at && s->own_bearing[k].mode;
 #else
     (void)s, (void)k;
@@ -124,14 +130,16 @@ ALWAYS_INLINE int is_spin(const step_t *s, int k)
 /* The rate of a bearing at the step's start. */
 ALWAYS_INLINE double own_start(const step_t *s, int k)
 {
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     return s->own->now[k];
 #else
     return s->start_core[own_rates_at(s->wheels) + k];
 #endif
 }
 
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
+#define ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
+
 /* Of a spin against its mode, at the step's end: the spin, and its rate. */
 ALWAYS_INLINE double spin_at_end(const step_t *s, int k)
 {
@@ -142,6 +150,11 @@ static double spin_rate_at_end(const step_t *s, int k)
 {
     const double slope = -s->own_bearing[k].mode*weighted(s->own->held + k, &gauss_end_slope);
     const double start = -s->own_bearing[k].mode*own_start(s, k), rounding = EPS*(s->own_bearing[k].size + fabs(start));
+#if SET_IN_SERIES                   /* what the iteration leaves moves all nodes alike                              */
+    const double rises = spin_at_end(s, k) - start;
+    if (slope*rises > 0 && fabs(slope) < ALIKE*fabs(rises) && fabs(rises) < ALIKE*fabs(slope))
+        return slope/s->h;
+#endif
     return (fabs(slope) < FACET_RISES*rounding ? spin_at_end(s, k) - start : slope)/s->h;
 }
 
@@ -173,7 +186,7 @@ ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
     const double start = own_start(s, k);
     if (bearing->mode) {
         *beyond = PASSED*EPS*(bearing->size + fabs(start));
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
         if (is_spin(s, k))
             return spin_at_end(s, k);
 #endif
@@ -196,7 +209,7 @@ ALWAYS_INLINE double rounding_at_end(const step_t *s, int k)
 static double own_rate_at_end(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     if (is_spin(s, k))
         return spin_rate_at_end(s, k);
 #endif
@@ -220,7 +233,11 @@ static double own_rate_at_end(const step_t *s, int k)
  * an instant. It stops only where it is beyond what counts as rest. */
 ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 {
-    return (SET_AXLES_STICK || SET_DISKS_STICK) && s->own_bearing[k].mode && fabs(own_start(s, k)) <= beyond;
+#if SET_IN_SERIES                   /* but a spin is what the state says: one as slow as that may be about to stop    */
+    if (is_spin(s, k) && -s->own_bearing[k].mode*(s->own->held[k].node[0] - own_start(s, k)) > 0)
+        return 0;
+#endif
+    return (SET_AXLES_STICK || SET_ROLLERS_TURN) && s->own_bearing[k].mode && fabs(own_start(s, k)) <= beyond;
 }
 
 /* Whether a bearing holds a wheel that stands with others, which are looked at together. */
@@ -265,7 +282,7 @@ static double turn_of_own(const step_t *s, int k)
     const double start = own_start(s, k);
     if (holds_with_others(s, k))
         return 1;
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     if (is_spin(s, k))
         return turn_of_spin(s, k);
 #endif

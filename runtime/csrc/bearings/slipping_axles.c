@@ -1,6 +1,6 @@
 /* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
  * runtime/omniroll/effects/slipping_axles.py. */
-#if SET_AXLES_STICK || SET_DISKS_STICK
+#if SET_AXLES_STICK || SET_ROLLERS_TURN
 #define NEAR_BOUND 0.999            /* of its bound a torque is at it, where a step has ended there         */
 
 /* A run begins: nothing sticks so far. */
@@ -8,6 +8,9 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 {
     for (int k = 0; k < most_own_bearings(run->wheels, run->rollers_per_wheel); k++)
         work->own.sticks[k] = lanes_of(0);
+#if SET_IN_SERIES
+    stop_all_in_series(run, work);
+#endif
 }
 
 #ifdef SET_MOMENTS_INPUT
@@ -47,6 +50,9 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
 {
     lanes_t nu_dot[3];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
+#if SET_IN_SERIES
+    find_own_rates(run, work);
+#endif
     find_own_torques(run, work);
 #ifdef SET_MOMENTS_INPUT
     put_moments(run);
@@ -56,7 +62,7 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
 /* As an instant begins: bearings whose rates are zero within rounding rest. */
 static void rest_bearings(omniroll_run_t *run, const work_t *work)
 {
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     find_own_rates(run, work);
 #endif
     find_resting_own(run, work, length3(run->nu));
@@ -68,7 +74,7 @@ static void begin_torques(omniroll_run_t *run, const work_t *work)
 {
     run->hold.count = 0;
     for (int k = 0; k < run->own_count; k++)
-        run->hold.count += SET_DISKS_STICK || own_bearings(run)[k].mode == 0;
+        run->hold.count += SET_ROLLERS_TURN || own_bearings(run)[k].mode == 0;
     size_own(run, work);
     run->hold.undecided = 0;
 }
@@ -91,7 +97,7 @@ static void let_axle_go(omniroll_bearing_t *axle)
 /* Those among the bearings that are axles. */
 ALWAYS_INLINE int axles_among(const omniroll_run_t *run)
 {
-    return SET_DISKS_STICK ? run->axle_count : run->own_count;
+    return SET_ROLLERS_TURN ? run->axle_count : run->own_count;
 }
 
 #if SET_DISKS_STICK
@@ -104,6 +110,9 @@ static void decide(omniroll_run_t *run, const work_t *work)
     int resting = 0;
     rest_bearings(run, work);
     turn_own(run, work, 1);
+#if SET_IN_SERIES
+    decide_in_series(run, work);    /* before the axles: the ground's force across rollers depends on their modes  */
+#endif
     for (int k = 0; k < run->own_count; k++)
         resting |= own_bearings(run)[k].resting;
     if (resting) {
@@ -121,6 +130,9 @@ static void decide(omniroll_run_t *run, const work_t *work)
         turn_own(run, work, 1);
         find_own_torques(run, work);
     }
+#if SET_IN_SERIES
+    find_own_rates(run, work);
+#endif
     begin_torques(run, work);
 }
 
@@ -143,7 +155,10 @@ ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
  * are, with the one whose mode a step has ended, which is told once. */
 static int pass_bearings(omniroll_run_t *run, const work_t *work)
 {
-    const int count = run->hold.ended + release_own(run, 0) + stop_own(run, work);
+    int count = run->hold.ended + release_own(run, 0) + stop_own(run, work);
+#if SET_IN_SERIES
+    count += stop_in_series(run, work);
+#endif
     run->hold.ended = 0;
     run->hold.undecided |= count > 0;
     return count;

@@ -1,7 +1,7 @@
 /* Rollers that stick on their disks where wheels may slip: which of those at rest stick, and their spins at the nodes. The
  * numbered rules are in runtime/omniroll/effects/slipping_rollers.py; own_bearings.c has what they have in common with
- * axles. */
-#if SET_DISKS_STICK
+ * axles, rollers_in_series.c which massless ones stick. */
+#if SET_ROLLERS_TURN
 /* At a vector of nodes what holds the bearings that stick, from the last evaluation, and the spins of rollers that turn on
  * their disks. */
 ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at)
@@ -20,7 +20,9 @@ static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
     for (int k = 0; k < s->own_count; k++)
         own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
 }
+#endif
 
+#if SET_DISKS_STICK
 #if !SET_STANDS && !SET_LOADS       /* with the loads they are decided in loaded_bearings.c                */
 /* Those at rest on their disks. */
 typedef struct {

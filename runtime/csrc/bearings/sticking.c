@@ -465,7 +465,7 @@ static void bearings_have_jumped(omniroll_run_t *run, const double *before)
     }
     run->hold.undecided = 1;
 }
-#elif !SET_AXLES_STICK && !SET_DISKS_STICK
+#elif !SET_AXLES_STICK && !SET_ROLLERS_TURN
 ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
 {
     (void)run, (void)work;

@@ -4,6 +4,7 @@
  * variations.c   a step
  * loads.c        loads that follow the motion
  * slipping.c     forces on contacts that slip under Coulomb's friction
+ * pieces.c       pieces of steps in which deviations are fast
  * turning.c      contacts that slip and stick, in its equations
  * in_blocks.c    the equations of a step in blocks, where contacts or bearings stick
  * blockwise.c    linear equations in blocks
@@ -136,6 +137,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->felt_at = part(base, &size, (w->felt + 1)*NODES*groups*lane);
     w->core_at = part(base, &size, w->core*NODES*groups*lane);
     w->carried_at = part(base, &size, (wheels + 3)*NODES*groups*lane);
+    w->weight_in_piece = part(base, &size, (run->degree + 1)*NODES*(long long)sizeof(double));
     w->row = part(base, &size, unknowns*(long long)sizeof *w->row);
     w->is_still = part(base, &size, equations*w->directions*(long long)sizeof(int));
     w->answer = part(base, &size, (w->core - 3)*NODES*nodes);
@@ -162,7 +164,7 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (char *)run->work);
-    w->numbered = 0, w->aimed_row = -1;
+    w->numbered = 0, w->aimed_row = -1, w->inside = 0;
     for (int p = 0; p < run->columns; p++)
         if (run->number[p]) {
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
@@ -183,7 +185,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
 #endif
     const int nodes = w->nodes;
     const double *const integral = run->gauss_integral;
-    memcpy(w->node.node, run->node, nodes*sizeof(double));
+    take_step(w);
     for (int j = 0; j < nodes; j++)
         for (int k = 0; k < nodes; k++) {
             w->once[j].node[k] = integral[j*nodes + k];
@@ -316,7 +318,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
 #if SET_GRIPS
             aim_rests(w, row + 1);
 #endif
-            if (!vary_along(w, run->step_of[row], row, 0))
+            if (!vary_along(w, run->step_of[row], row))
                 return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
@@ -348,22 +350,44 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     return last;
 }
 
+/* The step whose number is given begins, in its phase. Returns its row. */
+static long long enter_step_of(variations_t *w, long long step, long long own, long long *phase)
+{
+    const long long row = w->run->step_rows[step];
+    if (own != *phase)
+        enter_phase(w, *phase = own);
+    into_lanes(w, row_of(w, row), w->size, w->moved);
+    exchange_given(w, step);
+#if SET_GRIPS
+    aim_rests(w, row + 1);
+#endif
+    return row;
+}
+
 void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
-                             const long long *phases, double *rates)
+                             const long long *phases, double *rates, int *in_pieces)
+{
+    variations_t own, *const w = &own;
+    prepare(w, run);
+    w->inside = 1;
+    long long phase = -1;
+    for (long long k = 0; k < count; k++) {
+        const long long row = enter_step_of(w, steps[k], phases[k], &phase);
+        begin_step(w, row);
+        in_pieces[k] = !vary_piece(w, steps[k], row, w->length, rates + k*w->nodes*w->size*w->columns);
+    }
+}
+
+void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
+                             const long long *phases, const double *x, double *moved)
 {
     variations_t own, *const w = &own;
     prepare(w, run);
     long long phase = -1;
     for (long long k = 0; k < count; k++) {
-        if (phase < 0 || phases[k] != phase)
-            enter_phase(w, phase = phases[k]);
-        const long long row = run->step_rows[steps[k]];
-        into_lanes(w, row_of(w, row), w->size, w->moved);
-        exchange_given(w, steps[k]);
-#if SET_GRIPS
-        aim_rests(w, row + 1);
-#endif
-        vary_along(w, steps[k], row, rates + k*w->nodes*w->size*w->columns);
+        const long long row = enter_step_of(w, steps[k], phases[k], &phase);
+        vary_up_to(w, steps[k], row, x[k]);
+        out_of_lanes(w, w->moved, w->size, moved + k*w->size*w->columns);
     }
 }
 

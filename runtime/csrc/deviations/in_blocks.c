@@ -45,7 +45,7 @@ static void put_rates_in_blocks(variations_t *w, double h)
     for (int p = 0; p < count; p++) {
         for (int j = 0; j < w->nodes; j++)
             w->row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
-        put_right(w, h, unknown[p], 0);
+        put_right(w, unknown[p], 0);
         for (int q = 0; q < count; q++)
             put_block(w, h, &e, unknown, p, q);
     }

@@ -28,7 +28,7 @@ static const lanes_t *carried_to_nodes(variations_t *w, double h)
 }
 
 /* Into w->along what deviates at a node in a vector of columns, but for the spins. */
-static void put_moved_at_node(variations_t *w, double h, int j, int g, const lanes_t *carried)
+static void put_moved_at_node(variations_t *w, int j, int g, const lanes_t *carried)
 {
     const int groups = w->groups, wheels = w->wheels;
     for (int c = 0; c < first_momentum(w); c++)
@@ -37,7 +37,7 @@ static void put_moved_at_node(variations_t *w, double h, int j, int g, const lan
         w->along[i < wheels ? point_chi(w) + i : point_heading(w)] = carried[(i*NODES + j)*groups + g];
     for (int u = 0; u < SET_MOVING*wheels; u++)
         w->along[point_inputs(w) + u] = w->given[u*groups + g]
-            + h*w->node.node[j]*w->given[(w->inputs + u)*groups + g];
+            + w->length*w->node.node[j]*w->given[(w->inputs + u)*groups + g];
     for (int k = 0; k < FREE(w); k++)
         w->bearing_along[k] = (1 - w->free_sticks[k])*w->torque_moved[k*groups + g];
 }
@@ -76,7 +76,7 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
     for (int j = 0; j < nodes; j++) {
         put_node(w, step, row, j, block);
         for (int g = 0; g < groups; g++) {
-            put_moved_at_node(w, h, j, g, carried);
+            put_moved_at_node(w, j, g, carried);
             put_axial_rates(w, j, g);
         }
     }
@@ -136,7 +136,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
 #if SET_HOLDS
             put_held_of_columns(w, row, g);
 #endif
-            put_moved_at_node(w, h, j, g, carried);
+            put_moved_at_node(w, j, g, carried);
             put_axial(w, g, w->point, w->along, axial, axial_moved);
             for (int k = 0; k < count; k++)
                 axial_moved[k] = w->axial_nodes[(k*NODES + j)*w->groups + g];

@@ -168,11 +168,25 @@ static void put_spins_along(const variations_t *w, const vehicle_t *vehicle, con
     leave_turning(w, spins_moved);
 }
 
+/* The momenta of what the axial speeds deviate by. */
+static void put_momenta_moved(variations_t *w)
+{
+    const int count = FREE(w), groups = w->groups;
+    lanes_t axial_moved[count], momenta[SUMS(w)];
+    for (int g = 0; g < groups; g++) {
+        for (int k = 0; k < count; k++)
+            axial_moved[k] = w->axial_moved[k*groups + g];
+        put_momenta_of(w, axial_moved, momenta);
+        for (int k = 0; k < SUMS(w); k++)
+            w->momenta_moved[k*groups + g] = momenta[k];
+    }
+}
+
 /* A step begins in a row: how its rollers deviate, and the moments that it is given. */
 static void begin_spins(variations_t *w, long long row)
 {
     const int count = FREE(w), moving = SET_MOVING*w->wheels, groups = w->groups;
-    lanes_t moved[point_size(w)], axial[count], axial_moved[count], by_torque[count], momenta[2][SUMS(w)];
+    lanes_t moved[point_size(w)], axial[count], axial_moved[count], by_torque[count], moments[SUMS(w)];
     put_spin_modes(w, row);
     put_state(w, row, w->point);
     memset(moved, 0, sizeof moved);
@@ -184,13 +198,11 @@ static void begin_spins(variations_t *w, long long row)
             by_torque[k] = w->response[k]*w->torque_moved[k*groups + g];
         }
         leave_turning(w, by_torque);
-        put_momenta_of(w, axial_moved, momenta[0]);
-        put_momenta_of(w, by_torque, momenta[1]);
-        for (int k = 0; k < SUMS(w); k++) {
-            w->momenta_moved[k*groups + g] = momenta[0][k];
-            w->given[(moving + k)*groups + g] = momenta[1][k];
-        }
+        put_momenta_of(w, by_torque, moments);
+        for (int k = 0; k < SUMS(w); k++)
+            w->given[(moving + k)*groups + g] = moments[k];
     }
+    put_momenta_moved(w);
     for (int u = 0; u < w->inputs; u++)
         w->is_given[u] = !are_zero(w->given + u*groups, groups)
             || (u < moving && !are_zero(w->given + (w->inputs + u)*groups, groups));
@@ -297,13 +309,12 @@ static void take_spins_back(variations_t *w)
     memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
 }
 
-/* The spins' deviations where a step ends, before a row: from those of the axial speeds. */
-static void put_spins_at_end(variations_t *w, long long row)
+/* The spins' deviations where a step ends, in the state of w->point: from those of the axial speeds. */
+static void put_spins_at_end(variations_t *w)
 {
     const int count = FREE(w), first = 3 + w->wheels + first_momentum(w), groups = w->groups;
     lanes_t moved[point_size(w)], axial[count], axial_moved[count], spins_moved[count];
     memset(moved, 0, sizeof moved);
-    put_state(w, row, w->point);
     for (int g = 0; g < groups; g++) {
         put_moved(w, w->moved, g, moved);
         put_axial(w, g, w->point, moved, axial, axial_moved);

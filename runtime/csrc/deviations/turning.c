@@ -124,7 +124,7 @@ static void put_rates_on_ground(variations_t *w, long long row, double h)
     for (int p = 0; unknown[p] >= 0; p++) {
         for (int j = 0; j < w->nodes; j++)
             w->row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
-        put_right(w, h, unknown[p], 0);
+        put_right(w, unknown[p], 0);
         for (int q = 0; q < count && p < count; q++)
             put_block(w, h, &e, unknown, p, q);
     }

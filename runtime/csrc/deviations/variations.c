@@ -45,7 +45,11 @@ typedef struct {
     nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
     double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
     nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
-    nodes_t node;               /* where the nodes are, from 0 to 1                             */
+    nodes_t node;               /* where the nodes are in a step, from 0 to 1                   */
+    double length;              /* of the step, in s                                            */
+    const double *weight;       /* degree + 1 x nodes: of the polynomials' coefficients at the nodes    */
+    double *weight_in_piece;    /* the same in a piece of a step: pieces.c                      */
+    int inside;                 /* whether somebody looks at steps between their rows           */
     lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
     lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
                                              * along these, the slopes of the forces by the directions' angles */
@@ -386,7 +390,7 @@ static void put_point(const variations_t *w, long long step, long long row, int 
         lanes_t sum = {0};
         for (int c = 0; c <= run->degree; c++) {
             lanes_t weight;
-            memcpy(&weight, run->weight + c*w->nodes + b*LANES, sizeof weight);
+            memcpy(&weight, w->weight + c*w->nodes + b*LANES, sizeof weight);
             sum += weight*dense[c*run->row_size + run->place[k]];
         }
         w->point[place] = sum;
@@ -499,7 +503,7 @@ ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t
 ALWAYS_INLINE int is_spared(const int *still, int direction) { return SET_GATHERS && still[direction]; }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
-static void put_right(variations_t *w, double h, int a, int width)
+static void put_right(variations_t *w, int a, int width)
 {
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
@@ -519,7 +523,8 @@ static void put_right(variations_t *w, double h, int a, int width)
                     add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
             for (int u = 0; u < SET_MOVING*w->wheels; u++)
                 for (int i = 0; i < AT_ONCE && !is_spared(still, fed + u); i++)
-                    sum[i] += slope[fed + u].node[j + i]*h*w->node.node[j + i]*w->given[(w->inputs + u)*groups + g];
+                    sum[i] += slope[fed + u].node[j + i]*w->length*w->node.node[j + i]
+                        *w->given[(w->inputs + u)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
                 row[j + i][width + g] = sum[i];
         }
@@ -762,7 +767,7 @@ static int put_core_rates(variations_t *w, long long row, double h)
     for (int a = 0; a < w->core; a++) {
         if (a < solved)
             put_matrix(w, h, a, solved);
-        put_right(w, h, a, width);
+        put_right(w, a, width);
     }
     for (int a = solved; a < w->core; a++)
         eliminate(w, h, a, width);
@@ -775,22 +780,17 @@ static int put_core_rates(variations_t *w, long long row, double h)
 }
 #endif
 
-/* The deviations at the end of a step, from those at its start; rates (nodes x size x columns), or null. Returns whether
- * the nodes are enough, where the run asks that; nothing has been done otherwise. */
-static int vary_along(variations_t *w, long long step, long long row, double *rates)
+#include "deviations/pieces.c"
+
+/* The deviations at the end of a step, or of a piece of it of length h, from those at its start; rates (nodes x size x
+ * columns), or null. Returns whether the nodes are enough; nothing has been done otherwise. */
+static int vary_piece(variations_t *w, long long step, long long row, double h, double *rates)
 {
-    const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
     const int groups = w->groups, places = SET_GATHERS ? 3 + w->wheels + first_momentum(w) : w->size;
-#if SET_OWN_BEARINGS
-    put_own_modes(w, row);
-#endif
-#if SET_GATHERS
-    begin_spins(w, row);
-#endif
     put_slopes(w, step, row);
     put_felt(w, h);
     const int width = put_core_rates(w, row, h);
-    if (w->run->most_last > 0 && !are_seen(w, h, width))
+    if ((w->run->most_last > 0 && !are_seen(w, h, width)) || are_too_fast(w, row, h, width))
         return 0;
     put_core(w, h, width);
     put_carried_rates(w, h);
@@ -805,8 +805,69 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
             if (rates)
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }
+    return 1;
+}
+
+/* A step begins in a row. */
+static void begin_step(variations_t *w, long long row)
+{
+    w->length = w->run->elapsed[row + 1] - w->run->elapsed[row];
+#if SET_OWN_BEARINGS
+    put_own_modes(w, row);
+#endif
 #if SET_GATHERS
-    put_spins_at_end(w, row + 1);
+    begin_spins(w, row);
+#endif
+}
+
+/* From a step's start up to a part of it, in pieces. Where one is too fast it is cut in half. Behind the first ones
+ * what is fast has decayed, and they grow again: there are hardly more than twice the halvings. */
+static void vary_in_pieces(variations_t *w, long long step, long long row, double up_to)
+{
+    long long piece = 0;
+    for (int halved = 1; halved > 0;) {
+        const double part = ldexp(up_to, -halved);
+        take_piece(w, part*(double)piece, part);
+#if SET_GATHERS
+        if (piece > 0)
+            put_momenta_moved(w);
+#endif
+        if (!vary_piece(w, step, row, part*w->length, 0)) {
+            halved++, piece *= 2;
+            continue;
+        }
+        for (piece++; halved > 0 && piece%2 == 0; halved--)
+            piece /= 2;
+    }
+    take_step(w);
+}
+
+/* The deviations at the end of a step, from those at its start. Returns whether the nodes are enough, where the run
+ * asks that; nothing has been done otherwise. */
+static int vary_along(variations_t *w, long long step, long long row)
+{
+    begin_step(w, row);
+    if (!vary_piece(w, step, row, w->length, 0)) {
+        if (w->nodes < NODES)
+            return 0;
+        vary_in_pieces(w, step, row, 1);
+    }
+#if SET_GATHERS
+    put_state(w, row + 1, w->point);
+    put_spins_at_end(w);
 #endif
     return 1;
+}
+
+/* The same at a part of a step, from 0 to 1, which is followed in pieces. */
+static void vary_up_to(variations_t *w, long long step, long long row, double x)
+{
+    begin_step(w, row);
+    vary_in_pieces(w, step, row, x);
+#if SET_GATHERS
+    take_piece(w, x, 0);
+    put_point(w, step, row, 0);
+    put_spins_at_end(w);
+    take_step(w);
+#endif
 }

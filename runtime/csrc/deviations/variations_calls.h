@@ -18,6 +18,9 @@ typedef struct {
                                              * of their rates may make of them in a step; 0: it is not asked */
     const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
     const double *gauss_last;               /* nodes: of the coefficient of that                        */
+    const double *gauss_before_last;        /* nodes: of the coefficient before the last                */
+    double most_wrong;                      /* of the deviations of speeds: what these may be off by behind a step in
+                                             * which rates are fast                             */
     const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
     const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
     const double *elapsed;                  /* T                                                        */
@@ -72,16 +75,21 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
  * grazes, or contacts change their modes as rests.c does not know, or a step begins with what spin_rests.c does not
- * know. -1 - row: the step from this row asks for more nodes. */
+ * know. -1 - row: the step from this row asks for more nodes, all that there are. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 
 /* The most nodes, of so many or fewer, that a step may have here. */
 int omniroll_variations_nodes(int nodes);
 
-/* The rates of the deviations, nodes x m x P, at the nodes of each of some steps, each in its phase. */
+/* The rates of the deviations, nodes x m x P, at the nodes of each of some steps, each in its phase. in_pieces: not 0
+ * where these are too fast for the nodes, and there are no rates. */
 void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
-                             const long long *phases, double *rates);
+                             const long long *phases, double *rates, int *in_pieces);
+
+/* The deviations, m x P, at a part x of each of some steps, each in its phase, followed in pieces. */
+void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
+                             const long long *phases, const double *x, double *moved);
 
 /* The rates of what deviates, m, in each of some rows, each in its phase. */
 void omniroll_rates_in_rows(const omniroll_variations_t *run, long long count, const long long *rows,

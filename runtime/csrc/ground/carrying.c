@@ -7,6 +7,7 @@
 #define SAME 1e-9                   /* of the weight: solutions that differ by less are one                  */
 #define DETERMINED 1e-6             /* least determinant of the coupled matrix                               */
 #define STANDING 1e-9               /* width of the contacts that carry, per their length                    */
+#define ON_EDGE 1e-9                /* of the vehicle's size: loads act on the edge within this              */
 #define LEAST_LOAD 1e-15            /* of the weight: a contact that carries does not have less              */
 #define LOAD_ROUNDING (256*EPS)     /* of the weight, in a load; and of the determinant                      */
 #define LOAD_TURNS 16               /* roundings that a load has inside a step                               */
@@ -384,7 +385,38 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     put_carrying(run);
 }
 
-#if !SET_GRIPS
+#if SET_GRIPS
+/* Whether a line from one contact `along` to another is an edge of their polygon: all are to its left. */
+static int is_edge(const omniroll_run_t *run, const double *from, const double *along)
+{
+    const double *const places = run->ground.places;
+    double least = 0, most = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        const double beside = along[0]*(places[2*i + 1] - from[1]) - along[1]*(places[2*i] - from[0]);
+        least = fmin(least, beside), most = fmax(most, fabs(beside));
+    }
+    return most > 0 && least >= -ON_EDGE*most;
+}
+
+/* Whether the loads that have failed act inside the polygon of all contacts: further from its edges than rounding. */
+static int acts_inside(const omniroll_run_t *run)
+{
+    const omniroll_ground_t *const ground = &run->ground;
+    const double at[2] = {ground->failed_sums[1]/ground->weight, ground->failed_sums[2]/ground->weight};
+    double size = 0;
+    for (int k = 0; k < 2*run->wheels; k++)
+        size = fmax(size, fabs(ground->places[k]));
+    for (int i = 0; i < run->wheels; i++)
+        for (int j = 0; j < run->wheels; j++) {
+            const double *const from = ground->places + 2*i, *const to = ground->places + 2*j;
+            const double along[2] = {to[0] - from[0], to[1] - from[1]}, length = hypot(along[0], along[1]);
+            if (is_edge(run, from, along)
+                && !(along[0]*(at[1] - from[1]) - along[1]*(at[0] - from[0]) > ON_EDGE*size*length))
+                return 0;
+        }
+    return 1;
+}
+#else
 /* Which contacts carry under a law with which nothing sticks. */
 static void decide_carrying(omniroll_run_t *run, const work_t *work)
 {

@@ -5,6 +5,7 @@
 #define NEWTON 30
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
+#define SET_STARTS_INSIDE (SET_STANDS_BOTH_WAYS && SET_LOADS)
 #if SET_STANDS_BOTH_WAYS            /* contacts, and all bearings beside them: their number is not known beforehand */
 #define ARRAY_OF(type, name, size) type *name
 #else
@@ -42,6 +43,9 @@ typedef struct {
     ARRAY_OF(double, place, MOST_FORCES);
     ARRAY_OF(double, pull, MOST_PARTS);
     newton_on_discs_t newton;
+#if SET_STARTS_INSIDE
+    double *slack, *scale;                          /* discs_from_inside.c                                   */
+#endif
 } discs_t;
 
 /* Forces F with |F_i/reach_i| <= 1 for which F^T D F/2 + a^T F is least. */
@@ -297,10 +301,11 @@ static void decide_cones(cones_t *c, int is_near)
     }
 }
 
+#include "ground/discs_from_inside.c"
+
 #if SET_STANDS
 #define DRAWN 1e-6                  /* of a size: how strongly forces that need not be unique are drawn         */
-/* Directions that are still off would turn the loads that are found for them, and these the directions. */
-#define DRAWN_ROUNDS (SET_STANDS_BOTH_WAYS && SET_LOADS ? 1000 : 60)
+#define DRAWN_ROUNDS 60
 
 /* Room for the forces of a problem, which is not known beforehand where rollers are in it. */
 #if SET_STANDS_BOTH_WAYS
@@ -348,15 +353,29 @@ static void decide_from_here(cones_t *c, int size, const double *own)
 }
 #endif
 
+/* Forces from which rounds of the proximal point begin. Where loads follow the motion these are the solution, or next to
+ * it: directions that are still off would turn the loads that are found for them, and these the directions. */
+static void begin_rounds(cones_t *c, int size)
+{
+    memset(c->force, 0, sizeof *c->force*(size_t)size);
+#if SET_STARTS_INSIDE
+    discs_of(c, &c->discs);
+    least_from_inside(&c->discs);
+    for (int j = 0; j < size; j++)
+        c->force[j] = c->discs.place[j]*c->reach[j];
+#endif
+}
+
 /* The same where D is semidefinite, by rounds of the proximal point: see cones.py. */
 static void decide_semidefinite(cones_t *c)
 {
     const int size = forces_at(c->wide, c->width, c->count);
     ROOM_FOR_FORCES(c);
+    begin_rounds(c, size);
     memcpy(given, c->given, sizeof *given*(size_t)size);
     put_drawn(c, size, drawn);
     for (int j = 0; j < size; j++) {
-        own[j] = c->matrix[j*size + j], c->force[j] = 0;
+        own[j] = c->matrix[j*size + j];
         c->matrix[j*size + j] += drawn[j];
     }
     for (int round = 0; round < DRAWN_ROUNDS; round++) {
@@ -365,7 +384,7 @@ static void decide_semidefinite(cones_t *c)
             before[j] = c->force[j];
             c->given[j] = given[j] - drawn[j]*before[j];
         }
-        decide_cones(c, SET_STANDS_BOTH_WAYS && round > 0);
+        decide_cones(c, SET_STARTS_INSIDE || (SET_STANDS_BOTH_WAYS && round > 0));
         for (int j = 0; j < size; j++)
             changed = fmax(changed, fabs(c->force[j] - before[j])/c->reach[j]);
         if (changed <= CONE_SETTLED)

@@ -322,7 +322,8 @@ ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
     }
 }
 
-/* Slips of other contacts as the force of this one is another than `before`. */
+/* Slips of other contacts as the force of this one is another than `before`; its own, too, if it has been found together
+ * with others, which have moved it. */
 static void move_others(step_t *s, const int wheels, int i, const nodes_t *before)
 {
     nodes_t pushed[2];
@@ -330,7 +331,7 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
         for (int b = 0; b < BLOCKS; b++)
             pushed[k].lanes[b] = s->push[2*i + k].lanes[b] - before[k].lanes[b];
     for (int other = 0; other < wheels; other++)
-        for (int k = 0; k < 2 && s->slides[other] && other != i; k++) {
+        for (int k = 0; k < 2 && s->slides[other] && (other != i || turned_together(s, i)); k++) {
             const double *const response = response_to_force(s, other, k, i);
             nodes_t rate, moved;
             for (int b = 0; b < BLOCKS; b++)

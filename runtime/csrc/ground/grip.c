@@ -170,10 +170,9 @@ static void put_modes(omniroll_run_t *run)
 
 /* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks, and
  * loads that follow the motion do not: the forces are then not per load. */
-static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push)
+static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push, lanes_t *nu_dot)
 {
     instant_t now;
-    lanes_t nu_dot[3];
     at_this_instant(run, work, run->wheels, &now);
     for (int i = 0; i < run->wheels && free; i++)
         now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
@@ -190,6 +189,25 @@ static void push_contacts(const omniroll_run_t *run, const work_t *work, int fre
     core_rates_there(run->wheels, &now.point, nu_dot);
 }
 
+/* By how much component c of the rate of a contact's slip is more in a lane than in the first. Where its bearing sticks
+ * that follows from nu', by the way's row: contacts that share their motion feel the same of each other then, to rounding
+ * of the whole and not of the small differences of which it is made. */
+static double rate_in_lane(const omniroll_run_t *run, const work_t *work, const double (*rows)[3], const lanes_t *nu_dot,
+                           int contact, int c, int lane)
+{
+#if SET_STARTS_INSIDE
+    const int way = 2*contact + c, place = place_in_way(run, way);
+    if (place >= 0 && own_bearings(run)[place].mode == 0) {
+        double more = 0;
+        for (int k = 0; k < 3; k++)
+            more += rows[way][k]*(nu_dot[k][lane] - nu_dot[k][0]);
+        return more;
+    }
+#endif
+    (void)run, (void)rows, (void)nu_dot;
+    return work->slip_dot[2*contact + c][lane] - work->slip_dot[2*contact + c][0];
+}
+
 /* What forces on some contacts do to the rates of their slips, beside the forces `given`: rows and columns of `matrix`
  * are the components of these contacts, and their rates without further forces are `without`. `free`: as above. */
 static void find_response(const omniroll_run_t *run, const work_t *work, const int *contacts, int count, int free,
@@ -197,19 +215,24 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
 {
     const double typical = free ? run->ground.typical : push_of_friction(run);
     const int width = 2 - SET_FIRST_DIRECTION, size = count*width;
+    double rows[2*MOST_WHEELS][3];
+#if SET_STARTS_INSIDE
+    rows_in_ways(run, work, rows);
+#endif
     for (int first = 0; first < size; first += LANES - 1) {
-        lanes_t push[2*MOST_WHEELS];
+        lanes_t push[2*MOST_WHEELS], nu_dot[3];
         memcpy(push, given, sizeof *push*2*(size_t)run->wheels);
         for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
             const int k = first + lane - 1;
             push[2*contacts[k/width] + SET_FIRST_DIRECTION + k%width][lane] += typical;
         }
-        push_contacts(run, work, free, push);
+        push_contacts(run, work, free, push, nu_dot);
         for (int j = 0; j < size; j++) {
-            const lanes_t rate = work->slip_dot[2*contacts[j/width] + SET_FIRST_DIRECTION + j%width];
-            without[j] = rate[0];
+            const int contact = contacts[j/width], c = SET_FIRST_DIRECTION + j%width;
+            without[j] = work->slip_dot[2*contact + c][0];
             for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
-                matrix[j*size + first + lane - 1] = (rate[lane] - rate[0])/typical;
+                matrix[j*size + first + lane - 1]
+                    = rate_in_lane(run, work, (const double (*)[3])rows, nu_dot, contact, c, lane)/typical;
         }
     }
 }
@@ -271,15 +294,23 @@ static int decide_carrying_beside(omniroll_run_t *run, const work_t *work, const
     return !run->ground.failure;
 }
 
+/* Whether the vehicle tips: there are no loads, not because friction leaves them undetermined, and those that there would
+ * be act at its edge or beyond it. */
+static int tips(const omniroll_run_t *run)
+{
+    return run->ground.failure == OMNIROLL_LOADS_NONE && run->ground.failure_is_regular && !acts_inside(run);
+}
+
 /* Why there are no loads, and what compressions were found. */
 typedef struct {
     omniroll_ground_t ground;
     double compression[MOST_WHEELS];
+    int tips;
 } refusal_t;
 
 static void keep_refusal(const omniroll_run_t *run, refusal_t *refusal)
 {
-    refusal->ground = run->ground;
+    refusal->ground = run->ground, refusal->tips = tips(run);
     for (int i = 0; i < run->wheels; i++)
         refusal->compression[i] = run->grips[i].load;
 }
@@ -291,19 +322,12 @@ static void put_refusal(omniroll_run_t *run, const refusal_t *refusal)
         run->grips[i].load = refusal->compression[i];
 }
 
-/* Whether the vehicle tips: there are no loads, and not because friction leaves them undetermined. */
-static int tips(const omniroll_ground_t *ground)
-{
-    return ground->failure == OMNIROLL_LOADS_NONE && ground->failure_is_regular;
-}
-
 /* There are no loads where contacts give way either. The run stops because the vehicle tips if it does so where all
  * contacts stick, and not only where they give way. */
 static void tell_what_tips(omniroll_run_t *run, const refusal_t *at_rest)
 {
-    if (!tips(&at_rest->ground) || tips(&run->ground))
-        return;
-    put_refusal(run, at_rest);
+    if (at_rest->tips && !tips(run))
+        put_refusal(run, at_rest);
 }
 
 /* Whether there are loads where all stick that `rests`; else why not, in `at_rest`. They are taken, or those of the last
@@ -510,6 +534,21 @@ static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, co
     own[0] /= length, own[1] /= length;
     return goes_along(run, i, slip, own, s->h*s->friction_makes);
 }
+
+#if SET_STANDS                      /* standing.c, standing_both_ways.c */
+static int forbid(omniroll_run_t *run, const work_t *work);
+
+/* A wheel that comes to rest on the ground and rests in its bearing has no slip in the row, as one that turns has none:
+ * nu loses what makes it. What the iteration has left there would be a slip that goes back. */
+static void stand_at_end(omniroll_run_t *run, const work_t *work)
+{
+    int comes_to_rest = 0;
+    for (int i = 0; i < run->wheels; i++)
+        comes_to_rest |= run->grips[i].resting && !run->grips[i].sticks;
+    if (comes_to_rest && forbid(run, work))
+        roll(run, work, 0);
+}
+#endif
 
 /* A step has been taken. */
 static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)

@@ -22,7 +22,7 @@ static int sharing_contacts(const step_t *s, const int wheels, int *contact)
 static void response_to_other(step_t *s, const int wheels, int i, int j, nodes_t *rate)
 {
     response_to_turn(s, i, j, rate);
-    if (i == j) {
+    if (i == j && !(SET_LOADS && SET_AXLES_STICK && s->own->sticks[i][0] > 0.5)) {
         response_near_rest(s, wheels, i, rate);
         return;
     }
@@ -87,10 +87,10 @@ static void find_shared_directions(step_t *s, const int wheels)
         const nodes_t before[2] = {s->push[2*i], s->push[2*i + 1]};
         nodes_t turn;
         memcpy(turn.node, turns + p*NODES, sizeof turn.node);
+        s->turned_together[i] = 1;
         turn_directions(s, i, &turn);
         force_in_direction(s, i);
         move_others(s, wheels, i, before);
-        s->turned_together[i] = 1;
     }
 }
 #endif

@@ -223,9 +223,11 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     for (int i = 0; i < run->wheels; i++) {
         axles[i].resting = axles[i].mode == 0;
         axles[i].released = 0;
+    }
+    stand_at_end(run, work);
+    for (int i = 0; i < run->wheels; i++)
         if (axles[i].resting)
             run->core[rates_at(run->wheels) + i] = 0;
-    }
     if (!run->hold.count && landed < 0)
         return;
     rates_at_this_instant(run, work, run->wheels, nu_dot);

@@ -297,9 +297,11 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     for (int k = 0; k < run->own_count; k++) {
         bearings[k].resting = bearings[k].mode == 0;
         bearings[k].released = 0;
-        if (k < work->own.rollers_at && bearings[k].resting)
-            run->core[rates_at(run->wheels) + k] = 0;
     }
+    stand_at_end(run, work);
+    for (int k = 0; k < work->own.rollers_at; k++)
+        if (bearings[k].resting)
+            run->core[rates_at(run->wheels) + k] = 0;
     keep_rollers_at_rest(run, work);
     memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);

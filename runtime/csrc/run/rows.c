@@ -71,8 +71,8 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
                            numbers_part(parts, count), numbers_part(parts, count)};
     double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
                                 numbers_part(parts, rows*rows)};
-    double *vectors[15];
-    for (int k = 0; k < 15; k++)
+    double *vectors[SET_STARTS_INSIDE ? 17 : 15];
+    for (int k = 0; k < (SET_STARTS_INSIDE ? 17 : 15); k++)
         vectors[k] = numbers_part(parts, rows);
     if (!work->problem)
         return;
@@ -84,7 +84,11 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
         .whole = vectors[14],
         .discs = {.matrix = squares[1], .wanted = vectors[9], .place = vectors[10], .pull = vectors[11],
                   .newton = {.system = squares[2], .step = vectors[12], .start = vectors[13], .slips = which[3],
-                             .slipping = which[4]}}};
+                             .slipping = which[4]},
+#if SET_STARTS_INSIDE
+                  .slack = vectors[15], .scale = vectors[16],
+#endif
+        }};
 }
 #endif
 
@@ -170,12 +174,16 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->own.held = lanes_part(&parts, BLOCKS*own);
     work->own.late = numbers_part(&parts, own);
 #endif
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
     work->own.rate = lanes_part(&parts, own);
+#if SET_DISKS_STICK
     work->own.dot = lanes_part(&parts, own);
     work->own.yaw_mass = lanes_part(&parts, 1);
+#endif
     work->own.now = numbers_part(&parts, own);
+#endif
+#if SET_DISKS_STICK
     work->own.given = numbers_part(&parts, own);
     work->own.per_yaw = numbers_part(&parts, own);
     work->own.bounds = numbers_part(&parts, own);
@@ -261,7 +269,7 @@ ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *r
     const int kind = input/run->wheels, wheel = input%run->wheels;
     if (run->axle_count && kind == SET_BEARING_INPUT)
         return run->bearings + wheel;
-    const int contacts = SET_DISKS_STICK || run->bearing_count - run->own_count > run->axle_count;
+    const int contacts = SET_ROLLERS_TURN || run->bearing_count - run->own_count > run->axle_count;
     return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
 }
 

@@ -44,8 +44,10 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
 #if SET_DISKS_STICK
     rollers_have_switched(run, directions);
+#elif SET_IN_SERIES
+    stop_those_that_switch(run, work, directions);
 #endif
-#if SET_AXLES_STICK || SET_DISKS_STICK
+#if SET_AXLES_STICK || SET_ROLLERS_TURN
     axles_have_switched(run);
 #endif
 #if SET_GRIPS

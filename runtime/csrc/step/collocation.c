@@ -275,7 +275,7 @@ ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const array
 }
 #endif
 
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
 ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at);
 #endif
 
@@ -295,7 +295,7 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
 #if SET_STANDS
     keep_standing(s, wheels, b, at);
 #endif
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     keep_own(s, wheels, b, at);
 #elif SET_OWN_BEARINGS
     for (int k = 0; s->held && k < s->own_count; k++)

@@ -137,7 +137,7 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 }
 #endif
 
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at);
 #endif
 
@@ -171,7 +171,7 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
     for (int k = 0; k < 3; k++)
         s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
 #endif
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     find_own_late(s, wheels, &at);
 #elif SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
@@ -305,6 +305,8 @@ ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
 #if SET_GRIPS
     const int contact = s->landing - wheels - s->guards;
     return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
+#elif SET_IN_SERIES                 /* the spin is no number that can be set to zero there                    */
+    return s->landing - wheels - s->guards >= s->own->rollers_at && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
 #else
     (void)s, (void)wheels;
     return 0;
@@ -438,6 +440,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return UNSETTLED;
 #if SET_LOADS
         shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h && fabs(moved) < SHIFT*s->h;
+#elif SET_IN_SERIES
+        shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h;
 #endif
         last = change > 0 ? change : 1e-300;
         s->h = length;

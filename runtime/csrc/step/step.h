@@ -44,10 +44,13 @@ typedef struct {
     lanes_t *holding;                           /* out: what holds                               */
     nodes_t *held;                              /* that at the nodes                             */
     double *late;                               /* what its polynomials lack at the step's end   */
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     int wheels, rollers_at;                             /* where those of rollers begin, behind those of axles: in contact, free */
     double *now;                                /* rates at this instant                         */
-    lanes_t *rate, *dot;                        /* scratch; out: accelerations of the rollers' spins */
+    lanes_t *rate;                              /* scratch                                       */
+#endif
+#if SET_DISKS_STICK
+    lanes_t *dot;                               /* out: accelerations of the rollers' spins      */
     lanes_t *yaw_mass;                          /* out: one number                               */
     double *given, *per_yaw, *bounds;           /* of those at rest: scratch                     */
 #endif
@@ -60,6 +63,9 @@ ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 #endif
 #if SET_AXLES_STICK
     point->axle_sticks = own->sticks, point->axle_holding = own->holding;   /* torques are among the inputs */
+#endif
+#if SET_IN_SERIES
+    point->contact_sticks = own->sticks + own->rollers_at;  /* set_slip_spins() tells what holds them       */
 #endif
 #if SET_DISKS_STICK
     const int contact = own->rollers_at, free = contact + own->wheels;

@@ -18,6 +18,7 @@ from omniroll.effects.ground import Grip, Ground
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
 from omniroll.effects.ground_with_bearings import GroundWithBearings
+from omniroll.effects.ground_with_massless_rollers import GroundWithMasslessRollers, StripFlow
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_axles import GroundBesideAxles
@@ -28,7 +29,7 @@ from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearing
 from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
-from omniroll.effects.slipping_bearings import MOMENTS, SlippingBearings, Torques
+from omniroll.effects.slipping_bearings import MOMENTS, MasslessSlippingBearings, SlippingBearings, Torques
 from omniroll.effects.slipping_rollers import SlippingRollers
 from omniroll.effects.smooth_ground import SmoothFlow, SmoothGround
 from omniroll.effects.state_vector import StateVector
@@ -270,6 +271,9 @@ class EffectRun:
         axles, self.slipping_axles = self.slipping_axles, None  # the ground has them then
         if rollers is not None:
             of_axles = None if axles is None else (axles.sliding, axles.holding)
+            if not self.kernel.has_spins:
+                bearings = MasslessSlippingBearings(self.kernel, of_axles, rollers)
+                return GroundWithMasslessRollers(self.kernel, grip, bearings, self.bound_rates.buffers)
             bearings = SlippingBearings(self.kernel, of_axles, rollers)
             if not grip.sticks:
                 return GroundBesideBearings(self.kernel, grip, bearings, self.bound_rates)
@@ -398,6 +402,8 @@ class EffectRun:
 
         none, turns = np.zeros(self.kernel.wheels, bool), np.zeros(len(ground.axles.modes), bool)
         kind = GroundFlow if ground.grip.balance is None else LoadedFlow
+        if isinstance(ground, GroundWithMasslessRollers):
+            kind = StripFlow
         slip = kind(ground, rates, flow(none, turns, ground.axles.torques())).slip(y)
         try:
             ground.begin(slip, evaluate)

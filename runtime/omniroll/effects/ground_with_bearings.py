@@ -63,6 +63,7 @@ class GroundWithBearings(GroundWithAxles):
 
     axles: SlippingBearings
     at_edge = USED
+    from_inside = False  # whether forces at an instant are sought from inside what can be taken
 
     def _put_axles(self, axles: SlippingBearings, held: dict[str, np.ndarray]) -> None:
         super()._put_axles(axles, held)
@@ -215,12 +216,12 @@ class GroundWithBearings(GroundWithAxles):
         less = np.minimum(reach, AMPLE * asked[:, None])
         less[contacts] = reach[contacts]
         less = np.maximum(less, LEAST_REACH * less.max())
-        found = cones.decide_semidefinite(matrix, without, less)
+        found = cones.decide_semidefinite(matrix, without, less, from_inside=self.from_inside)
         at_bound = np.abs(found.force[:, 0]) >= less[:, 0] * (1 - USED)
         too_little = at_bound & (less[:, 0] < reach[:, 0])
         if not too_little.any():
             return found
-        return cones.decide_semidefinite(matrix, without, reach)
+        return cones.decide_semidefinite(matrix, without, reach, from_inside=self.from_inside)
 
     def _overdone(self) -> bool:
         """Whether something that sticks is asked for more than it takes. It is let go."""

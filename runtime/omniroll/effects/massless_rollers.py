@@ -23,9 +23,13 @@ SMALLEST = float(np.finfo(float).tiny)
 AT_SLIDING = 1e-9  # a torque that is nearer to the sliding one than this part of it may be that of a roller that turns
 
 
-def holds(taken: np.ndarray, sliding: np.ndarray) -> np.ndarray:
-    """(..., N) bool: torques (..., N) in N m that hold rollers, where those that turn have sliding (N,)."""
-    return np.abs(np.abs(taken) - sliding) > AT_SLIDING * sliding
+def holds(taken: np.ndarray, sliding: np.ndarray, heading: np.ndarray | None = None) -> np.ndarray:
+    """(..., N) bool: torques (..., N) in N m that hold rollers, where those that turn have sliding (N,).
+
+    heading  (..., N) in rad, where contacts go that may stick: those of rollers that turn along the rolling direction
+    """
+    holding = np.abs(np.abs(taken) - sliding) > AT_SLIDING * sliding
+    return holding if heading is None else holding | (np.abs(np.cos(heading)) > AT_SLIDING)
 
 
 def given_in_rows(taken: np.ndarray, sticks: np.ndarray) -> dict[str, np.ndarray]:

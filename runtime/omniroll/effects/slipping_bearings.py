@@ -36,7 +36,8 @@ class SlippingBearings:
     """
 
     def __init__(self, kernel: Kernel, axles: Torques | None, rollers: Torques):
-        self.kernel, self.wheels, self.places = kernel, kernel.wheels, kernel.rollers_per_wheel
+        self.kernel, self.wheels = kernel, kernel.wheels
+        self.places = self._rollers_of_a_wheel()
         free = np.zeros(self.wheels)
         both = zip(axles or (free, free), rollers, strict=True)
         self.sliding, self.holding = (np.append(own, np.repeat(other, self.places)) for own, other in both)
@@ -48,6 +49,10 @@ class SlippingBearings:
         self.asked, self.least, self.sizes = np.zeros(count), np.zeros(count), np.zeros(count)
 
     # Parts of the list
+
+    def _rollers_of_a_wheel(self) -> int:
+        """How many of a wheel's rollers may turn on their disks."""
+        return self.kernel.rollers_per_wheel
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (B,) as those of axles (N,), and of rollers (N, n)."""
@@ -169,3 +174,36 @@ class SlippingBearings:
         moments = [rollers[:, 1:] @ np.cos(places), rollers[:, 1:] @ np.sin(places)]
         found = {"bearing_torque": of_axles, "contact_bearing": rollers[:, 0]}
         return found | dict(zip(MOMENTS, moments, strict=True))
+
+
+class MasslessSlippingBearings(SlippingBearings):
+    """The bearings (2 N,) of axles and of massless rollers in contact. Those of the others stick: they stop at once."""
+
+    def _rollers_of_a_wheel(self) -> int:
+        return 1
+
+    def rates(self, state: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(2 N,) in rad/s, of the wheels' `rates` (N,) and the rollers' `contact_spin` (N,)."""
+        return np.append(state["rates"], state["contact_spin"])
+
+    def at_rest(self, state: State) -> State:
+        """The state with the rates of axles that rest at zero. Those that are zero within rounding rest, too."""
+        own = slice(0, self.wheels)
+        rates = np.append(state.rates, np.zeros(self.wheels))
+        self.sizes = np.maximum(np.abs(rates) + self.reach * np.linalg.norm(state.nu), self.least)
+        self.resting[own] |= np.abs(state.rates) <= AT_REST * EPS * self.sizes[own]
+        self.resting &= self.may_stick
+        modes = np.where(self.may_stick[own], np.sign(state.rates), 1)
+        self.modes[own] = np.where(self.resting[own], 0, modes)
+        self.modes[self.wheels :][self.resting[self.wheels :]] = 0
+        return replace(state, rates=np.where(self.resting[own], 0.0, state.rates))
+
+    def asked_in(self, buffers: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(2 N,) what holds those that stick, as the rates that were computed last have it."""
+        return np.append(buffers.get("axle_holding", np.zeros(self.wheels)), buffers["contact_holding"])
+
+    def inputs(self, sticks: np.ndarray, torques: np.ndarray) -> dict[str, np.ndarray]:
+        """What the kernel takes, by name, where (2 N,) stick and the others have torques (2 N,)."""
+        (axles, rollers), (of_axles, of_rollers) = np.split(sticks, 2), np.split(torques, 2)
+        found = {"axle_sticks": axles, "bearing_torque": of_axles} if self.may_stick[0] else {}
+        return found | {"contact_sticks": rollers, "contact_bearing": of_rollers}

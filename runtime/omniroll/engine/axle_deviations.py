@@ -14,89 +14,32 @@ There is no derivative where a rate only just comes to zero, and where what is a
 bound, or is at it in what begins.
 """
 
-from collections.abc import Mapping
-from functools import cached_property
-
 import numpy as np
 
-from omniroll.engine.axle_modes import TORQUE, AxleModes
-from omniroll.engine.contact_modes import ContactModes
+from omniroll.engine.axle_modes import TORQUE
+from omniroll.engine.bearing_deviations import BearingDeviations
+from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import KEPT
-from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 
-JUMPS = 1e-9  # of what a rate could be: it does not jump by less
-TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
-REACHED = 1e-6  # of what an axle takes: it has been reached
-GRAZES = 1e-6  # of the rate that it could have: what comes to its bound more slowly grazes it
 
-
-class AxleDeviations:
+class AxleDeviations(BearingDeviations):
     """The deviations of one run in P columns, where its axles come to rest and break away."""
 
+    name = "axle"
+
     def __init__(self, motion: Motion, columns: Columns):
-        self.motion, self.columns, self.deviations = motion, columns, motion.deviations
-        self.axles: AxleModes = motion.axles
-        self.contacts: ContactModes | None = motion.contacts
+        super().__init__(motion, columns, motion.axles, None)
         self.rates = self.deviations.places["rates"]
-
-    @cached_property
-    def torques(self) -> tuple[np.ndarray, np.ndarray]:
-        """(P, N) deviations of the torques of axles that turn, and of the largest at rest."""
-        own, place = self.columns.signals, self.axles.place
-        zero = np.zeros((len(self.columns), self.motion.plain.wheels))
-        sliding, most = (own.get((place, f"wheel_{what}"), zero) for what in ("coulomb", "break_away"))
-        given = self.columns.effects[place].wheel_break_away is not None
-        return sliding, most if given else sliding
-
-    def given(self, rows: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Deviations of value and slope (S, P, N) of the bearings' torques in the steps from rows (S,), by the input's
-        name."""
-        moved = -self.axles.modes[rows][:, None] * self.torques[0]
-        return {TORQUE: (moved, np.zeros_like(moved))}
-
-    def held(self, rows: np.ndarray) -> tuple[Mapping, Mapping]:
-        """What generated functions take of the axles in rows (k,), by name; and the same with the tangents of the Q
-        numbers that these functions know, (Q, k, ...)."""
-        return self.axles.at(rows), self.carried(rows, self.columns.numbered)
-
-    def carried(self, rows: np.ndarray, columns: np.ndarray | slice = slice(None)) -> dict[str, np.ndarray]:
-        """The same in rows (...), carrying the tangents of some columns; no number moves it."""
-        return self.axles.at(rows)
-
-    @cached_property
-    def changes(self) -> np.ndarray:
-        """(T - 1,) bool: whether axles change their modes between a row and the next, where no time passes and no wheel
-        switches."""
-        found = (self.axles.modes[:-1] != self.axles.modes[1:]).any(axis=1) & ~self.motion.starts_step[:-1]
-        found[self.motion.switched - 1] = False
-        return found
-
-    @property
-    def rests_at_switches(self) -> np.ndarray:
-        """Rows behind which an axle comes to rest just as a wheel switches."""
-        before = self.motion.switched - 1
-        return before[((self.axles.modes[before] != 0) & (self.axles.modes[before + 1] == 0)).any(axis=1)]
-
-    def refuse_rests(self, row: int) -> None:
-        """Raises NoDerivativeError where an axle comes to rest just as a wheel switches, behind a row."""
-        rests = np.flatnonzero((self.axles.modes[row] != 0) & (self.axles.modes[row + 1] == 0))
-        if rests.size:
-            raise self._none(row, "an axle comes to rest just as a wheel switches", rests)
-
-    def refuse_orders(self, row: int, wheels: np.ndarray) -> None:
-        """Raises NoDerivativeError where wheels that switch together behind a row, and apart beside the run, change the
-        modes of axles."""
-        if (self.axles.modes[row] != self.axles.modes[row + 1]).any():
-            reason = "wheels switch together, and axles decide with them in more than one order"
-            raise self._none(row, reason, wheels)
 
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts: a wheel whose axle sticks has no rate beside it either."""
         self._refuse_edges(0)
-        found = np.array(moved)
-        found[self.rates[self.axles.modes[0] == 0]] = 0.0
+        found, rests = np.array(moved), self.modes[0] == 0
+        if self.contacts is not None:  # loads that follow feel what takes its rate away
+            found = self.rested(0, np.where(rests, 1, self.modes[0]), found, rests)
+        found[self.rates[rests]] = 0.0
         return found
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
@@ -105,10 +48,9 @@ class AxleDeviations:
         knot    (P,) by how much the time deviates at which a drive jumps there; None where none does
         inputs  (U, 1 + P) how fast the phase's inputs change, and their deviations
         """
-        before, after = self.axles.modes[row : row + 2]
+        before, after = self.modes[row : row + 2]
         changed = np.flatnonzero(before != after)
-        if self.contacts is not None and (self.contacts.carries[row] != self.contacts.carries[row + 1]).any():
-            raise self._none(row, "an axle changes its mode just as a load vanishes or comes back", changed)
+        self.refuse_lifts(row, changed)
         jump = self.motion.rates[row] - self.motion.rates[row + 1]
         if self.motion.drives_jump(row, (TORQUE, *KEPT, "carries")):
             return self._at_a_knot(row, moved, knot, changed, jump)
@@ -124,7 +66,7 @@ class AxleDeviations:
         found[own] += jump[own][:, None] * times
         others = np.setdiff1d(np.arange(len(moved)), own)
         if np.abs(jump[others]).max() > JUMPS * np.abs(self.motion.rates[row : row + 2, others]).max():
-            self._refuse_apart(row, times[stops | jumps], changed)
+            self.refuse_apart(row, times[stops | jumps], changed)
             found[others] += jump[others][:, None] * times[stops | jumps][0]
         return found
 
@@ -132,12 +74,12 @@ class AxleDeviations:
         self, row: int, moved: np.ndarray, knot: np.ndarray | None, changed: np.ndarray, jump: np.ndarray
     ) -> np.ndarray:
         """The same where a drive jumps: axles that do not come to rest do so by this jump."""
-        stops = changed[self.axles.modes[row, changed] != 0]
+        stops = changed[self.modes[row, changed] != 0]
         times = np.zeros((1, len(self.columns))) if knot is None else knot[None]
         if stops.size:
             times = np.concatenate([times, self.times_of_stops(row, moved, stops)])
         self._refuse_edges(row + 1)
-        self._refuse_apart(row, times, changed)
+        self.refuse_apart(row, times, changed)
         return moved + jump[:, None] * times[0]
 
     def _possible(self, row: int, axles: np.ndarray) -> np.ndarray:
@@ -145,14 +87,14 @@ class AxleDeviations:
         take."""
         inertia = self.motion.plain.vehicle.wheel_inertia
         rates = np.abs(self.motion.rates[row : row + 2, self.rates[axles]]).max(axis=0)
-        return rates + (np.abs(self._asked(row)) + self.axles.holding)[axles] / inertia
+        return rates + (np.abs(self._asked(row)) + self.holding)[axles] / inertia
 
     def _asked(self, row: int) -> np.ndarray:
         """(N,) in N m, what holds the axles that stick in a row."""
         motion = self.motion
         held = motion.held_at(np.array(row))
         known = self.deviations.known_of(motion.plain, motion.y[row], motion.inputs[row], held)
-        return known["axle_holding"] * (self.axles.modes[row] == 0)
+        return known["axle_holding"] * (self.modes[row] == 0)
 
     def _jumps(self, row: int, axles: np.ndarray, jump: np.ndarray) -> np.ndarray:
         """(k,) bool: axles whose rates jump."""
@@ -164,7 +106,7 @@ class AxleDeviations:
         slow = axles[np.abs(slopes) <= GRAZES * self._possible(row, axles)]
         if slow.size:
             reason = "an axle only just comes to rest, so that a change however small lets it turn on"
-            raise self._none(row, reason, slow)
+            raise self.none(row, reason, slow)
         return -moved[self.rates[axles]] / slopes[:, None]
 
     def _times_of_release(self, row: int, moved: np.ndarray, axles: np.ndarray, inputs: np.ndarray) -> np.ndarray:
@@ -177,28 +119,15 @@ class AxleDeviations:
         if self.contacts is not None:
             held = self.contacts.moved(held, columns.constants, 0)
         asked = self.deviations.known_of(columns.kernel, y, given, held)["axle_holding"]
-        most = np.concatenate([np.zeros((1, len(self.axles.holding))), self.torques[1]])
+        most = np.concatenate([np.zeros((1, len(self.holding))), self.torques[1]])
         slopes = (np.sign(asked[0].real) * tangent_of(asked) - most)[:, axles].T
-        bounds = self.axles.holding[axles]
+        bounds = self.holding[axles]
         reached = np.abs(asked[0].real[axles]) >= (1 - REACHED) * bounds
-        if not (reached & (slopes[:, 0] * self.motion.time_in_modes(self.axles.modes, row) > GRAZES * bounds)).all():
+        if not (reached & (slopes[:, 0] * self.motion.time_in_modes(self.modes, row) > GRAZES * bounds)).all():
             reason = "what an axle holds only just comes to its bound, so that a change however small lets it stay"
-            raise self._none(row, reason, axles)
+            raise self.none(row, reason, axles)
         return -slopes[:, 1:] / slopes[:, :1]
 
     def _refuse_edges(self, row: int) -> None:
         """Raises NoDerivativeError where an axle sticks from a row on that is asked for all that it takes."""
-        asked, most = np.abs(self._asked(row)), self.axles.holding
-        edge = np.flatnonzero((self.axles.modes[row] == 0) & (asked >= (1 - REACHED) * most))
-        if edge.size:
-            raise self._none(row, "an axle sticks by all its friction, so that a change however small lets it go", edge)
-
-    def _refuse_apart(self, row: int, times: np.ndarray, axles: np.ndarray) -> None:
-        apart = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)
-        if apart.any():
-            names = ", ".join(np.array(self.columns.names)[apart])
-            reason = f"several axles stop or break away together, and apart where a number changes; by {names}"
-            raise self._none(row, reason, axles)
-
-    def _none(self, row: int, reason: str, wheels: np.ndarray) -> NoDerivativeError:
-        return NoDerivativeError(reason, t=float(self.motion.trajectory.t[row]), wheels=tuple(map(int, wheels)))
+        self.refuse_at_bound(row, self.modes[row] == 0, self._asked(row))

@@ -18,6 +18,7 @@ import numpy as np
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
+from omniroll.effects.massless_rollers import given_in_rows
 from omniroll.engine import workspace
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.recorded import Forgotten, Recorded, wheels_switched
@@ -52,8 +53,12 @@ REASONS = {
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
-# Generated functions of sets that run on the Python engine alone, and what these have.
-NOT_COMPILED = {"slip_contact_loss": "massless rollers that stick where wheels may slip"}
+# Generated functions that sets have together which run on the Python engine alone, and what these have.
+MASSLESS = "massless rollers that stick where wheels may slip, "
+NOT_COMPILED = {
+    ("slip_contact_loss", "ground_dynamics"): MASSLESS + "beside the law coulomb",
+    ("slip_contact_loss", "spring_loads"): MASSLESS + "under loads that follow the motion",
+}
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
@@ -61,7 +66,8 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    return next((lack for name, lack in NOT_COMPILED.items() if name in kernel.signatures), "")
+    lacks = (lack for names, lack in NOT_COMPILED.items() if all(name in kernel.signatures for name in names))
+    return next(lacks, "")
 
 
 def can_run(task: Task) -> bool:
@@ -219,11 +225,12 @@ class CompiledRun:
     def end(self) -> dict[str, Any]:
         """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come.
 
-        Where wheels may slip also `speeds`: by name what contacts have, as Contacts takes it.
+        Where wheels may slip also `speeds`: by name what contacts have, as Contacts takes it, with the modes of
+        massless rollers that may stick.
         """
         state: dict[str, Any] = {name: array.copy() for name, array in state_of(self).items()}
         own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
-        state["speeds"] = {name: self.speeds(name).copy() for name in own}
+        state["speeds"] = {name: self.speeds(name).copy() for name in own} | self.massless_modes()
         return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
 
     def _end_axial(self) -> np.ndarray | None:
@@ -307,6 +314,15 @@ class CompiledRun:
         """(N,) rates or contact_omega where wheels may slip: where the engine has them."""
         start = self.columns.starts[name]
         return self.space.core[start : start + self.wheels]
+
+    def massless_modes(self) -> dict[str, np.ndarray]:
+        """(N,) by name what the kernel takes of massless rollers that stick on their disks or turn there where wheels
+        may slip, before this instant's events; without such rollers empty."""
+        if self.task.effects.sliding_of_massless_rollers(self.task.kernel) is None:
+            return {}
+        rollers = [self.run.bearings[self.run.axle_count + wheel] for wheel in range(self.wheels)]
+        sticks = np.array([roller.mode == 0 for roller in rollers])
+        return given_in_rows(np.array([roller.torque for roller in rollers]), sticks)
 
     def _give_inputs(self) -> None:
         guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)

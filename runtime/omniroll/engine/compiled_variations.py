@@ -11,13 +11,14 @@ import numpy as np
 
 from omniroll.codegen.along import SUFFIX
 from omniroll.engine.axle_modes import TORQUE
+from omniroll.engine.bearing_deviations import BearingDeviations
 from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.own_bearings import OwnBearings
+from omniroll.engine.pieces_of_steps import most_wrong
 from omniroll.engine.roller_modes import FREE, IN_CONTACT
-from omniroll.engine.variations import Deviations, gauss
+from omniroll.engine.variations import NO_ANGLE, Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import sets
@@ -31,13 +32,12 @@ ALIGNMENT = 128  # bytes
 FEWER, FINE, MOST_LAST = 12, 1e-8, 1e-5
 MANY = 16  # steps that ask for more
 OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # as C takes them
-NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own size
 
 
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if deviations.grips and (deviations.axles_stick or deviations.rollers_stick):
+    if motion.massless is not None or (deviations.grips and (deviations.axles_stick or deviations.rollers_stick)):
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -69,6 +69,7 @@ def _tables(degree: int, count: int) -> dict[str, np.ndarray]:
     return {
         "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
         "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.last,
+        "gauss_before_last": nodes.before_last,
     }  # fmt: skip
 
 
@@ -121,6 +122,7 @@ class CompiledVariations:
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
     holds   where bearings may stick; bearings, those that have rates of their own, where wheels may slip
+    turns   (T,) 1 in rows in which these change their modes as a step begins, until that is passed
     """
 
     def __init__(
@@ -132,7 +134,7 @@ class CompiledVariations:
         inputs: np.ndarray,
         axial: np.ndarray | None,
         holds: HoldDeviations | None,
-        bearings: OwnBearings | None,
+        bearings: BearingDeviations | None,
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
@@ -142,7 +144,7 @@ class CompiledVariations:
         decays = "contact_omega" in motion.deviations.rates  # slips along the axles, which do so fast within steps
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
-        self.asked = 0
+        self.asked, self.turns = 0, np.zeros(len(rows), np.int32)
         self._fill(holds, bearings)
 
     def deviate(self, spins: np.ndarray) -> None:
@@ -164,13 +166,34 @@ class CompiledVariations:
             reached = call(self.struct, first + 1, last, phase, False)
         return reached
 
-    def rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """(k, NODES, m, P) the rates of the deviations at the nodes of steps (k,), each in its phase."""
+    def since_rows(self, step: np.ndarray, phase: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """(k, m, P) what the deviations have come to since the rows of steps (k,), each in its phase, at parts x."""
         self._take_nodes(NODES)
-        rates = np.empty((len(steps), NODES, *self.rows.shape[1:]))
+        wanted, first, back = np.unique(step, return_index=True, return_inverse=True)
+        trajectory = self.motion.trajectory
+        rows, elapsed = trajectory.step_rows[step], trajectory.elapsed
+        rates, in_pieces = self._rates_in_steps(wanted, phase[first])
+        weights = gauss(self.struct[0].nodes).integrals(x) * (elapsed[rows + 1] - elapsed[rows])[:, None]
+        found = np.einsum("ks,ksmp->kmp", weights, rates[back])
+        cut = np.flatnonzero(in_pieces[back])
+        if cut.size:
+            found[cut] = self._moved_in_steps(step[cut], phase[cut], x[cut]) - self.rows[rows[cut]]
+        return found
+
+    def _rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(k, s, m, P) the rates of the deviations at the nodes of steps (k,), and (k,) bool: steps that are followed
+        in pieces, and have none."""
+        rates, cut = np.zeros((len(steps), self.struct[0].nodes, *self.rows.shape[1:])), np.zeros(len(steps), np.int32)
         pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(rates, float)
-        self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers)
-        return rates
+        self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers, self._pointer(cut, np.int32))
+        return rates, cut != 0
+
+    def _moved_in_steps(self, steps: np.ndarray, phases: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """(k, m, P) the deviations at parts x (k,) of steps (k,) that are followed in pieces."""
+        moved = np.empty((len(steps), *self.rows.shape[1:]))
+        pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(x, float)
+        self.module.lib.omniroll_moved_in_steps(self.struct, len(steps), *pointers, self._pointer(moved, float))
+        return moved
 
     def _turning_rows(self) -> np.ndarray:
         """(Q, N, 3) how the wheels' rates for each of nu move with the numbers."""
@@ -267,13 +290,14 @@ class CompiledVariations:
             drive[:, names.index(IN_CONTACT)] = motion.rollers.torques[..., 0]
         return drive
 
-    def _fill(self, holds: HoldDeviations | None, bearings: OwnBearings | None) -> None:
+    def _fill(self, holds: HoldDeviations | None, bearings: BearingDeviations | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
         run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
         run.impact = trajectory.switching == "impact"
         run.rows = len(trajectory)
+        run.most_wrong = most_wrong(trajectory.accuracy)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
         dense = trajectory.dense
         run.row_size, run.degree = dense.shape[2], dense.shape[1] - 1
@@ -292,12 +316,13 @@ class CompiledVariations:
                 whole["free_mode"] = holds.holds.spins.modes
                 run.enters = self._pointer(holds.left_to_do, np.int32)
         if bearings is not None:
-            whole["own_mode"], run.enters = bearings.modes, self._pointer(bearings.turns, np.int32)
+            self.turns[:] = bearings.turns_alone
+            whole["own_mode"], run.enters = bearings.modes, self._pointer(self.turns, np.int32)
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
             "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(), "dense": dense, "moved": self.rows,
-            "given": self.inputs, "least": NOTHING / columns.sizes,
+            "given": self.inputs, "least": NO_ANGLE / columns.sizes,
         }  # fmt: skip
         if motion.contacts is not None:
             numbers |= self._of_contacts(motion.contacts)
@@ -305,7 +330,8 @@ class CompiledVariations:
             numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
             numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}
         if bearings is not None:
-            numbers |= bearings.numbers
+            numbers |= {"own_sliding": bearings.sliding, "own_most": bearings.holding}
+            numbers |= {"own_most_moved": bearings.torques[1], "own_inertia": bearings.inertias}
         if motion.rollers is not None:
             numbers["free_torque"] = motion.rollers.torques[..., 1:]
         if self.axial is not None:

@@ -34,15 +34,11 @@ import numpy as np
 
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES, slips
+from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED, apart, no_derivative
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import KEPT
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
-
-JUMPS = 1e-9  # of a rate: it does not jump by less
-TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
-REACHED = 1e-6  # of what a contact can hold: it has been reached
-GRAZES = 1e-6  # of the rate that it could have: what comes to its bound more slowly grazes it
 
 
 class ContactDeviations:
@@ -77,6 +73,11 @@ class ContactDeviations:
         found &= ~motion.starts_step[:-1]
         found[motion.switched - 1] = False
         return found
+
+    @cached_property
+    def turns_alone(self) -> np.ndarray:
+        """(T,) bool: whether modes change in a row that ends one step and starts the next."""
+        return np.zeros(len(self.motion.y), bool)
 
     @property
     def rests_at_switches(self) -> np.ndarray:
@@ -316,11 +317,10 @@ class ContactDeviations:
             raise self._none(row, reason, edge)
 
     def _refuse_apart(self, row: int, times: np.ndarray, wheels: np.ndarray) -> None:
-        apart = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)
-        if apart.any():
-            names = ", ".join(np.array(self.columns.names)[apart])
+        names = apart(self.columns.names, times)
+        if names:
             reason = f"several contacts change their modes together, and apart where a number changes; by {names}"
             raise self._none(row, reason, wheels)
 
     def _none(self, row: int, reason: str, wheels: np.ndarray) -> NoDerivativeError:
-        return NoDerivativeError(reason, t=float(self.motion.trajectory.t[row]), wheels=tuple(map(int, wheels)))
+        return no_derivative(self.motion.trajectory.t[row], reason, wheels)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import EPS
@@ -72,7 +73,11 @@ class ReferenceRun:
     def end(self) -> dict[str, Any]:
         found, axial = self.found, self.engine.rows.axial[-1]
         end = {name: getattr(found, name)[-1] for name in ("t", "nu", "chi", "contact", "pose")}
-        return end | {"axial": axial if found.roller_model == "free" else None}
+        speeds = self.task.effects.own_speeds(self.engine.kernel, self.engine.state)
+        rollers = self.engine.acting.slipping_rollers
+        if isinstance(rollers, MasslessRollers):
+            speeds |= rollers.inputs()
+        return end | {"axial": axial if found.roller_model == "free" else None, "speeds": speeds}
 
     def stats(self) -> dict:
         return self.found.stats

@@ -6,6 +6,7 @@ from omniroll.effects.ground import PART_OF_WAY
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
 from omniroll.effects.ground_with_bearings import GroundWithBearings
+from omniroll.effects.ground_with_massless_rollers import StripFlow
 from omniroll.effects.guards import PASSED, Guards
 from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_bearings import GroundBesideBearings
@@ -98,7 +99,23 @@ class AllBearingGuards(AxleGuards):
         contacts, bearings = len(self.ground.sticks), len(self.ground.axles.modes)
         slides = ~self.ground.sticks & ~self.ground.off
         own = np.append(np.arange(contacts), values.shape[1] - 1 - bearings + np.arange(bearings))
-        return missed_of_turning(values, own, np.append(slides, self.ground.axles.modes))
+        return missed_of_turning(values, own, np.append(slides, self._modes()))
+
+    def _modes(self) -> np.ndarray:
+        """(B,) of the bearings, 0 of those that have not just begun to move."""
+        return self.ground.axles.modes
+
+
+class StripGuards(AllBearingGuards):
+    """The same of massless rollers, whose contacts slip in a direction where these stick."""
+
+    def longest_step(self, time: float, y: np.ndarray, rates: np.ndarray) -> float:
+        return super().longest_step(time, y, rates) if len(self.flow.turning) else np.inf
+
+    def _modes(self) -> np.ndarray:
+        """A roller that has just begun to stick is as near to its bound at first as the polynomial is wrong."""
+        axles, _ = np.split(self.ground.axles.modes, 2)
+        return np.append(axles, np.ones_like(axles))
 
 
 class LoadsAndBearingsGuards(AllBearingGuards, LoadedGuards):
@@ -146,6 +163,8 @@ def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards
             return LoadedBearingGuards(guards, flow)
         beside = isinstance(flow.ground, GroundBesideAxles)
         return LoadedAxleGuards(guards, flow) if beside else LoadGuards(guards, flow)
+    if isinstance(flow, StripFlow):
+        return StripGuards(guards, flow)
     if isinstance(flow.ground, GroundWithBearings):
         return (LoadsAndBearingsGuards if isinstance(flow, LoadedFlow) else AllBearingGuards)(guards, flow)
     if isinstance(flow.ground, GroundWithAxles):

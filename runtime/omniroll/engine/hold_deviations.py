@@ -24,16 +24,13 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.effects.complementarity import Facets
+from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED, TOGETHER, apart, no_derivative
 from omniroll.engine.motion import Columns, Motion, first_with_modes
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
 AXLES = "bearing_torque"
 FIELDS = {AXLES: "wheel", "contact_bearing": "roller"}  # how the effect's numbers begin
-JUMPS = 1e-9  # of a rate: it does not jump by less
-TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
-REACHED = 1e-6  # of what a facet takes: it has been reached
-GRAZES = 1e-6  # of the rate that it could have: what comes to zero more slowly grazes it
 
 Inputs = Callable[[], np.ndarray]
 
@@ -296,9 +293,8 @@ class HoldDeviations:
             times = self._times_of_release(event, moved, inputs())
         if stopped.any() and knot is not None:
             times = np.concatenate([times, knot[None]])
-        apart = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)
-        if apart.any():
-            names = ", ".join(np.array(self.columns.names)[apart])
+        names = apart(self.columns.names, times)
+        if names:
             reason = f"several bearings stop or break away together, and apart where a number changes; by {names}"
             raise self._none(row, reason, changed)
         return moved + (event.rates[0] - event.rates[1])[:, None] * times[0]
@@ -428,7 +424,7 @@ class HoldDeviations:
         places = np.flatnonzero(bearings) if bearings.dtype == bool else bearings
         plane, slots = len(self.holds.sliding), self.plain.rollers_per_wheel - 1
         wheels = {int(place) % self.wheels if place < plane else int(place - plane) // slots for place in places}
-        return NoDerivativeError(reason, t=float(self.trajectory.t[row]), wheels=tuple(sorted(wheels)))
+        return no_derivative(self.trajectory.t[row], reason, wheels)
 
 
 @dataclass(frozen=True)

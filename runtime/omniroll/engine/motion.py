@@ -8,15 +8,15 @@ import numpy as np
 from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
+from omniroll.engine.events_beside import JUMPS
 from omniroll.engine.holds import Holds
+from omniroll.engine.massless_modes import MasslessModes
 from omniroll.engine.roller_modes import RollerModes
-from omniroll.engine.standing_axles import StandingAxles
-from omniroll.engine.variations import Deviations, Held, Variations
+from omniroll.engine.standing import Standing
+from omniroll.engine.variations import NO_ANGLE, Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
-
-JUMPS = 1e-9  # of what drives give: that does not jump by less
 
 
 def first_with_modes(modes: np.ndarray, row: int) -> int:
@@ -64,9 +64,7 @@ class Motion:
         """Which axles stick where wheels may slip; None where none may."""
         if not self.deviations.axles_stick:
             return None
-        given = self.trajectory, self.plain, self.vector, self.y
-        stands = "standing_dynamics" in self.plain.signatures
-        return StandingAxles(*given, self.contacts.sticks) if stands else AxleModes(*given)
+        return AxleModes(self.trajectory, self.plain, self.vector, self.y)
 
     @cached_property
     def rollers(self) -> RollerModes | None:
@@ -74,6 +72,18 @@ class Motion:
         if not self.deviations.rollers_stick:
             return None
         return RollerModes(self.trajectory, self.plain, self.vector, self.y)
+
+    @cached_property
+    def massless(self) -> MasslessModes | None:
+        """Which massless rollers stick where wheels may slip; None where none may."""
+        return MasslessModes(self.trajectory, self.plain) if "slip_contact_loss" in self.plain.signatures else None
+
+    @cached_property
+    def standing(self) -> Standing | None:
+        """Which wheels stand, by contacts and bearings that stick; None where none may."""
+        if {"standing_dynamics", "bearing_dynamics"}.isdisjoint(self.plain.signatures):
+            return None
+        return Standing(self.plain, self.contacts, self.axles, self.rollers)
 
     def time_in_modes(self, modes: np.ndarray, row: int) -> float:
         """For how long modes (T, ...) have been those of a row; where no other ones were before, how long the run is: a
@@ -91,7 +101,7 @@ class Motion:
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
         found: dict[str, np.ndarray] = {}
-        for own in (self.holds, self.contacts, self.axles, self.rollers):
+        for own in (self.holds, self.contacts, self.axles, self.rollers, self.massless, self.standing):
             found |= {} if own is None else own.at(rows)
         return found
 
@@ -108,6 +118,8 @@ class Motion:
             given |= self.rollers.given(self.rollers.torques)
         elif self.deviations.spins_stick:
             given["free_bearing"] = self.holds.spins.torques
+        if self.massless is not None:
+            given["contact_bearing"] = self.massless.torques
         if self.axles is not None:
             given["bearing_torque"] = self.axles.torques
         found = self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
@@ -245,5 +257,5 @@ class Columns:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
         return Variations(
             motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
-            held, motion.contacts,
+            held, motion.contacts, NO_ANGLE / self.sizes,
         )  # fmt: skip

@@ -11,7 +11,8 @@ import numpy as np
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import Columns
-from omniroll.engine.sensitivities import Followed, axle_deviations
+from omniroll.engine.roller_modes import IN_CONTACT
+from omniroll.engine.sensitivities import Followed, bearing_deviations
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
 from omniroll.results.trajectory import Trajectory
@@ -75,6 +76,8 @@ class _Slopes:
         turning = {} if self.motion.axles is None else {TORQUE: self.motion.axles.torques[self.row]}
         if self.motion.rollers is not None:
             turning |= self.motion.rollers.given(self.motion.rollers.torques[self.row])
+        if self.motion.massless is not None:
+            turning |= {IN_CONTACT: self.motion.massless.torques[self.row]}
         found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives | turning)
         return found if contacts is None else contacts.headed(self.y, found, self.row)
 
@@ -89,8 +92,9 @@ class _Slopes:
         if "momenta" in given:
             given["momenta"] = bound.momenta(bound.axial_speeds(nu, chi, spins))
         held = {}
-        if motion.axles is not None:
-            held |= axle_deviations(motion, self.columns).carried(self.row)
+        bearings = bearing_deviations(motion, self.columns)
+        if bearings is not None:
+            held |= bearings.carried(self.row)
         if contacts is not None:
             held |= contacts.moved(contacts.at(self.row), self.columns.constants, 1)
         if contacts is not None and contacts.turns:

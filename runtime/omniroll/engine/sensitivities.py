@@ -22,28 +22,27 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.engine.axle_deviations import AxleDeviations
+from omniroll.engine.bearing_deviations import BearingDeviations
 from omniroll.engine.columns import columns_of
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
+from omniroll.engine.events_beside import TOGETHER
 from omniroll.engine.hold_deviations import HoldDeviations
+from omniroll.engine.massless_deviations import MasslessDeviations
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.own_bearings import OwnBearings
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.roller_deviations import RollerDeviations
 from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
-from omniroll.engine.standing_axles import StandingAxles
-from omniroll.engine.standing_deviations import AxlesBesideContacts, StandingDeviations
+from omniroll.engine.standing_deviations import BearingsBesideContacts, StandingDeviations
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.engine.variations import Held, Variations, gauss
+from omniroll.engine.variations import Held, Variations
 from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.state import State, by_roller
-
-TOGETHER = 1e-9  # of the larger one: deviations that differ by less are the same
 
 
 def with_sensitivities(trajectory: Trajectory, names: Sequence[str], nodes: int | None = None) -> Trajectory:
@@ -74,24 +73,23 @@ def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | 
     """What deviations do where contacts stick on the ground, or are off; None where none has such a mode."""
     if motion.contacts is None:
         return None
-    return (StandingDeviations if isinstance(motion.axles, StandingAxles) else ContactDeviations)(motion, columns)
+    return (ContactDeviations if motion.standing is None else StandingDeviations)(motion, columns)
 
 
-def axle_deviations(motion: Motion, columns: Columns) -> AxleDeviations | None:
-    """What deviations do where axles may stick beside wheels that may slip; None where none may."""
-    if motion.axles is None:
-        return None
-    return (AxlesBesideContacts if isinstance(motion.axles, StandingAxles) else AxleDeviations)(motion, columns)
-
-
-def roller_deviations(motion: Motion, columns: Columns) -> RollerDeviations | None:
-    """What deviations do where rollers may stick beside wheels that may slip; None where none may."""
-    return None if motion.rollers is None else RollerDeviations(motion, columns)
+def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | MasslessDeviations | None:
+    """What deviations do where bearings may stick beside wheels that may slip; None where none may."""
+    if motion.standing is not None:
+        return BearingsBesideContacts(motion, columns)
+    if motion.massless is not None:
+        return MasslessDeviations(motion, columns)
+    if motion.rollers is not None:
+        return RollerDeviations(motion, columns)
+    return None if motion.axles is None else AxleDeviations(motion, columns)
 
 
 def held_in(motion: Motion, columns: Columns) -> Held | None:
     """What sticks in the steps of a run; None where nothing may."""
-    makers = (hold_deviations, contact_deviations, axle_deviations, roller_deviations)
+    makers = (hold_deviations, contact_deviations, bearing_deviations)
     made = (make(motion, columns) for make in makers)
     found = [own.held for own in made if own is not None]
     if not found:
@@ -187,29 +185,21 @@ class Followed:
         trajectory = motion.trajectory
         step = np.searchsorted(trajectory.step_rows, row, side="right") - 1
         compiled = self.compiled_for(motion, columns)
+        starts = trajectory.elapsed[trajectory.step_rows[step]]
+        lengths = trajectory.elapsed[trajectory.step_rows[step] + 1] - starts
+        x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
         if compiled is not None:
-            return self._since_row_compiled(compiled, step, times)
+            return compiled.since_rows(step, self.phase_of(trajectory.step_rows[step]), x)
         variations = self.variations or columns.variations(motion, held_in(motion, columns))
-        x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
-            holds, given = hold_deviations(motion, columns), (motion, columns)
-            bearings = OwnBearings.of(motion, axle_deviations(*given), roller_deviations(*given))
-            self.compiled = CompiledVariations(module, *given, self.rows, self.inputs, self.axial, holds, bearings)
+            holds, bearings = hold_deviations(motion, columns), bearing_deviations(motion, columns)
+            self.compiled = CompiledVariations(
+                module, motion, columns, self.rows, self.inputs, self.axial, holds, bearings
+            )
         return self.compiled
-
-    def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
-        trajectory = compiled.motion.trajectory
-        rows, elapsed = trajectory.step_rows, trajectory.elapsed
-        wanted, back = np.unique(step, return_inverse=True)
-        rates = compiled.rates_in_steps(wanted, self.phase_of(rows[wanted]))
-        starts = elapsed[rows[step]]
-        lengths = elapsed[rows[step] + 1] - starts
-        x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
-        weights = gauss(rates.shape[1]).integrals(x) * lengths[:, None]
-        return np.einsum("ks,ksmp->kmp", weights, rates[back])
 
 
 class Sweep:
@@ -231,8 +221,7 @@ class Sweep:
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
         self.holds, self.contacts = hold_deviations(motion, columns), contact_deviations(motion, columns)
-        self.axles, self.rollers = axle_deviations(motion, columns), roller_deviations(motion, columns)
-        self.bearings = OwnBearings.of(motion, self.axles, self.rollers)
+        self.bearings = bearing_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
             self.compiled = CompiledVariations(
@@ -313,9 +302,11 @@ class Sweep:
                 moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
             if self.holds.enters[row]:
                 moved[:] = self.holds.entered(row, moved)
-        if self.bearings is not None and self.bearings.turns[row]:
-            self.bearings.turns[row] = 0
-            moved[:] = self.rollers.turned(row, moved, self.inputs_at(row))
+        for own in (self.bearings, self.contacts):
+            if own is not None and own.turns_alone[row] and not self._turned_in_c(row):
+                moved[:] = own.turned(row, moved, self.inputs_at(row))
+                if self.compiled is not None:
+                    self.compiled.turns[row] = 0
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
@@ -323,6 +314,10 @@ class Sweep:
         """Whether a library passes what happens as a step begins, where it goes on from this row."""
         behind_step = row > 0 and self.motion.starts_step[row - 1]
         return self.compiled is not None and self.holds.left_to_do[row] > 0 and not behind_step
+
+    def _turned_in_c(self, row: int) -> bool:
+        """Whether a library has passed what bearings with rates of their own do as a step begins in this row."""
+        return self.compiled is not None and not self.compiled.turns[row]
 
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
@@ -347,10 +342,8 @@ class Sweep:
         times = self.drives.jump(self.trajectory.elapsed[row + 1]) if self.moving else None
         if self.holds is not None and self.holds.changes[row]:
             return self.holds.passed(row, moved, times, partial(self.inputs_at, row))
-        if self.rollers is not None and self.rollers.changes[row]:
-            return self.rollers.passed(row, moved, times, self.inputs_at(row))
-        if self.axles is not None and self.axles.changes[row]:
-            return self.axles.passed(row, moved, times, self.inputs_at(row))
+        if self.bearings is not None and self.bearings.changes[row]:
+            return self.bearings.passed(row, moved, times, self.inputs_at(row))
         if self.contacts is not None and self.contacts.changes[row]:
             self.rows[row] = moved = self.contacts.come_to_rest(row, moved)
             return self.contacts.passed(row, moved, times, self.inputs_at(row))
@@ -414,7 +407,7 @@ class Sweep:
             if row in step_of:
                 step = step_of[row]
                 self._enter(row, moved)
-                self.rows[row] = moved
+                self.rows[row] = start = moved
                 grown = maps[step]
                 moved = grown[:, : self.size] @ moved + driven[step]
                 if given:
@@ -422,6 +415,8 @@ class Sweep:
                         self.inputs[step, self.deviations.places["momenta"].ravel() - self.size] = self.momenta
                     self._give(row, row + 1)
                     moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
+                if self.variations.pieces.are_asked(step, start, self.inputs[step], moved):
+                    moved = self.variations.pieces.moved(step, 1.0, start, self.inputs[step])
             elif row in switch_of:
                 switch = switch_of[row]
                 moved = self._begin(switch + 1, *self._switched(switch, row, moved))
@@ -463,8 +458,7 @@ class Sweep:
         y = self.passage.whole(self.motion.y[0], state, kernel)
         own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
         moved = self.passage.deviation(y).T
-        moved = moved if self.axles is None else self.axles.began(moved)
-        moved = moved if self.rollers is None else self.rollers.began(moved)
+        moved = moved if self.bearings is None else self.bearings.began(moved)
         return moved if self.contacts is None else self.contacts.began(0, moved), own
 
     def _begun(self, state: State) -> State:
@@ -491,14 +485,14 @@ class Sweep:
         length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
         slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
         found = self.drives.after(elapsed, drive, slopes)
-        for own in (self.holds, self.axles, self.rollers):
+        for own in (self.holds, self.bearings):
             found |= {} if own is None else own.given(rows)
         for k, name in enumerate(names):
             width = self.motion.plain.wheels
             for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
                 self.inputs[first:last, start + k * width : start + (k + 1) * width] = own.swapaxes(1, 2)
         if self.deviations.spins_stick:
-            given = self.holds.given_to_spins(rows) if self.rollers is None else found[FREE][0]
+            given = self.holds.given_to_spins(rows) if self.motion.rollers is None else found[FREE][0]
             places = self.deviations.places[FREE].ravel() - self.size
             self.inputs[first:last, places] = given.reshape(len(rows), len(self.columns), -1).swapaxes(1, 2)
 
@@ -530,7 +524,7 @@ class Sweep:
 
     def _refuse_rests(self, row: int) -> None:
         """Raises NoDerivativeError where something comes to rest just as a wheel switches, behind a row."""
-        for own in (self.contacts, self.axles, self.rollers):
+        for own in (self.contacts, self.bearings):
             if own is not None:
                 own.refuse_rests(row)
 
@@ -543,7 +537,7 @@ class Sweep:
         if not parted.any():
             return None
         self._refuse_impacts(before, parted, wheels)
-        for own in (self.contacts, self.axles, self.rollers):
+        for own in (self.contacts, self.bearings):
             if own is not None:
                 own.refuse_orders(row, wheels)
         return self._one_after_the_other(row, moved, times)

@@ -332,7 +332,7 @@ class Session:
     def _beside(self) -> dict[str, np.ndarray]:
         """What the forces of contacts that stick ask for beside the state."""
         free = {"axial": self._run.axial_now()} if self._task.kernel.has_spins else {}
-        return {"heading": self._pose[2], **self._run.signals_now(), **free}
+        return {"heading": self._pose[2], **self._run.signals_now(), **free, **self._run.massless_modes()}
 
     @property
     def outputs(self) -> dict[str, np.ndarray]:

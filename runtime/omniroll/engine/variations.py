@@ -5,6 +5,9 @@ coefficients are evaluated at the nodes of a Gauss formula on each step, for man
 nodes then is one linear system a step, which a few sweeps solve unless rates are fast. It gives the deviation at the
 nodes, and at any time, as a linear function of what it is at the step's start, of the inputs' deviations and of the
 numbers'.
+
+A run that is calm has long steps, in which its deviations may decay much faster than it moves. Such a step is followed
+in pieces (pieces_of_steps.py).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -19,6 +22,7 @@ from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RAT
 from omniroll.effects.effect_set import BEARINGS, EffectSet
 from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
+from omniroll.engine.pieces_of_steps import PiecesOfSteps
 from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -26,6 +30,8 @@ from omniroll.results.accelerations import call_named
 from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
 
+NO_ANGLE = 1e-6  # rad, of a wheel's angle, where a number changes by its own size: nothing
+PIECE_NODES = 16  # of a piece of a step
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
 KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
 MOST_SWEEPS = 30  # of a step whose deviations are found by sweeps
@@ -60,6 +66,12 @@ class Gauss:
         """(s,) weights of the last coefficient of the polynomial through values there, in Legendre's."""
         s = len(self.nodes)
         return (2 * s - 1) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 1)[:, -1]
+
+    @property
+    def before_last(self) -> np.ndarray:
+        """(s,) the same of the coefficient before it."""
+        s = len(self.nodes)
+        return (2 * s - 3) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 2)[:, -1]
 
     @cached_property
     def to_nodes(self) -> np.ndarray:
@@ -239,6 +251,7 @@ class Variations:
     nodes       inside a step; None: as many as the polynomials ask for
     held        from rows what sticks leaves to nu in their steps, and the same carrying the numbers' tangents
     contacts    those that may stick on the ground; None: there are none
+    least       (P,) deviations of the wheels' angles in the columns that are nothing
     """
 
     def __init__(
@@ -252,6 +265,7 @@ class Variations:
         nodes: int | None = None,
         held: Held | None = None,
         contacts: ContactModes | None = None,
+        least: np.ndarray | float = NO_ANGLE,
     ):
         self.contacts = contacts
         self.trajectory, self.deviations, self.inputs, self.numbers = trajectory, deviations, inputs, numbers
@@ -263,6 +277,7 @@ class Variations:
         self.starts = trajectory.elapsed[trajectory.step_rows]
         self.lengths = trajectory.elapsed[trajectory.step_rows + 1] - self.starts
         self.kept: np.ndarray | None = None  # (S, s, m, m + F) what `rates_at_nodes` gives of all steps
+        self.pieces = PiecesOfSteps(self, gauss(PIECE_NODES), plain.slips, least, asked=nodes is None)
 
     @property
     def width(self) -> tuple[int, int]:
@@ -275,16 +290,15 @@ class Variations:
         steps = np.arange(len(self.starts) if count is None else count)
         return np.array_split(steps, max(1, -(-len(steps) // STEPS_AT_ONCE)))
 
-    def coefficients(self, steps: np.ndarray, gauss: Gauss) -> tuple[np.ndarray, np.ndarray]:
-        """A (k, s, m, m) and G (k, s, m, F) of the steps (k,) at the nodes: d' = A d + G (du, du', dp)."""
-        nodes, size = gauss.nodes, len(self.deviations.state)
-        rows = self.trajectory.step_rows[steps]
-        count, s, moving = len(steps), len(nodes), self.deviations.moving
-        y = values_at(np.repeat(self.trajectory.dense[steps], s, axis=0), np.tile(nodes, count))
+    def coefficients(self, steps: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A (k, s, m, m) and G (k, s, m, F) of the steps (k,) at parts x (k, s) of them: d' = A d + G (du, du', dp)."""
+        size, rows = len(self.deviations.state), self.trajectory.step_rows[steps]
+        (count, s), moving = x.shape, self.deviations.moving
+        y = values_at(np.repeat(self.trajectory.dense[steps], s, axis=0), x.ravel())
         inputs = np.repeat(self.inputs[rows], s, axis=0)
         if moving:
             change = np.repeat(self.deviations.changes(self.inputs, rows), s, axis=0)
-            inputs[:, :moving] += np.tile(nodes, count)[:, None] * change
+            inputs[:, :moving] += x.reshape(-1, 1) * change
         held, turning = self.held(np.repeat(rows, s))
         if self.contacts is not None:
             inputs = self.contacts.headed(y, inputs, np.repeat(rows + self.contacts.turns, s))
@@ -292,7 +306,7 @@ class Variations:
         G = np.zeros((count, s, *self.width))
         given = self.deviations.input_size
         G[..., :given] = slopes[..., size:]
-        times = (self.lengths[steps][:, None] * nodes)[..., None, None]
+        times = (self.lengths[steps][:, None] * x)[..., None, None]
         G[..., given : given + moving] = times * slopes[..., size : size + moving]
         if self.of_numbers is not None:
             found = tangent_of(self.deviations.rates_of(self.of_numbers, y, inputs, turning))
@@ -327,14 +341,16 @@ class Variations:
         if self.kept is not None:
             yield from ((steps[part], self.kept[steps[part]]) for part in parts)
             return
-        A, G = self.coefficients(steps, self.inside)
+        A, G = self.coefficients(steps, np.tile(self.inside.nodes, (len(steps), 1)))
         directions = self.directions
         for part in parts:
             to_nodes = self.inside.to_nodes * self.lengths[steps[part]][:, None, None]
             turning = None if directions is None else tuple(own[part] for own in directions)
-            yield steps[part], self._solved(A[part], G[part], to_nodes, turning)
+            rates = self.solved(A[part], G[part], to_nodes, turning)
+            self.pieces.look(steps[part], A[part], rates, _which_turn(turning, len(part)))
+            yield steps[part], rates
 
-    def _solved(
+    def solved(
         self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray, turning: tuple[np.ndarray, np.ndarray] | None = None
     ) -> np.ndarray:
         """(l, s, m, m + F) the rates d' = A d + G at the nodes, by d at the start and by what is given.
@@ -356,7 +372,7 @@ class Variations:
         forced[..., size:] = G
         known = start[carried] + integral(forced[:, :, carried])
         right = start[core] + integral(to_core @ known + forced[:, :, core])
-        turns = np.zeros(count, bool) if turning is None else turning[0].any(axis=(1, 2, 3))
+        turns = _which_turn(turning, count)
         solved, rest = np.empty_like(right), np.flatnonzero(~turns)
         at_nodes = np.zeros_like(forced)
         if turns.any():
@@ -406,7 +422,15 @@ class Variations:
                 weights = self.inside.integrals(x[here]) * self.lengths[steps[here]][:, None]
                 found[here] = np.einsum("ks,ksmp->kmp", weights, rates[back[here] - done])
                 done += len(own)
+        for step in self.pieces.asked_in(wanted, deviation, given):
+            for k in np.flatnonzero(steps == step):
+                found[k] = self.pieces.moved(step, x[k], deviation[step], given[step]) - deviation[step]
         return found
+
+
+def _which_turn(turning: tuple[np.ndarray, np.ndarray] | None, count: int) -> np.ndarray:
+    """(l,) bool: steps in which directions of slips turn."""
+    return np.zeros(count, bool) if turning is None else turning[0].any(axis=(1, 2, 3))
 
 
 def _solved_plainly(

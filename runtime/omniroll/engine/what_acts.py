@@ -13,6 +13,7 @@ import numpy as np
 from omniroll.effects.effect_set import Plan
 from omniroll.effects.numbers import Curve
 from omniroll.effects.slipping_bearings import SlippingBearings
+from omniroll.effects.slipping_rollers import spin_per_speed
 
 
 class WhatActs:
@@ -79,7 +80,8 @@ class WhatActs:
         rollers = self.plan.acting.slipping_rollers
         if rollers is not None:
             run.own_count += rollers.modes.size
-            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, max(run.rate_of_speed, rollers.reach)
+            reach = spin_per_speed(self.plan.acting.kernel)
+            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, max(run.rate_of_speed, reach)
         if bearings is not None:
             run.axle_count, run.own_count = bearings.axle_count, len(bearings.sliding) - bearings.plane
             run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale

@@ -52,6 +52,8 @@ class Contacts:
             if "contact_sticks" not in values:
                 bound = "are not told without the rows of a run, where massless rollers stick and wheels may slip"
                 raise InvalidValueError("contact_spin", None, bound)
+            if self.grip is not None:
+                values = self._in_modes(nu, chi)[2]
             return self._called("slip_spins", values)["contact_spin"]
         if not self.axial:
             return self.kernel.wheel_rates(nu, chi)[1]
@@ -100,6 +102,7 @@ class Contacts:
         values = self._beside(nu, chi)
         sticks = np.broadcast_to(values["sticks"] > 0.5, self.rates.shape)
         values["ground_push"] = np.zeros((*sticks.shape, 2))
+        values["ground_yield"] = np.zeros(sticks.shape)
         slip = self._called("slip_forces", values)["slip"]
         slip[sticks] = 0.0
         heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
@@ -110,14 +113,35 @@ class Contacts:
         slips = slip_says(slip, heading, rounding)
         if self.grip.balance:
             slips &= ~goes_along(slip, heading, rounding)
+        if self._massless_stick:
+            slips &= values["contact_sticks"] > 0.5
         towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
         values["ground_push"] = np.where((sticks | (given == 0))[..., None], 0.0, force)
+        if self._massless_stick:
+            self._cut(values, towards, ~sticks & (given > 0), slip)
         size = np.where(slips, np.linalg.norm(slip, axis=-1), 1.0)
         misled = np.where(slips & ~sticks, rounding / size, 0.0).max(axis=-1, keepdims=True)
         loads = self._loads("ground_dynamics", values, misled / AT_REST) if self.grip.balance else given
-        return slip, loads, values | self._called("ground_dynamics", values)
+        taken = {"contact_bearing": values["contact_taken"]} if self._massless_stick else {}
+        return slip, loads, values | self._called("ground_dynamics", values | taken)
+
+    def _cut(self, values: dict[str, np.ndarray], towards: np.ndarray, slips: np.ndarray, slip: np.ndarray) -> None:
+        """Where massless rollers may stick: puts the forces of contacts that slip on rollers which turn, and their
+        slips along the axles (maxima/effects/contact_strip.mac). `slips` (..., N) bool."""
+        sticks = values["contact_sticks"] > 0.5
+        turns = slips & ~sticks
+        loads = np.where(self.grip.loads > 0, self.grip.loads, 1.0)
+        known = {"load": loads, "friction": self.grip.sliding, "slip_direction": towards}
+        corner = self._called("corner_forces", values | known)
+        values["ground_push"][..., 1] = np.where(turns, corner["corner_force"], values["ground_push"][..., 1])
+        values["ground_yield"] = np.where(turns, corner["corner_yield"], 0.0)
+        slip[turns] = self._called("slip_forces", values)["slip"][turns]
+        rho = self.kernel.vehicle.wheel_radius * np.cos(values["chi"]) - self.kernel.vehicle.roller_axis_radius
+        taken = np.where(slips & sticks, rho * values["ground_push"][..., 0], values["contact_taken"])
+        values["contact_bearing"] = np.where(sticks, 0.0, values["contact_bearing"])
+        values["contact_taken"] = taken
 
     def _under_loads(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """The same under a smooth law whose loads follow the motion."""

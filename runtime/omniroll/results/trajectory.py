@@ -438,17 +438,23 @@ class Trajectory(MadeOnDemand):
                 found["axle_sticks"] = rests[row] & rests[np.minimum(row + 1, len(rests) - 1)]
         if self.roller_model == "free":
             found["axial"] = self._axial(times, y, row)
-        return found | self._massless_rollers(found.get("contact_bearing"), row, in_rows)
+        return found | self._massless_rollers(found.get("contact_bearing"), found.get("slip_heading"), row, in_rows)
 
-    def _massless_rollers(self, taken: np.ndarray | None, row: np.ndarray, in_rows: bool) -> dict[str, np.ndarray]:
-        """Which massless rollers stick where wheels may slip, and the torques (..., N) that the others have."""
+    def _massless_rollers(
+        self, taken: np.ndarray | None, heading: np.ndarray | None, row: np.ndarray, in_rows: bool
+    ) -> dict[str, np.ndarray]:
+        """Which massless rollers stick where wheels may slip, the torques (..., N) that the others have, and what all
+        take."""
         sliding = self.effects.sliding_of_massless_rollers(self._effect_kernel)
         if sliding is None or taken is None:
             return {}
+        names = self.effects.drives()
         if in_rows:
-            return given_in_rows(taken, holds(taken, sliding))
-        of_rows = holds(self.drive[:, self.effects.drives().index("contact_bearing")], sliding)
-        return given_in_rows(taken, of_rows[row] | of_rows[np.minimum(row + 1, len(of_rows) - 1)])
+            return {"contact_taken": taken} | given_in_rows(taken, holds(taken, sliding, heading))
+        headings = None if heading is None else self.drive[:, names.index("slip_heading")]
+        of_rows = holds(self.drive[:, names.index("contact_bearing")], sliding, headings)
+        sticks = of_rows[row] | of_rows[np.minimum(row + 1, len(of_rows) - 1)]
+        return {"contact_taken": taken} | given_in_rows(taken, sticks)
 
     @property
     def sticks(self) -> np.ndarray | None:

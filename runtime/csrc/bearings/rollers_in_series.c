@@ -1,0 +1,109 @@
+/* Massless rollers that stick on their disks or turn there where wheels may slip: bearing and ground in series. The
+ * numbered rules are in runtime/omniroll/effects/massless_rollers.py. A roller's spin follows from the state and from
+ * its mode, and so does what holds one that sticks: no roller has a part in another one's. */
+#if SET_IN_SERIES
+#define SOON 1e-7                   /* of the vehicle's speed: by this change of speeds a spin is seen to fall    */
+
+/* The modes of rollers from the first in contact on. */
+ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const work_t *work)
+{
+    return own_bearings(run) + work->own.rollers_at;
+}
+
+/* A roller stands on its disk from now on, if it can (rule 3). */
+ALWAYS_INLINE void stop_on_disk(omniroll_bearing_t *roller)
+{
+    roller->resting = 1;
+    roller->mode = 0, roller->size = 0;
+}
+
+/* A run begins. */
+static void stop_all_in_series(const omniroll_run_t *run, const work_t *work)
+{
+    for (int i = 0; i < run->wheels; i++)
+        stop_on_disk(in_series(run, work) + i);
+}
+
+/* Wheels have passed to their next rollers, which stand on their disks. One that stuck goes on as its neighbour did. */
+static void stop_those_that_switch(const omniroll_run_t *run, const work_t *work, const int *directions)
+{
+    for (int i = 0; i < run->wheels; i++)
+        if (directions[i] && in_series(run, work)[i].mode)
+            stop_on_disk(in_series(run, work) + i);
+}
+
+/* In work->own.rate the spins at this instant, and in the second lane those so little later that speeds have changed by
+ * SOON of the vehicle's. */
+static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
+{
+    lanes_t nu_dot[3];
+    instant_t now;
+    double fastest = 0;
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    at_this_instant(run, work, run->wheels, &now);
+    for (int k = 0; k < 3; k++)
+        fastest = fmax(fastest, fabs(nu_dot[k][0]));
+    for (int c = 0; c < work->core; c++)
+        fastest = fmax(fastest, fabs(work->core_dot[c][0])/run->rate_of_speed);
+    const double time = fastest > 0 ? SOON*length3(run->nu)/fastest : 0;
+    for (int k = 0; k < 3; k++)
+        now.arrays.nu[k][1] += time*nu_dot[k][0];
+    for (int i = 0; i < run->wheels; i++) {
+        now.arrays.chi[i][1] += time*run->core[rates_at(run->wheels) + i];
+        now.arrays.chi[i] = lanes_clamp(now.arrays.chi[i], run->joint);
+    }
+    for (int c = 0; c < work->core; c++)
+        work->core_here[c][1] += time*work->core_dot[c][0];
+    own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now.arrays.nu, now.arrays.chi, work->core_here,
+                       work->own.rate);
+}
+
+/* Those whose spins have passed zero rest, and those that rounding does not tell from zero and that fall. Returns how
+ * many there are. */
+static int stop_in_series(omniroll_run_t *run, const work_t *work)
+{
+    const double speed = length3(run->nu)*run->rate_of_speed;
+    int count = 0, near[MOST_WHEELS], some = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        const omniroll_bearing_t *const roller = in_series(run, work) + i;
+        const double spin = own_rate(run, work, work->own.rollers_at + i);
+        near[i] = roller->mode && !roller->resting && -roller->mode*spin >= -PASSED*EPS*(fabs(spin) + speed);
+        some |= near[i];
+    }
+    if (some)
+        find_spins_soon(run, work);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_bearing_t *const roller = in_series(run, work) + i;
+        const lanes_t spin = -roller->mode*work->own.rate[work->own.rollers_at + i];
+        if (!near[i] || !(spin[0] > PASSED*noise_of_own(roller, spin[0]) || spin[1] > spin[0]))
+            continue;
+        roller->resting = 1;
+        count++;
+    }
+    return count;
+}
+
+/* Modes of those at rest (rules 1 and 3). One that has come to rest at this instant takes what it is asked for there:
+ * where its spin is zero that is its sliding torque, as near as the event is located. */
+static void decide_in_series(const omniroll_run_t *run, const work_t *work)
+{
+    omniroll_bearing_t *const rollers = in_series(run, work);
+    int comes_to_rest[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++) {
+        comes_to_rest[i] = rollers[i].resting && rollers[i].mode && !rollers[i].released;
+        if (rollers[i].resting)
+            rollers[i].mode = 0;
+    }
+    turn_own(run, work, 1);
+    find_own_rates(run, work);
+    find_own_torques(run, work);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_bearing_t *const roller = rollers + i;
+        if (comes_to_rest[i])
+            roller->size = fabs(roller->torque);
+        if (roller->mode == 0 && (roller->released || holds_no_more(roller)))
+            roller->mode = roller->released = roller->torque > 0 ? -1 : 1;
+    }
+    turn_own(run, work, 1);
+}
+#endif

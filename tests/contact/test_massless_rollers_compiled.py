@@ -1,0 +1,209 @@
+"""Massless rollers whose bearings stick where wheels may slip, on the compiled engine: the Python engine's motion,
+sessions, sweeps, and what they cost. Closed forms and the laws in every row are in test_massless_rollers.py."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from costs.counting import missing
+from costs.massless_rollers import DRIVES, GROUNDS, measured
+
+from contact.test_massless_rollers import BOTH, contact_torques, scene
+from omniroll import Bearings, Contact, Session, TorqueTable, Vehicle, simulate, simulate_many
+from omniroll.effects.massless_rollers import holds
+from omniroll.engine.compiled_engine import lacking
+from omniroll.engine.simulate import checked_task
+from omniroll.kernels import sets
+from omniroll.results.comparison import distance_at
+from omniroll.scenes.explanation import runs_on
+
+DURATION = 0.3
+
+
+def changes(run):
+    """Of each wheel when its roller in contact changes its mode, and the modes that follow: 0 where it sticks, else the
+    sign of its spin. A row that ends a phase has the torque of that phase; where a spin is zero both modes have one."""
+    taken = contact_torques(run)
+    sticks = holds(taken, run.effects.sliding_of_massless_rollers(run._effect_kernel))
+    found = []
+    for mode in np.where(sticks, 0, -np.sign(taken)).T:
+        at = np.flatnonzero(mode[1:] != mode[:-1]) + 1
+        found.append((np.where(mode[at] == 0, run.t[at - 1], run.t[at]), mode[at].tolist()))
+    return found
+
+
+def events(run):
+    """The instants of all wheels in (0, 0.9 DURATION), in their order."""
+    instants = np.unique(np.concatenate([own for own, _ in changes(run)]))
+    return instants[(instants > 1e-3) & (instants < 0.9 * DURATION)]
+
+
+def both(number, **options):
+    """A scene's runs: on the compiled engine, and on the Python engine."""
+    vehicle, own = scene(number)
+    return [simulate(vehicle, duration=DURATION, engine=engine, **own | options) for engine in ("compiled", "python")]
+
+
+def assert_same_motion(number):
+    own, other = both(number)
+    assert [run.stats["engine"] for run in (own, other)] == ["compiled", "python"]
+    assert own.switches.wheel.tolist() == other.switches.wheel.tolist()
+    assert own.stats["phases"] == other.stats["phases"]
+    for (instants, modes), (theirs, those) in zip(changes(own), changes(other), strict=True):
+        assert modes == those
+        np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-9 * DURATION)
+    assert distance_at(own, other, np.linspace(0, DURATION, 7)) < own.accuracy
+    size = own.energy.max() + sum(map(abs, own.ledger.contributions.values()))
+    np.testing.assert_allclose(
+        own.added[-1], other.added[-1], rtol=0, atol=own.accuracy * (1 + np.abs(own.added).max())
+    )
+    assert abs(own.ledger.residual) <= 1e-11 * size
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_both_engines_make_the_same_motion(number):
+    assert_same_motion(number)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", range(8, 48))
+def test_both_engines_make_the_same_motion_in_many_scenes(number):
+    assert_same_motion(number)
+
+
+# Sessions and sweeps
+
+
+def session_of(number, **options):
+    vehicle, own = scene(number)
+    own.pop("control")
+    return Session(vehicle, driven=False, **own | options)
+
+
+@pytest.mark.parametrize("number", [3, 4])
+def test_a_session_is_the_run_and_goes_back_to_the_bit(number):
+    """Also between the two torques of a bearing, where a roller stays in the mode that it is in."""
+    vehicle, own = scene(number)
+    run = simulate(vehicle, duration=DURATION, **own)
+    assert len(events(run)) > 3
+    session = session_of(number)
+    steps = np.random.default_rng(number).dirichlet(np.ones(30)) * DURATION
+
+    def go(steps):
+        for step in steps:
+            session.step(step)
+        return [
+            session.nu.copy(),
+            session.contact_spin,
+            session.slip,
+            session.ground_force,
+            session.outputs["roller_loss"],
+        ]
+
+    assert not session.contact_spin.any()
+    go(steps[:12])
+    saved = session.save()
+    end = go(steps[12:])
+    wanted = run.nu, run.contact_spin, run.slip, run.ground_force, run.quantity("roller_loss")
+    for found, rows in zip(end, wanted, strict=True):
+        np.testing.assert_allclose(found, rows[-1], rtol=0, atol=1e-9 * np.abs(rows).max())
+    session.restore(saved)
+    assert all(np.array_equal(after, before) for after, before in zip(go(steps[12:]), end, strict=True))
+    session.reset()
+    again = go(steps[:12]) and go(steps[12:])
+    assert all(np.array_equal(after, before) for after, before in zip(again, end, strict=True))
+
+
+@pytest.mark.parametrize("number", [2, 4])
+def test_a_step_may_end_however_little_before_an_event(number):
+    vehicle, own = scene(number)
+    run = simulate(vehicle, duration=DURATION, **own | {"accuracy": 1e-12})
+    assert len(events(run)) >= 3
+    for event in events(run)[:4]:
+        for before in (1e-5, 1e-7, 3e-10, 1e-12, 1e-14, 0.0, -1e-14, -1e-12):
+            session = session_of(number, accuracy=1e-12)
+            for step in (event - before, 1e-9, 0.01):
+                session.step(step)
+            assert session.nu == pytest.approx(run.sample(session.time).nu, abs=1e-10 * np.abs(run.nu).max())
+
+
+@BOTH
+def test_a_sweep_ends_where_its_runs_end(engine):
+    vehicle, own = scene(4)
+    own |= {"engine": engine}
+    starts = [own.pop("nu"), np.array([1.0, 0.0, 1.0])]
+    many = simulate_many(vehicle, nu=starts, duration=DURATION, **own)
+    for k, nu in enumerate(starts):
+        run = simulate(vehicle, nu=nu, duration=DURATION, **own)
+        np.testing.assert_array_equal(many.end.nu[k], run.nu[-1])
+        np.testing.assert_array_equal(many.end.contact_spin[k], run.contact_spin[-1])
+        assert many.end.energy[k] == pytest.approx(run.energy[-1], rel=1e-12)
+
+
+def test_a_session_has_the_derivatives_of_its_run():
+    ramp = TorqueTable((0.0, 0.3), ((0, 0, 0), (0.3, -0.1, 0.2)))
+    held = Bearings(roller_coulomb=1e-3, roller_break_away=2e-3)
+    options = {"nu": (0, 0, 0), "roller_model": "massless", "effects": (Contact(5.0), held, ramp), "accuracy": 1e-11}
+    options["sensitivities"] = ("mass", "roller_break_away")
+    run = simulate(Vehicle.paper(), duration=DURATION, **options)
+    assert run.stats["engine"] == "compiled" and (run.contact_spin[-1] != 0).any()
+    session = Session(Vehicle.paper(), driven=False, **options)
+    for _ in range(20):
+        session.step(DURATION / 20)
+    for name in options["sensitivities"]:
+        found, wanted = session.sensitivity(name).nu, run.sensitivity(name).nu[-1]
+        assert found == pytest.approx(wanted, rel=1e-8, abs=1e-8 * np.abs(wanted).max()) and wanted.any()
+
+
+# Which engine runs
+
+
+def test_the_compiled_engine_runs_them_and_says_so():
+    vehicle, own = scene(0)
+    own.pop("control")
+    assert runs_on(checked_task(vehicle, duration=0.1, **own)) == "compiled engine, compiled kernel"
+
+
+@pytest.mark.parametrize(
+    "effects, lack",
+    [
+        (("contact_viscous", "roller_sticking"), ""),
+        (("contact_regularised", "roller_sticking", "axle_sticking"), ""),
+        (("contact_coulomb", "roller_sticking"), "beside the law coulomb"),
+        (("contact_coulomb", "roller_sticking", "axle_sticking"), "beside the law coulomb"),
+        (("contact_viscous", "contact_loads", "roller_sticking"), "under loads that follow the motion"),
+    ],
+)
+def test_sets_that_it_does_not_run_have_no_header(effects, lack):
+    vehicle, _ = scene(0)
+    made = sets.programs().kernel("massless", ("contact", *effects)).files()["engine_set.h"]
+    assert bool(made) == (not lack)
+    names = {function.name for function in sets.programs().kernel("massless", ("contact", *effects)).functions}
+    said = lacking(SimpleNamespace(wheels=vehicle.wheels, signatures=names))
+    assert said.endswith(lack) and bool(said) == bool(lack)
+
+
+# Cost
+
+
+@pytest.mark.long
+@pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
+@pytest.mark.parametrize("drive", DRIVES)
+def test_rollers_that_stick_against_rollers_that_turn_on_the_same_ground(drive):
+    """What the ground itself costs beside rolling is another matter."""
+    grounds = measured((drive,))[drive]
+    for ground in GROUNDS:
+        turn, stick = grounds[ground]
+        assert turn.switches == stick.switches == 0
+        assert stick.evaluations <= 2 * turn.evaluations
+        assert 1e5 < turn.instructions and stick.instructions <= 2 * turn.instructions
+
+
+def test_an_event_moves_a_step_to_it():
+    """A step whose length comes to an event of a roller goes on with its iteration: halved again and again instead,
+    steps were 2 to 4 times as many."""
+    for number in (3, 4, 11):
+        vehicle, own = scene(number)
+        stats = simulate(vehicle, duration=DURATION, **own).stats
+        assert stats["phases"] < stats["steps"] <= 5 * stats["phases"]
+        assert stats["evaluations"] <= 700 * stats["phases"]

@@ -1,0 +1,333 @@
+"""Massless rollers whose bearings stick beside the law coulomb: an ellipse that is cut by a strip. Closed forms, every
+body, the laws in every row, and free rollers as their inertia goes to zero."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle.balls import exact, working_precision
+from reactions.newton_euler import Acting, position, solve
+from reactions.test_newton_euler import call
+
+from contact.test_newton_euler import nu_dot, slipping_case
+from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll.effects import cones
+from omniroll.kernels.kernel import kernel
+from omniroll.results.comparison import distance_at
+
+CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
+MASS, DISTANCE, WHEEL = CROSS.mass, CROSS.platform_radius, CROSS.wheel_inertia
+RADIUS = CROSS.wheel_radius
+RHO = RADIUS - CROSS.roller_axis_radius  # of a roller that touches the ground in its middle
+GRAVITY = 9.80665
+WEIGHT = MASS * GRAVITY
+INSTANT = 1e-10  # relative, of instants in closed form
+LAW = 1e-12
+MASSLESS = {"roller_model": "massless", "control": False, "engine": "python"}
+
+
+def contact_torques(run):
+    """(T, N) in N m, what the bearings of the rollers in contact take in each row."""
+    return run.drive[:, run.effects.drives().index("contact_bearing")]
+
+
+def first_row(happens):
+    return int(np.flatnonzero(happens)[0])
+
+
+# Closed forms
+
+
+@pytest.mark.parametrize("above", [1.0, 1.5])
+def test_a_vehicle_is_pushed_until_its_rollers_break_away(above):
+    """Two wheels push along the axles of the other two, with a torque that grows: 2 tau/l = 2 T/rho lets these rollers
+    turn, and then (M + 2 J/l^2) x'' = 2 tau/l - 2 T/rho, on contacts that all stick."""
+    sliding, grows, end = 0.02, 0.5, 0.3
+    table = TorqueTable((0.0, end), np.array([[0, 0, 0, 0], [0, -grows * end, 0, grows * end]]))
+    ground = Contact(law="coulomb", friction=0.9)
+    bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding)
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=[ground, bearings, table], accuracy=1e-12, **MASSLESS)
+    breaks = above * sliding * RADIUS / (RHO * grows)
+    assert breaks < end / 2
+    spins = np.abs(run.contact_spin)
+    assert run.t[first_row(spins[:, 0] > 1e-12) - 1] == pytest.approx(breaks, rel=INSTANT)
+    assert run.sticks.all() and not run.slip.any()
+    later = end - breaks
+    force = grows * (end + breaks) / RADIUS - 2 * sliding / RHO
+    speed = force * later / (MASS + 2 * WHEEL / RADIUS**2)
+    assert abs(run.nu[-1, 0]) * DISTANCE == pytest.approx(speed, rel=1e-10)
+    assert spins[-1, [0, 2]] == pytest.approx([speed / RHO] * 2, rel=1e-10)
+    assert spins[:, [1, 3]].max() <= 1e-12 * spins.max()
+    assert abs(run.ledger.residual) <= 1e-10 * run.energy[-1]
+
+
+@pytest.mark.parametrize("more, holds", [(1 - 1e-9, True), (1 + 1e-9, False), (1.3, False)])
+def test_bearings_below_friction_say_what_slope_holds(more, holds):
+    """All axles stick: two contacts hold mu N each, two T/rho. Beyond, M v' = M g sin b - 2 mu N - 2 T/rho."""
+    mu, torque, incline = 0.5, 0.05, 0.3
+    normal = GRAVITY * np.cos(incline)
+    load = MASS * normal / 4
+    assert torque / RHO < 0.5 * mu * load
+    most = 2 * mu * load + 2 * torque / RHO
+    pull = more * most / MASS
+    slope = Slope(incline, 0.0, gravity=pull / np.sin(incline))
+    ground = Contact(law="coulomb", friction=mu, normal_gravity=normal)
+    effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=30.0), slope]
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, **MASSLESS)
+    speeds = np.linalg.norm(run.nu[:, :2], axis=1) * DISTANCE
+    if holds:
+        assert not speeds.any() and run.sticks.all()
+        assert np.abs(contact_torques(run)).max() <= torque * (1 + LAW)
+        return
+    wanted = (MASS * pull - most) / MASS
+    assert speeds[-1] == pytest.approx(wanted * 0.2, rel=1e-9, abs=1e-14)
+    turning = np.abs(run.contact_spin[-1]) * RHO > 0.5 * speeds[-1]
+    assert turning.sum() == 2 and (~run.sticks[-1]).sum() == 2 and not (turning & ~run.sticks[-1]).any()
+
+
+def test_a_vehicle_skids_askew_until_two_rollers_stop():
+    """All axles stick, and all rollers turn at first: both components of the velocity fall at 2 (T/rho + F)/M with
+    F = sqrt((mu N)^2 - (T/rho)^2), until the roller that is slower along its axle has no spin: v_y = v_x tan(phi),
+    with sin(phi) = T/(rho mu N)."""
+    mu, torque, start = 0.4, 0.04, np.array([1.0, 0.8])
+    friction, along = mu * WEIGHT / 4, torque / RHO
+    sine = along / friction
+    tangent = sine / np.sqrt(1 - sine**2)
+    assert 0.1 < tangent < 0.6
+    falls = 2 * (along + np.sqrt(friction**2 - along**2)) / MASS
+    stops = (start[1] - start[0] * tangent) / (falls * (1 - tangent))
+    effects = [Contact(law="coulomb", friction=mu, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
+    nu = (*(start / DISTANCE), 0)
+    run = simulate(CROSS, nu=nu, duration=stops * 1.2, effects=effects, accuracy=1e-12, **MASSLESS)
+    spins = np.abs(run.contact_spin)
+    assert spins[0] * RHO == pytest.approx(np.repeat([start - tangent * start[::-1]], 2, axis=0).ravel(), rel=1e-12)
+    stopped = first_row(spins[:, 1] <= 1e-12 * spins[0, 1])
+    assert run.t[stopped] == pytest.approx(stops, rel=INSTANT)
+    row = first_row(run.t >= stops * (1 - 1e-9))
+    assert run.nu[row, :2] * DISTANCE == pytest.approx(start - falls * stops, rel=1e-10)
+    assert spins[row, 0] > 1 and (np.abs(contact_torques(run)[-1, [1, 3]]) < torque * 0.999).all()
+
+
+@pytest.mark.parametrize("loose", [1.0, 3.0])
+def test_a_bearing_that_takes_more_than_friction_makes_a_rigid_wheel(loose):
+    """T/rho above mu N: no roller turns, and all contacts slip: M v' = -4 mu N."""
+    mu, speed = 0.3, 1.0
+    torque = loose * mu * WEIGHT / 4 * RHO * (1 + 1e-9)
+    effects = [Contact(law="coulomb", friction=mu, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
+    run = simulate(CROSS, nu=(speed / DISTANCE, 0, 0), duration=0.5, effects=effects, accuracy=1e-12, **MASSLESS)
+    assert np.abs(run.contact_spin).max() <= 1e-10 * speed / RHO
+    stops = speed / (mu * GRAVITY)
+    assert run.t[first_row(run.sticks.all(axis=1))] == pytest.approx(stops, rel=INSTANT)
+    assert not run.nu[-1].any()
+
+
+# Every body
+
+
+@pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
+@pytest.mark.parametrize("wheels, rollers", [(2, 4), (3, 5), (4, 6)])
+def test_modes_agree_with_every_body(wheels, rollers, axles):
+    """Newton's and Euler's equations with the bearings' torques and the forces of contacts that slip give the same
+    accelerations, and the same forces along the axles; those that hold contacts and axles stop them."""
+    rng = np.random.default_rng([41, wheels, len(axles)])
+    case = slipping_case(rng, wheels, rollers, "massless", has_layout=True)
+    stands = np.arange(wheels) % 2 == 0 if axles else np.zeros(wheels, bool)
+    sticks = np.arange(wheels) == 1  # rolls: its roller turns
+    rigid = np.arange(wheels) == 0  # its roller sticks, and slips with it
+    own = ("contact", "contact_coulomb", "roller_sticking", *axles)
+    bound = kernel(case.vehicle, "massless", "python", effects=own)
+    rho = case.vehicle.wheel_radius * np.cos(case.chi) - case.vehicle.roller_axis_radius
+    rolling_rates, rolling_spins = bound.wheel_rates(case.nu, case.chi)
+    case = replace(case, rates=np.where(sticks, rolling_rates, case.rates * ~stands))
+    stands &= ~sticks
+    friction, load = np.tile([0.7, 0.3], (wheels, 1)), rng.uniform(5, 9, wheels)
+    pair = np.stack([rho * rolling_spins, case.vehicle.wheel_radius * (case.rates - rolling_rates)], axis=1)
+    size = np.sqrt(((friction * pair) ** 2).sum(axis=1))
+    arc = -load[:, None] * friction**2 * pair / np.where(size > 0, size, 1)[:, None]
+    taken = np.where(rigid, rho * arc[:, 0], -0.4 * np.sign(pair[:, 0]) * rho * friction[:, 0] * load)
+    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "heading": case.heading, "load": load}
+    values |= {"friction": friction, "slip_direction": np.stack([0 * rho, np.sign(pair[:, 1] + 1e-300)], axis=1)}
+    values |= {"contact_sticks": rigid.astype(float), "contact_bearing": np.where(rigid, 0.0, taken)}
+    values |= {"axle_sticks": stands.astype(float), "bearing_torque": np.zeros(wheels), "sticks": sticks.astype(float)}
+    values |= {"directions": np.eye(3).ravel(), "absent": np.zeros(3)}
+    corner, per_slip = call(bound, "corner_forces", values)
+    values["ground_yield"] = np.where(sticks | rigid, 0.0, per_slip)
+    values["ground_push"] = np.where(rigid[:, None], arc, np.stack([0 * rho, corner], axis=1)) * ~sticks[:, None]
+    outputs = [argument.name for argument in bound.signatures["bearing_dynamics"].outputs]
+    found = dict(zip(outputs, call(bound, "bearing_dynamics", values), strict=True))
+    slip, force = call(bound, "slip_forces", values)
+    both = ~sticks & ~rigid
+    for i in np.flatnonzero(both):  # on the ellipse, against its normal, and the roller takes the rest
+        mu = friction[i]
+        own = np.array([taken[i] / rho[i], corner[i]])
+        assert np.linalg.norm(own / mu) == pytest.approx(load[i], rel=1e-13)
+        normal = own / mu**2
+        assert slip[i] @ normal < 0
+        assert slip[i, 0] * normal[1] == pytest.approx(slip[i, 1] * normal[0], rel=1e-12)
+        assert found["ground_force"][i] == pytest.approx(own, rel=1e-13)
+    assert slip[:, 0] + rho * found["contact_spin"] == pytest.approx(pair[:, 0], rel=1e-11, abs=1e-12)
+    assert slip[:, 1] == pytest.approx(pair[:, 1], abs=1e-12) and not found["contact_spin"][rigid].any()
+    loss = call(bound, "slip_contact_loss", values)
+    assert loss == pytest.approx(-(taken * found["contact_spin"]).sum(), rel=1e-11)
+
+    @working_precision
+    def by_bodies():
+        in_contact = [[exact(torque), *[exact(0.0)] * (rollers - 1)] for torque in taken]
+        given = Acting(ground=lambda i, *_: (0, exact(found["ground_force"][i, 1])), guide=wheels != 3,
+                       roller_torques=in_contact,
+                       wheel_torques=[exact(t) for t in found.get("axle_holding", np.zeros(wheels))])  # fmt: skip
+        at = position(case.machine, case.heading, case.chi)
+        loads = dict.fromkeys(range(wheels), 0) if given.guide else None
+        solved = solve(case.machine, at, case.speeds(), given, model="massless", loads=loads)
+        along = np.array([float(axle) for axle, *_ in solved.contact])
+        return nu_dot(case, solved), np.array([float(v) for v in solved.second.chi]), along
+
+    nu_rates, wheel_rates, along = by_bodies()
+    assert found["nu_dot"] == pytest.approx(nu_rates, rel=1e-10, abs=1e-10 * np.abs(nu_rates).max())
+    assert found["rates_dot"] == pytest.approx(wheel_rates, rel=1e-10, abs=1e-10 * np.abs(wheel_rates).max())
+    assert found["ground_force"][:, 0] == pytest.approx(along, rel=1e-10)
+    assert np.abs(found["slip_dot"][sticks, 1]).max() <= 1e-10 * np.abs(nu_rates).max() * DISTANCE
+
+
+# The convex problem
+
+
+def test_forces_of_cut_discs_have_the_most_power():
+    """By chance, some of which feel fewer directions than they have: no force of an ellipse that is cut has more."""
+    rng = np.random.default_rng(0)
+    for number in range(100):
+        count = int(rng.integers(1, 6))
+        rank = int(rng.integers(1, 4)) if number % 2 else 2 * count
+        root = rng.normal(size=(2 * count, rank))
+        matrix = root @ root.T + np.diag(np.tile([0.0, rng.uniform(0.1, 1)], count))
+        given, reach = 3 * rng.normal(size=(count, 2)), rng.uniform(0.3, 2, (count, 2))
+        strip = reach[:, 0] * rng.uniform(0.1, 1.3, count)
+        near = rng.random(count) < 0.2  # edge and circle are nearly one
+        strip[near] = reach[near, 0] * rng.choice((1.0, 1 - 1e-16, 1 - 1e-12, 1 - 1e-9, 1 - 1e-7, 1e-14), near.sum())
+        found = cones.decide_semidefinite(matrix.reshape(count, 2, count, 2), given, reach, strip)
+        for force, rate, own, most in zip(found.force, found.rate, reach, strip, strict=True):
+            place, weighted, edge = force / own, rate * own, min(most / own[0], 1.0)
+            scale = np.abs(weighted).sum() + np.abs(given * reach).max()
+            assert abs(place[0]) <= edge * (1 + LAW) and np.linalg.norm(place) <= 1 + LAW
+            size = np.linalg.norm(weighted)
+            best = size
+            if abs(weighted[0]) > edge * size:
+                best = edge * abs(weighted[0]) + np.sqrt(1 - edge**2) * abs(weighted[1])
+            assert best + weighted @ place <= LAW * scale
+
+
+# Runs
+
+
+def scene(number, break_away=True):
+    """A vehicle whose massless rollers stick beside contacts that do, in half of these beside its axles."""
+    rng = np.random.default_rng([91, number])
+    wheels = int(rng.choice((3, 4, 5)))
+    vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
+    share = vehicle.mass * GRAVITY / wheels
+    friction = 10 ** rng.uniform(-0.8, 0) * np.array([1.0, rng.choice((1.0, rng.uniform(0.6, 1.7)))])
+    static = friction * (rng.choice((1.0, 1.3)) if break_away else 1.0)
+    torques = friction[0] * share * RHO * 10 ** rng.uniform(-1, 0.2) * rng.uniform(0.7, 1.3, wheels)
+    given = {"roller_coulomb": torques}
+    if break_away:
+        given["roller_break_away"] = torques * rng.choice((1.0, 1.4))
+    size = friction[1] * share * RADIUS
+    if number % 2:
+        given["wheel_coulomb"] = size * 10 ** rng.uniform(-1, 0.3) * rng.uniform(0.7, 1.3, wheels)
+    rates = tuple(5 * rng.normal(size=wheels)) if rng.random() < 0.5 else None
+    acts = (Torque(size * rng.normal(size=wheels)),
+            TorqueTable((0.0, 0.05, 0.2), 1.5 * size * rng.normal(size=(3, wheels))))  # fmt: skip
+    numbers = {"friction": friction, "static_friction": static, "normal_gravity": GRAVITY}
+    ground = Contact(law="coulomb", wheel_rates=rates, **numbers)
+    effects = [ground, Bearings(**given), acts[number // 4 % 2], Slope(rng.uniform(0, 0.3), 1.0)]
+    nu = tuple(2 * rng.normal(size=3)) if rng.random() < 0.7 else (0.0, 0.0, 0.0)
+    return vehicle, {"nu": nu, "effects": effects, "accuracy": 1e-10, **MASSLESS}
+
+
+def residuals(vehicle, effects, run):
+    """The largest residual of each part of the laws, by name: forces by coefficient times load, torques by what they
+    are at most, speeds by the largest so far."""
+    contact, bearings = effects[:2]
+    sliding, static = (np.array(v) for v in (contact.friction, contact.static_friction))
+    load = vehicle.mass * GRAVITY / vehicle.wheels
+    rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
+    most = np.array(bearings.roller_coulomb)
+    holding = most if bearings.roller_break_away is None else np.array(bearings.roller_break_away)
+    slip, force, spins, taken = run.slip, run.ground_force, run.contact_spin, contact_torques(run)
+    rates, along = kernel(vehicle, "massless", "python").wheel_rates(run.nu, run.chi)
+    pair = np.stack([rho * along, vehicle.wheel_radius * (run.quantity("rates") - rates)], axis=-1)
+    platform = vehicle.platform_radius * np.abs(run.nu * [1, 1, 1 / vehicle.yaw_scale]).sum(axis=1)
+    speeds = np.maximum.accumulate(platform + vehicle.wheel_radius * np.abs(run.quantity("rates")).max(axis=1))[:, None]
+    speeds = np.where(speeds > 0, speeds, 1.0)
+    slides = ~run.sticks
+    used, slid = (np.linalg.norm(force / mu, axis=-1) / load for mu in (static, sliding))
+    normal = force / sliding**2
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+    turns = np.abs(spins) * rho > 1e-9 * speeds
+
+    def where(modes, values):
+        return float(np.where(modes, values, 0.0).max())
+
+    return {
+        "one force": where(True, np.abs(force[..., 0] * rho - taken) / most),
+        "cone": where(~slides, used - 1),
+        "strip": where(True, np.abs(taken) / holding - 1),
+        "no slip": where(~slides, np.linalg.norm(slip, axis=-1) / speeds),
+        "ellipse": where(slides, np.abs(slid - 1)),
+        "normal": where(slides, np.abs(slip[..., 0] * normal[..., 1] - slip[..., 1] * normal[..., 0]) / speeds),
+        "against the slip": where(slides, (slip * normal).sum(axis=-1) / speeds),
+        "against the spin": where(turns, np.abs(taken + np.sign(spins) * most) / most),
+        "speeds": where(True, np.abs(slip[..., 0] + rho * spins - pair[..., 0]) / speeds),
+        "slip": where(True, np.abs(slip[..., 1] - pair[..., 1]) / speeds),
+    }
+
+
+def assert_the_laws_hold(number):
+    vehicle, options = scene(number)
+    run = simulate(vehicle, duration=0.2, **options)
+    for name, residual in residuals(vehicle, options["effects"], run).items():
+        assert residual <= LAW, (number, name)
+    lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 1e-9 * lost, number
+
+
+@pytest.mark.parametrize("number", [0, 2, 7, 8, 9])
+def test_the_laws_hold_in_every_row(number):
+    assert_the_laws_hold(number)
+
+
+@pytest.mark.long
+def test_the_laws_hold_in_every_row_of_more_scenes():
+    for number in (1, 3, 4, 5, 6, *range(10, 22)):
+        assert_the_laws_hold(number)
+
+
+def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
+    """At first order, of a vehicle whose contacts all slip and whose rollers begin to turn."""
+    torque, end = 0.04, 0.03
+    ground = Contact(law="coulomb", friction=0.4, wheel_rates=0)
+    effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
+    options = {"nu": (1.0 / DISTANCE, 0.8 / DISTANCE, 3.0), "duration": end, "control": False, "engine": "python"}
+    limit = simulate(CROSS, effects=effects, accuracy=1e-10, roller_model="massless", **options)
+    assert (np.abs(limit.contact_spin[-1]) > 1).any() and not limit.sticks[-1].all()
+    times = np.linspace(0, end, 11)
+
+    def distance(inertia):
+        from_disks = [replace(ground, contact_spins=0.0), *effects[1:]]  # where massless ones begin
+        vehicle = replace(CROSS, roller_inertia=inertia)
+        run = simulate(vehicle, effects=from_disks, accuracy=1e-9, roller_model="free", **options)
+        return distance_at(run, limit, times)
+
+    far, near = distance(1e-6), distance(1e-7)
+    assert far < 1e-2
+    assert 0.9 <= np.log10(far / near) <= 1.1
+
+
+def test_samples_between_rows_are_those_of_finer_runs():
+    vehicle, options = scene(8)
+    run, finer = (simulate(vehicle, duration=0.2, **options | {"accuracy": accuracy}) for accuracy in (1e-10, 1e-12))
+    for t in np.linspace(0.011, 0.191, 19):
+        one, other = run.sample(t), finer.sample(t)
+        for name in ("slip", "contact_spin"):
+            scale = np.abs(getattr(run, name)).max()
+            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)

@@ -1,0 +1,90 @@
+"""Sensitivities of runs in which massless rollers stick on their disks and break away, and wheels slip, against
+differences of runs in 40 digits, which find those events by themselves (hard.true_massless)."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import Bearings, Contact, InvalidValueError, NoDerivativeError, TorqueTable
+from omniroll.engine.drive_deviations import refuse_what_is_not_followed
+from omniroll.engine.motion import Motion
+from tests.sensitivities.differences import Case, derivative, differenced
+from tests.sensitivities.test_true_events import true
+
+REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
+RUBBING = Bearings(roller_coulomb=0.01)
+HELD_LONGER = Bearings(roller_coulomb=0.001, roller_break_away=0.002)
+BESIDE_AXLES = replace(HELD_LONGER, wheel_coulomb=0.02, wheel_break_away=0.03)
+RAMP = TorqueTable((0.0, 0.3), ((0, 0, 0), (0.3, -0.1, 0.2)))
+STILL = {"nu": (0.0, 0.0, 0.0)}
+STOPPING = Case("massless", effects=(Contact(5.0), RUBBING), duration=0.6)
+BREAKING_AWAY = Case("massless", effects=(Contact(5.0), HELD_LONGER, RAMP), start=STILL, duration=0.3)
+
+
+def changes(run):
+    """How rollers in contact change their modes in the rows: (before, after)."""
+    modes = Motion(run).massless.modes
+    return {(abs(int(a)), abs(int(b))) for a, b in zip(modes[:-1].ravel(), modes[1:].ravel(), strict=True) if a != b}
+
+
+@pytest.mark.parametrize("case, names, seen", [
+    (STOPPING, ("mass", "roller_coulomb", "nu[0]", "wheel_radius"), {(1, 0)}),
+    (BREAKING_AWAY, ("mass", "roller_break_away", "roller_coulomb"), {(0, 1), (1, 0)}),
+    (replace(BREAKING_AWAY, effects=(Contact(**REGULARISED), HELD_LONGER, RAMP)), ("roller_break_away",), {(0, 1)}),
+], ids=["stops and a switch", "break-aways and switches", "regularised"])  # fmt: skip
+def test_they_are_the_differences_of_runs_in_40_digits(case, names, seen):
+    run = case.run(sensitivities=names, accuracy=1e-13)
+    assert seen <= changes(run) and len(run.switches)
+    for name in names:
+        wanted, log = true(case, name)
+        assert log
+        assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["mass", "roller_break_away", "wheel_break_away", "speed"])
+def test_beside_axles_that_stick_they_are_differences_of_runs(name):
+    case = replace(BREAKING_AWAY, effects=(Contact(**REGULARISED), BESIDE_AXLES, RAMP))
+    run = case.run(sensitivities=(name,), accuracy=1e-12)
+    assert {(0, 1)} <= changes(run) and (np.diff(Motion(run).axles.modes, axis=0) != 0).any()
+    wanted = differenced(case, name, 1e-5 if "break_away" in name else 1e-4, accuracy=1e-12)
+    assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY], ids=["stops", "break-aways"])
+def test_backwards_they_are_the_same(case):
+    names, end = ("nu[2]", "mass", "roller_coulomb[1]"), case.duration
+    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([end / 3, end])
+    found = omniroll.gradient(run, names, times, pose=weights)
+    for name in names:
+        own = run.sensitivity(name, times).pose
+        growth = np.abs(run.sensitivity(name).pose).max()
+        assert found[name] == pytest.approx(np.sum(weights * own), abs=1e-11 * growth)
+
+
+def test_numbers_that_do_nothing_while_all_rollers_stick():
+    case = Case("massless", effects=(Contact(5.0), Bearings(roller_coulomb=1.0, roller_break_away=2.0)), duration=0.1)
+    run = case.run(sensitivities=("roller_coulomb", "roller_break_away", "mass"))
+    assert not Motion(run).massless.modes.any()
+    assert not any(derivative(run, name).any() for name in ("roller_coulomb", "roller_break_away"))
+    assert derivative(run, "mass").any()
+
+
+def test_a_roller_that_sticks_by_all_its_friction_has_none():
+    run = Case("massless", effects=(Contact(5.0), Bearings(roller_coulomb=1.0)), duration=0.01).run()
+    asked = np.abs(run.drive[0, run.effects.drives().index("contact_bearing")])
+    at_bound = Bearings(roller_coulomb=asked.min() / 2, roller_break_away=(asked + 1e-9 * asked).tolist())
+    with pytest.raises(NoDerivativeError, match="all its friction") as error:
+        Case("massless", effects=(Contact(5.0), at_bound), duration=0.01).run(sensitivities=("mass",))
+    assert error.value.wheels == (0, 1, 2) and error.value.t == 0
+
+
+def test_beside_other_laws_and_loads_they_are_refused():
+    for other in ("contact_coulomb", "contact_loads"):
+        beside = SimpleNamespace(signatures={"slip_contact_loss": None}, effects=("contact", "roller_sticking", other))
+        with pytest.raises(InvalidValueError, match="massless rollers stick"):
+            refuse_what_is_not_followed((), beside)
