@@ -29,7 +29,6 @@ SLIPPING = {
     },
     "regularised, axles stick": {"roller_model": "free", "effects": [REGULARISED, AXLES]},
     "viscous, rollers stick": {"roller_model": "free", "effects": [VISCOUS, ROLLERS]},
-    "viscous, rollers stick, motors": {"roller_model": "free", "effects": [VISCOUS, ROLLERS, MOTOR]},
     "loads, regularised, rollers stick": {"roller_model": "free", "effects": [LOADED["regularised"], ROLLERS]},
     "regularised, all stick": {"roller_model": "free", "effects": [REGULARISED, ALL]},
 }

@@ -345,7 +345,7 @@ WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "loads, free, viscous": 3.8,
          "massless, coulomb": 5.9, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2,
          "massless, viscous, axles stick": 3.8, "loads, massless, regularised, axles stick": 4.0,
-         "regularised, axles stick": 4.0, "viscous, rollers stick": 2.9, "viscous, rollers stick, motors": 6.0,
+         "regularised, axles stick": 4.0, "viscous, rollers stick": 2.9,
          "loads, regularised, rollers stick": 2.6, "regularised, all stick": 4.2}  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from omniroll import Bearings, Contact, OmnirollError, TorqueTable
+from omniroll.engine import sensitivities
 from omniroll.engine.axle_deviations import AxleDeviations
 from omniroll.engine.motion import Motion
 from omniroll.engine.roller_deviations import RollerDeviations
@@ -64,16 +65,28 @@ def happened(run):
     return found
 
 
-def apart(own, reference, names, duration):
-    """By how much the derivatives of two runs are apart in the rows, and between them, of their largest one. A speed of
-    the start deviates by 1 until a bearing takes that away: what is left is known to a rounding of 1."""
-    one, other, times = own.followed.rows, reference.followed.rows, np.linspace(0, duration, 17)
+def between_rows(run, names, duration):
+    """{(number, part): derivatives at some times}."""
+    times, parts = np.linspace(0, duration, 17), ("nu", "pose") + (("spins",) if run.spins is not None else ())
+    return {(name, part): getattr(run.sensitivity(name, times), part) for name in names for part in parts}
+
+
+def apart(case, names, monkeypatch):
+    """The run with its derivatives in C, and by how much these and Python's are apart, in the rows and between them, of
+    the largest one. A speed of the start deviates by 1 until a bearing takes that away: what is left is known to a
+    rounding of 1."""
+    own, reference = runs_in_c_and_python(case, names, monkeypatch)
+    one, other = own.followed.rows, reference.followed.rows
     sizes, found = np.abs(other).max(axis=(0, 1)), [np.abs(one - other).max(axis=(0, 1))]
-    sizes = np.maximum(sizes, [name.startswith("spins") * np.finfo(float).eps / BOUND for name in names])
-    for part in ("nu", "pose") + (("spins",) if own.spins is not None else ()):
-        parts = [[getattr(run.sensitivity(name, times), part) for name in names] for run in (own, reference)]
-        found.append([np.abs(a - b).max() for a, b in zip(*parts, strict=True)])
-    return (np.array(found) / np.where(sizes > 0, sizes, 1)).max()
+    known = np.finfo(float).eps / BOUND[case.roller_model]
+    sizes = np.maximum(sizes, [name.startswith("spins") * known for name in names])
+    sizes, read = dict(zip(names, np.where(sizes > 0, sizes, 1), strict=True)), between_rows(own, names, case.duration)
+    with monkeypatch.context() as context:
+        context.setattr(sensitivities, "library_of", lambda motion: None)
+        wanted = between_rows(reference, names, case.duration)
+    assert reference.followed.compiled is None
+    between = [np.abs(read[key] - wanted[key]).max() / sizes[key[0]] for key in wanted]
+    return own, max((np.array(found) / list(sizes.values())).max(), *between)
 
 
 def noted(monkeypatch):
@@ -106,8 +119,7 @@ def test_it_gives_what_the_reference_gives_and_passes_what_happens(case, names, 
         left = noted(context)
         case.run(sensitivities=names)
         assert not left
-    own, reference = runs_in_c_and_python(case, names, monkeypatch)
-    assert apart(own, reference, names, case.duration) <= BOUND[case.roller_model]
+    assert apart(case, names, monkeypatch)[1] <= BOUND[case.roller_model]
 
 
 @pytest.mark.long
@@ -118,12 +130,14 @@ def test_random_scenes_too(kind, monkeypatch):
     for seed in range(30):
         case = at_random(kind, seed)
         try:
-            own, reference = runs_in_c_and_python(case, names, monkeypatch)
+            own, difference = apart(case, names, monkeypatch)
         except OmnirollError:  # it tips, or something only just happens
             continue
-        assert apart(own, reference, names, case.duration) <= BOUND[case.roller_model], seed
+        assert difference <= BOUND[case.roller_model], seed
         found += happened(own)
         count += 1
         if count == 7:
             break
-    assert count == 7 and found["rests"] >= 7 and found["breaks"] >= 1 and found["switches"] >= 1, found
+    assert (
+        count == 7 and found["rests"] >= 7 and found["breaks"] + found["switches"] >= (0 if "loads" in kind else 2)
+    ), found

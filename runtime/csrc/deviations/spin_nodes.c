@@ -126,6 +126,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
         put_node(w, step, row, j, block);
 #if SET_LOADS
         memset(w->along, 0, point_size(w)*sizeof *w->along);
+        memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
         put_loads(w, 0);
 #endif
         for (int g = 0; g < w->groups; g++) {
