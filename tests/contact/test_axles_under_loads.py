@@ -242,12 +242,6 @@ def test_axles_that_feed_themselves_are_refused():
         assert caught.value.t == 0
 
 
-def test_sensitivities_beside_contacts_that_stick_are_refused_with_the_speed_that_is_missing():
-    effects = [Contact(law="coulomb", friction=0.3, loads="dynamic", height=0.1), Bearings(wheel_coulomb=0.05)]
-    with pytest.raises(InvalidValueError, match="wheel_speed"):
-        simulate(CART, nu=(1, 0, 0), duration=0.01, roller_model="massless", effects=effects, sensitivities=("nu",))
-
-
 # ---- both engines ----------------------------------------------------------------------------------------------------
 
 

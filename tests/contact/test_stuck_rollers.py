@@ -16,7 +16,6 @@ from omniroll import (
     Bearings,
     Contact,
     Controller,
-    InvalidValueError,
     Motor,
     Session,
     Slope,
@@ -355,10 +354,3 @@ def test_a_session_is_the_run():
     run = simulate(vehicle, duration=0.15, control=False, **options)
     assert session.wheel_speeds == pytest.approx(run.quantity("rates")[-1], rel=1e-8, abs=1e-9)
     assert session.nu == pytest.approx(run.nu[-1], rel=1e-8, abs=1e-9)
-
-
-def test_what_is_not_solved_is_refused():
-    bearings = Bearings(roller_coulomb=1e-4)
-    with pytest.raises(InvalidValueError, match="sensitivities"):
-        simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="free",
-                 effects=[Contact(law="coulomb", friction=0.5), bearings], sensitivities=["mass"])  # fmt: skip
