@@ -227,9 +227,12 @@ class Loads:
     def refuse(self, what: str, found: Carried) -> NoReturn:
         """Raises GroundFailsError: loads and friction `what`."""
         wheel = int(np.argmax(np.abs(found.compression)))
+        load = f"wheel {wheel} would carry {found.compression[wheel]:.6g} N"
+        determinant = f"the determinant of the coupled matrix is {float(found.determinant):.3g}"
+        in_one = "in one of them " if what == SEVERAL else ""
+        asked = "" if what == SEVERAL else " (it must stay positive)"
         reason = (
-            f"loads and friction {what}: wheel {wheel} would carry {found.compression[wheel]:.6g} N, the vehicle "
-            f"weighs {self.weight:.6g} N, and the determinant of the coupled matrix is {float(found.determinant):.3g} "
-            "(it must stay positive); a lower centre of mass or less friction makes it so"
+            f"loads and friction {what}: {in_one}{load}, the vehicle weighs {self.weight:.6g} N, and {determinant}"
+            f"{asked}; a lower centre of mass or less friction leaves one solution"
         )
         raise GroundFailsError(reason, wheel, what)
