@@ -125,6 +125,25 @@ def regularised(along, across):
     return -LOAD * axle**2 * along / size, -LOAD * rolling**2 * across / size
 
 
+@working_precision
+def by_bodies(case, taken, across, holding):
+    """Rates of nu (3,) and of the wheels (N,), and the ground's forces along the axles (N,), of a vehicle of bodies.
+
+    taken    (N,) torques of the bearings of the rollers in contact
+    across   (N,) forces of the ground along the rolling directions
+    holding  (N,) torques that hold axles, or None
+    """
+    wheels, rollers = case.vehicle.wheels, case.vehicle.rollers_per_wheel
+    in_contact = [[exact(torque), *[exact(0.0)] * (rollers - 1)] for torque in taken]
+    given = Acting(ground=lambda i, *_: (0, exact(across[i])), guide=wheels != 3, roller_torques=in_contact,
+                   wheel_torques=[exact(t) for t in (np.zeros(wheels) if holding is None else holding)])  # fmt: skip
+    at = position(case.machine, case.heading, case.chi)
+    loads = dict.fromkeys(range(wheels), 0) if given.guide else None
+    solved = solve(case.machine, at, case.speeds(), given, model="massless", loads=loads)
+    along = np.array([float(axle) for axle, *_ in solved.contact])
+    return nu_dot(case, solved), np.array([float(v) for v in solved.second.chi]), along
+
+
 @pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("wheels, rollers", [(2, 4), (3, 5), (4, 6)])
@@ -166,18 +185,7 @@ def test_modes_agree_with_every_body(wheels, rollers, law, axles):
     lost = -(force[:, 0] * speed + force[:, 1] * across).sum()
     assert loss + of_ground.sum() == pytest.approx(lost, rel=RELATIVE)
 
-    @working_precision
-    def by_bodies():
-        in_contact = [[exact(torque), *[exact(0.0)] * (rollers - 1)] for torque in taken]
-        given = Acting(ground=lambda i, *_: (0, exact(force[i, 1])), guide=wheels != 3, roller_torques=in_contact,
-                       wheel_torques=[exact(t) for t in rates.get("axle_holding", np.zeros(wheels))])  # fmt: skip
-        at = position(case.machine, case.heading, case.chi)
-        loads = dict.fromkeys(range(wheels), 0) if given.guide else None
-        solved = solve(case.machine, at, case.speeds(), given, model="massless", loads=loads)
-        along = np.array([float(axle) for axle, *_ in solved.contact])
-        return nu_dot(case, solved), np.array([float(v) for v in solved.second.chi]), along
-
-    nu_rates, wheel_rates, along = by_bodies()
+    nu_rates, wheel_rates, along = by_bodies(case, taken, force[:, 1], rates.get("axle_holding"))
     assert rates["nu_dot"] == pytest.approx(nu_rates, rel=RELATIVE, abs=RELATIVE * np.abs(nu_rates).max())
     assert rates["rates_dot"] == pytest.approx(wheel_rates, rel=RELATIVE, abs=RELATIVE * np.abs(wheel_rates).max())
     assert force[:, 0] == pytest.approx(along, rel=RELATIVE)

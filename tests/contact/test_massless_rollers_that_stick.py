@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracle.balls import exact, working_precision
-from reactions.newton_euler import Acting, position, solve
 from reactions.test_newton_euler import call
 
-from contact.test_newton_euler import nu_dot, slipping_case
+from contact.test_massless_rollers import by_bodies
+from contact.test_newton_euler import slipping_case
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.effects import cones
 from omniroll.kernels.kernel import kernel
@@ -170,19 +169,8 @@ def test_modes_agree_with_every_body(wheels, rollers, axles):
     loss = call(bound, "slip_contact_loss", values)
     assert loss == pytest.approx(-(taken * found["contact_spin"]).sum(), rel=1e-11)
 
-    @working_precision
-    def by_bodies():
-        in_contact = [[exact(torque), *[exact(0.0)] * (rollers - 1)] for torque in taken]
-        given = Acting(ground=lambda i, *_: (0, exact(found["ground_force"][i, 1])), guide=wheels != 3,
-                       roller_torques=in_contact,
-                       wheel_torques=[exact(t) for t in found.get("axle_holding", np.zeros(wheels))])  # fmt: skip
-        at = position(case.machine, case.heading, case.chi)
-        loads = dict.fromkeys(range(wheels), 0) if given.guide else None
-        solved = solve(case.machine, at, case.speeds(), given, model="massless", loads=loads)
-        along = np.array([float(axle) for axle, *_ in solved.contact])
-        return nu_dot(case, solved), np.array([float(v) for v in solved.second.chi]), along
-
-    nu_rates, wheel_rates, along = by_bodies()
+    across = found["ground_force"][:, 1]
+    nu_rates, wheel_rates, along = by_bodies(case, taken, across, found.get("axle_holding"))
     assert found["nu_dot"] == pytest.approx(nu_rates, rel=1e-10, abs=1e-10 * np.abs(nu_rates).max())
     assert found["rates_dot"] == pytest.approx(wheel_rates, rel=1e-10, abs=1e-10 * np.abs(wheel_rates).max())
     assert found["ground_force"][:, 0] == pytest.approx(along, rel=1e-10)

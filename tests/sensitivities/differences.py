@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import pytest
 
 import omniroll
 from omniroll import Vehicle
@@ -86,3 +87,21 @@ def differenced(case: Case, name: str, change: float, t: float | None = None, **
     wide, middle, narrow = (central(change / k) for k in (1, 2, 4))
     first, second = (4 * middle - wide) / 3, (4 * narrow - middle) / 3
     return (16 * second - first) / 15
+
+
+def assert_the_same_backwards_and_in_sessions(case):
+    """A gradient is the sum of sensitivities, and a session in five steps has those of the run."""
+    names, end = ("nu[2]", "mass", "roller_coulomb[1]"), case.duration
+    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([end / 3, end])
+    found = omniroll.gradient(run, names, times, pose=weights)
+    start = START | {"spins": SPINS} | case.start
+    session = omniroll.Session(
+        VEHICLE, **start, roller_model="free", effects=case.effects, accuracy=1e-13, sensitivities=names
+    )
+    for part in (0.1, 0.2, 0.3, 0.05, 0.35):
+        session.step(part * end)
+    for name in names:
+        own = run.sensitivity(name, times).pose
+        growth = np.abs(run.sensitivity(name).pose).max()
+        assert found[name] == pytest.approx(np.sum(weights * own), abs=1e-11 * growth)
+        assert np.abs(session.sensitivity(name).pose - own[1]).max() <= 1e-9 * growth

@@ -8,10 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, Torque, TorqueTable, Vehicle
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative, differenced
+from tests.sensitivities.differences import (
+    SPINS,
+    Case,
+    assert_the_same_backwards_and_in_sessions,
+    derivative,
+    differenced,
+)
 from tests.sensitivities.test_true_events import true
 
 STILL = np.zeros_like(SPINS).tolist()
@@ -105,20 +110,7 @@ def test_where_forces_that_hold_are_not_determined_the_motion_has_derivatives(ca
 @pytest.mark.long
 @pytest.mark.parametrize("case", [COMING_TO_REST, BREAKING_AWAY, PUSHED], ids=["rest", "break-aways", "pushed"])
 def test_backwards_and_in_sessions_they_are_the_same(case):
-    names, end = ("nu[2]", "mass", "roller_coulomb[1]"), case.duration
-    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([end / 3, end])
-    found = omniroll.gradient(run, names, times, pose=weights)
-    start = START | {"spins": SPINS} | case.start
-    session = omniroll.Session(
-        VEHICLE, **start, roller_model="free", effects=case.effects, accuracy=1e-13, sensitivities=names
-    )
-    for part in (0.1, 0.2, 0.3, 0.05, 0.35):
-        session.step(part * end)
-    for name in names:
-        own = run.sensitivity(name, times).pose
-        growth = np.abs(run.sensitivity(name).pose).max()
-        assert found[name] == pytest.approx(np.sum(weights * own), abs=1e-11 * growth)
-        assert np.abs(session.sensitivity(name).pose - own[1]).max() <= 1e-9 * growth
+    assert_the_same_backwards_and_in_sessions(case)
 
 
 def test_a_vehicle_that_stands_depends_on_nothing():

@@ -9,7 +9,14 @@ import pytest
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative, differenced
+from tests.sensitivities.differences import (
+    SPINS,
+    VEHICLE,
+    Case,
+    assert_the_same_backwards_and_in_sessions,
+    derivative,
+    differenced,
+)
 from tests.sensitivities.test_true_events import true
 
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
@@ -62,21 +69,7 @@ def test_they_are_so_where_rollers_come_to_rest():
 @pytest.mark.long
 @pytest.mark.parametrize("case", [replace(STOPPING, duration=0.4), CASES["with axles"][0]], ids=["stops", "axles"])
 def test_backwards_and_in_sessions_they_are_the_same(case):
-    names = ("nu[2]", "mass", "roller_coulomb[1]")
-    end = case.duration
-    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([end / 3, end])
-    found = omniroll.gradient(run, names, times, pose=weights)
-    start = START | {"spins": SPINS} | case.start
-    session = omniroll.Session(
-        VEHICLE, **start, roller_model="free", effects=case.effects, accuracy=1e-13, sensitivities=names
-    )
-    for part in (0.1, 0.2, 0.3, 0.05, 0.35):
-        session.step(part * end)
-    for name in names:
-        own = run.sensitivity(name, times).pose
-        growth = np.abs(run.sensitivity(name).pose).max()
-        assert found[name] == pytest.approx(np.sum(weights * own), abs=1e-11 * growth)
-        assert np.abs(session.sensitivity(name).pose - own[1]).max() <= 1e-9 * growth
+    assert_the_same_backwards_and_in_sessions(case)
 
 
 @pytest.mark.long
