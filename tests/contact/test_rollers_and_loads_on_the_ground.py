@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hard import ground_anywhere
 from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
 from scipy.optimize import brentq
@@ -454,6 +455,16 @@ def test_a_slip_comes_to_rest_in_the_direction_that_it_has_turned_to(number, hei
     vehicle, options = scene(number, height)
     run, _ = assert_scene_obeys(vehicle, options, engine)
     assert run.t[-1] == options["duration"]
+
+
+@pytest.mark.parametrize("engine", EACH)
+def test_contacts_that_slip_at_once_beside_one_that_sticks(engine):
+    """All but one of these contacts slip at once. Newton's rule inside their discs had no other direction left there:
+    the Python engine raised a LinAlgError, the compiled one stopped as its step became too small."""
+    vehicle, task = ground_anywhere.rollers_stick_on_coulomb(158)
+    run = simulate(vehicle, **task, engine=engine)
+    assert run.t[-1] == task["duration"]
+    assert run.sticks[0].tolist() == [True, False, False, False, False]
 
 
 @pytest.mark.long

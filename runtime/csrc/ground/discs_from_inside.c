@@ -8,6 +8,7 @@
 #if SET_STARTS_INSIDE
 #define INSIDE_ROUNDS 80
 #define PRODUCTS_LEFT 1e-18         /* of the problem's size: p s behind the last round                     */
+#define LEAST_SLACK 1e-14           /* of a disc: with less the rounds would lose what moves it across      */
 #define FALLS 0.1                   /* of p s: what a round leaves                                          */
 #define FALLS_LESS 0.5              /* the same behind one that could not be made whole                     */
 #define WHOLE 0.5                   /* of a round's step: more than that is nearly whole                    */
@@ -102,10 +103,12 @@ static void least_from_inside(discs_t *d)
     for (int i = 0; i < d->count; i++)
         d->scale[i] = d->pull[i] = scale_of_disc(d, i), d->slack[i] = 0.5;
     for (int round = 0; round < INSIDE_ROUNDS; round++) {
-        double left = 0;
-        for (int i = 0; i < d->count; i++)
+        double left = 0, least = 1;
+        for (int i = 0; i < d->count; i++) {
             left += d->pull[i]*d->slack[i]/d->scale[i]/d->count;
-        if (!(left > PRODUCTS_LEFT))
+            least = fmin(least, d->slack[i]);
+        }
+        if (!(left > PRODUCTS_LEFT && least > LEAST_SLACK))
             break;
         step_inside(d, falls*left);
         falls = go_inside(d, falls*left) > WHOLE ? FALLS : FALLS_LESS;

@@ -26,6 +26,7 @@ NEWTON = 30
 SETTLED = 1e-14
 ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
 INSIDE_ROUNDS, PRODUCTS_LEFT = 80, 1e-18  # from inside: at most so many rounds, and what they leave of p s
+LEAST_SLACK = 1e-14  # of a disc: with less the rounds would lose what moves it across
 FALLS, FALLS_LESS, WHOLE = 0.1, 0.5, 0.5  # what a round leaves of p s; behind one of which less than WHOLE was made
 STAYS_INSIDE = 0.9  # of the way to the edge of p > 0 and s > 0
 STEADIES = 1e-14  # of the diagonal: what leaves forces where they are that nothing feels
@@ -157,7 +158,7 @@ def _from_inside(matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int])
     place, pull, slack, falls = np.zeros(shape), scale.copy(), np.full(count, 0.5), FALLS
     for _ in range(INSIDE_ROUNDS):
         left = float((pull * slack / scale).mean())
-        if not left > PRODUCTS_LEFT:
+        if not (left > PRODUCTS_LEFT and slack.min() > LEAST_SLACK):
             break
         aim, off = falls * left * scale, slack + ((place**2).sum(axis=1) - 1) / 2
         along = (aim + pull * off) / slack - pull
