@@ -372,8 +372,8 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-# Functions that sets have together which the Python engine alone runs: where massless rollers stick beside contacts
-# that do, or under loads that follow the motion.
+# The Python engine alone runs a set that has both functions of such a pair: where massless rollers stick beside
+# contacts that stick, or under loads that follow the motion.
 NOT_RUN = ((SERIES, GRIPS), (SERIES, SPRINGS))
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 

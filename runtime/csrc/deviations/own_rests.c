@@ -82,7 +82,7 @@ ALWAYS_INLINE lanes_t *own_torque(const variations_t *w, lanes_t *own, int k)
     return of_bearing(w, k, inputs + SET_BEARING_INPUT*w->wheels, inputs + SET_CONTACT_BEARING_INPUT*w->wheels, free);
 }
 
-enum { BEFORE, RESTING, AFTER, MOMENTS };   /* of a change: resting, while those that come to rest stay there */
+enum { BEFORE, RESTING, AFTER, INSTANTS };   /* of a change: resting, while those that come to rest stay there */
 
 /* Let the bearings of the point have the modes of one of these. */
 static void put_modes_of(const variations_t *w, const own_change_t *e, int which)
@@ -257,7 +257,7 @@ static int put_times_of_change(variations_t *w, const own_change_t *e, const int
 
 /* The accelerations of bearings before a change and after it, and what holds those that stick. */
 typedef struct {
-    double *dot[MOMENTS], *asked[MOMENTS];
+    double *dot[INSTANTS], *asked[INSTANTS];
 } own_rates_t;
 
 /* The acceleration that a bearing could have: by what acts on it before and after, and by what it takes. */
@@ -310,11 +310,11 @@ static int some_turn_on(const variations_t *w, const own_change_t *e)
 static int pass_own_change(variations_t *w, const own_change_t *e)
 {
     const int bearings = MOST_OWN(w), groups = w->groups;
-    double memory[2*MOMENTS*bearings], time[w->columns];
-    lanes_t rate[MOMENTS][w->size];
+    double memory[2*INSTANTS*bearings], time[w->columns];
+    lanes_t rate[INSTANTS][w->size];
     own_rates_t rates;
     int of[bearings];
-    for (int m = 0; m < MOMENTS; m++)
+    for (int m = 0; m < INSTANTS; m++)
         rates.dot[m] = memory + 2*m*bearings, rates.asked[m] = rates.dot[m] + bearings;
     rates_of_change(w, e, AFTER, rate[AFTER], rates.dot[AFTER], rates.asked[AFTER]);
     rates_of_change(w, e, BEFORE, rate[BEFORE], rates.dot[BEFORE], rates.asked[BEFORE]);

@@ -1,19 +1,19 @@
 /* The minimum over discs from their inside: an interior-point method for a matrix that is semidefinite.
  *
- * Where contacts are only just pulled, D feels how their forces turn by next to nothing: on a slope that is steeper than
- * friction by 1e-9 of it all rates are 1e-9 of what the forces make of them. Forces that are drawn by more than that turn
- * for thousands of rounds. Here each disc has a slack s, s = (1 - |y|^2)/2, and a pull p, (A y + w)_i = -p y_i, and the
- * products p s fall together by a part in each round of Newton's rule, which knows no such rates: some thirty rounds lead
- * to rounding. Of forces that are not unique these are amid all that balance. */
+ * Where contacts are only just pulled, D feels how their forces turn by next to nothing: on a slope that is steeper
+ * than friction by 1e-9 of it all rates are 1e-9 of what the forces make of them. Forces that are drawn by more than
+ * that turn for thousands of rounds. Here each disc has a slack s, s = (1 - |y|^2)/2, and a pull p, (A y + w)_i =
+ * -p y_i, and the products p s fall together by a part in each round of Newton's rule, which knows no such rates: some
+ * thirty rounds lead to rounding. Of forces that are not unique these are amid all that balance. */
 #if SET_STARTS_INSIDE
 #define INSIDE_ROUNDS 80
 #define PRODUCTS_LEFT 1e-18         /* of the problem's size: p s behind the last round                     */
-#define LEAST_SLACK 1e-14           /* of a disc: with less the rounds would lose what moves it across      */
+#define LEAST_SLACK 1e-14           /* of a disc: the rounds end; with less rounding hides how it may turn   */
 #define FALLS 0.1                   /* of p s: what a round leaves                                          */
 #define FALLS_LESS 0.5              /* the same behind one that could not be made whole                     */
 #define WHOLE 0.5                   /* of a round's step: more than that is nearly whole                    */
 #define STAYS_INSIDE 0.9            /* of the way to the edge of p > 0 and s > 0                            */
-#define STEADIES 1e-14              /* of the diagonal: what leaves forces where they are that nothing feels */
+#define STEADIES 1e-14              /* of the diagonal, more: keeps what no rate depends on where it is      */
 #define LEAST_SCALE 1e-30           /* of the problem's size                                                */
 
 /* The size of what acts on a disc, with which its product is measured: rollers may be light. */

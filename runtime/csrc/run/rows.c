@@ -71,8 +71,9 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
                            numbers_part(parts, count), numbers_part(parts, count)};
     double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
                                 numbers_part(parts, rows*rows)};
-    double *vectors[SET_STARTS_INSIDE ? 17 : 15];
-    for (int k = 0; k < (SET_STARTS_INSIDE ? 17 : 15); k++)
+    enum { VECTORS = SET_STARTS_INSIDE ? 17 : 15 };
+    double *vectors[VECTORS];
+    for (int k = 0; k < VECTORS; k++)
         vectors[k] = numbers_part(parts, rows);
     if (!work->problem)
         return;

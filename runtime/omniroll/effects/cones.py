@@ -12,9 +12,9 @@ which is strictly convex: there is one F, always.
 It is found by going round the contacts, each solved exactly, until it is clear who slips; Newton's rule on the
 conditions themselves gives the last digits.
 
-A disc may be cut by a strip, |F_i1| <= strip_i: what stands behind such a contact takes no more in that direction. What
-is normal to the cut disc is the sum of what is normal to the disc and to the strip, so that the rate has two parts: one
-along the disc, and one across the strip.
+A disc may be cut by a strip, |F_i1| <= strip_i: what stands behind such a contact takes no more in that direction. A
+normal of the cut disc is the sum of a normal of the disc and one of the strip. So the rate has two parts: one along the
+normal of the disc, and one across the strip.
 """
 
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ NEWTON = 30
 SETTLED = 1e-14
 ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
 INSIDE_ROUNDS, PRODUCTS_LEFT = 80, 1e-18  # from inside: at most so many rounds, and what they leave of p s
-LEAST_SLACK = 1e-14  # of a disc: with less the rounds would lose what moves it across
+LEAST_SLACK = 1e-14  # of a disc: the rounds end there, since with less rounding hides how its force may turn
 FALLS, FALLS_LESS, WHOLE = 0.1, 0.5, 0.5  # what a round leaves of p s; behind one of which less than WHOLE was made
 STAYS_INSIDE = 0.9  # of the way to the edge of p > 0 and s > 0
-STEADIES = 1e-14  # of the diagonal: what leaves forces where they are that nothing feels
+STEADIES = 1e-14  # of the diagonal, more: keeps components that no rate depends on where they are
 LEAST_SCALE = 1e-30  # of the problem's size
 DRAWN, ROUNDS = 1e-6, 60  # of D's diagonal: how strongly forces that need not be unique are drawn, and how often
 EPS = float(np.finfo(float).eps)

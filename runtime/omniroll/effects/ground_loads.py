@@ -233,6 +233,6 @@ class Loads:
         asked = "" if what == SEVERAL else " (it must stay positive)"
         reason = (
             f"loads and friction {what}: {in_one}{load}, the vehicle weighs {self.weight:.6g} N, and {determinant}"
-            f"{asked}; a lower centre of mass or less friction leaves one solution"
+            f"{asked}; a lower centre of mass or less friction gives one solution"
         )
         raise GroundFailsError(reason, wheel, what)

@@ -53,7 +53,7 @@ REASONS = {
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
-# Generated functions that sets have together which run on the Python engine alone, and what these have.
+# Pairs of generated functions: a set that has both runs on the Python engine alone, for what stands beside them.
 MASSLESS = "massless rollers that stick where wheels may slip, "
 NOT_COMPILED = {
     ("slip_contact_loss", "ground_dynamics"): MASSLESS + "beside the law coulomb",

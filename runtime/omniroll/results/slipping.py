@@ -138,10 +138,9 @@ class Contacts:
         values["ground_push"][..., 1] = np.where(turns, corner["corner_force"], values["ground_push"][..., 1])
         values["ground_yield"] = np.where(turns, corner["corner_yield"], 0.0)
         slip[turns] = self._called("slip_forces", values)["slip"][turns]
-        rho = self.kernel.vehicle.wheel_radius * np.cos(values["chi"]) - self.kernel.vehicle.roller_axis_radius
-        taken = np.where(slips & sticks, rho * values["ground_push"][..., 0], values["contact_taken"])
         values["contact_bearing"] = np.where(sticks, 0.0, values["contact_bearing"])
-        values["contact_taken"] = taken
+        holding = self._called("slip_spins", values)["contact_holding"]
+        values["contact_taken"] = np.where(slips & sticks, holding, values["contact_taken"])
 
     def _under_loads(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """The same under a smooth law whose loads follow the motion."""
