@@ -287,11 +287,7 @@ class Run:
         raise ValueError("too many steps")
 
     def _phase(self) -> Phase:
-        acting = self.b.acting
-        while acting.next_time() <= float(self.now):
-            acting.pass_time(acting.next_time(), None, self.y[:3], None)
-        acting.begin(self.now)
-        return Phase(self.b, self.modes, acting.signals)
+        return Phase(self.b, self.modes, signals_at(self.b.acting, self.now, self.y[:3]))
 
     def _decide(self) -> None:
         """Bearings at rest stick if they can be held; those that cannot turn as what would hold them pushes."""
@@ -365,6 +361,14 @@ class Run:
         self.y = self.b.switched(self.y, i, direction)
         self.log.append((float(self.now), i, "switch", direction))
         self.modes = [sign_of(rate) for rate in self.b.turning(self.y)]
+
+
+def signals_at(acting: Acting, now: Any, nu: Row) -> dict[str, Any]:
+    """What drives give from a time on, when they have jumped as they do up to then."""
+    while acting.next_time() <= float(now):
+        acting.pass_time(acting.next_time(), None, nu, None)
+    acting.begin(now)
+    return acting.signals
 
 
 def sign_of(value: Any) -> int:

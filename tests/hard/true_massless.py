@@ -10,7 +10,7 @@ import numpy as np
 from flint import arb, arb_series
 
 from hard.constrained import Row, Series, coefficients, first_zero
-from hard.true_bearings import ERROR, LONGEST, ORDER, ZERO, Bearings, sign_of
+from hard.true_bearings import ERROR, LONGEST, ORDER, ZERO, Bearings, sign_of, signals_at
 from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.mechanics import nested_numbers
 
@@ -105,11 +105,7 @@ class Run:
             self.modes[k] = mode
 
     def _phase(self) -> Phase:
-        acting = self.b.acting
-        while acting.next_time() <= float(self.now):
-            acting.pass_time(acting.next_time(), None, self.y[:3], None)
-        acting.begin(self.now)
-        return Phase(self.b, self.modes, acting.signals)
+        return Phase(self.b, self.modes, signals_at(self.b.acting, self.now, self.y[:3]))
 
     def _step(self) -> None:
         series, known = Series(self._phase(), self.y, ORDER), self.b.acting.next_time()
