@@ -9,10 +9,11 @@ from reactions.newton_euler import Acting
 from reactions.test_newton_euler import call
 from scipy.optimize import minimize
 
+from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.test_newton_euler import MODELS, slipping_case
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_axles import CROSS, ENGINES, bearing_torques
-from omniroll import Bearings, Contact, Session, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.effects import cones
 from omniroll.effects.complementarity import allowed_by, directions_allowed, least_forces
 from omniroll.kernels.kernel import kernel
@@ -319,14 +320,7 @@ def test_modes_of_all_kinds_are_among_the_scenes():
 @pytest.mark.long
 def test_a_session_is_the_run():
     vehicle, options = scene(5)
-    whole = simulate(vehicle, **options)
-    options.pop("control")
-    duration = options.pop("duration")
-    session = Session(vehicle, driven=False, **options)
-    for step in np.random.default_rng(1).dirichlet(np.ones(20)) * duration:
-        session.step(step)
-    assert session.wheel_speeds == pytest.approx(whole.quantity("rates")[-1], rel=1e-8, abs=1e-9)
-    assert session.nu == pytest.approx(whole.nu[-1], rel=1e-8, abs=1e-9)
+    assert_a_session_ends_as_the_run(vehicle, **options)
 
 
 # ---- the convex problem ----------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
 from scipy.integrate import quad
 
+from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.test_moving_loads import HEIGHT, LONG, TRICYCLE, by_bodies, numbers
 from contact.test_newton_euler import MODELS, slipping_case
 from contact.test_stuck_axles import bearing_torques, changes
@@ -20,7 +21,6 @@ from omniroll import (
     Controller,
     InvalidValueError,
     Motor,
-    Session,
     SimulationStopped,
     Slope,
     Torque,
@@ -315,11 +315,5 @@ def test_the_law_holds_in_every_row(engine, number):
 @pytest.mark.long
 def test_a_session_is_the_run():
     vehicle, options = scene(6)
-    options.pop("control")
-    session = Session(vehicle, driven=False, **options)
-    for step in np.random.default_rng(1).dirichlet(np.ones(20)) * 0.15:
-        session.step(step)
-    run = simulate(vehicle, duration=0.15, control=False, **options)
-    assert session.wheel_speeds == pytest.approx(run.quantity("rates")[-1], rel=1e-8, abs=1e-9)
-    assert session.nu == pytest.approx(run.nu[-1], rel=1e-8, abs=1e-9)
+    run = assert_a_session_ends_as_the_run(vehicle, duration=0.15, **options)
     assert len({tuple(row) for row in run.quantity("rates") == 0}) > 1, "axles that stop or break away"

@@ -14,6 +14,7 @@ from reactions.test_newton_euler import call
 from scipy.optimize import linprog
 
 from contact import test_axles_on_the_ground as static_loads
+from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.laws import residuals
 from contact.test_axles_on_the_ground import DRAGGED, ROLLS, SLIPS, STANDS, case_in_modes, changed
 from contact.test_axles_under_loads import BEHIND, CART, FRONT
@@ -22,7 +23,7 @@ from contact.test_moving_loads import by_bodies as loads_by_bodies
 from contact.test_newton_euler import MODELS
 from contact.test_sticking_bodies import by_bodies as slips_by_bodies
 from contact.test_stuck_axles import ENGINES, bearing_torques, changes
-from omniroll import Bearings, Contact, Session, SimulationStopped, Torque, TorqueTable, Vehicle, simulate
+from omniroll import Bearings, Contact, SimulationStopped, Torque, TorqueTable, Vehicle, simulate
 from omniroll.effects.complementarity import directions_allowed
 from omniroll.effects.ground_loads import carried
 from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
@@ -459,11 +460,4 @@ def compare(number):
 @pytest.mark.long
 def test_a_session_is_the_run():
     vehicle, options = scene(6)
-    whole = simulate(vehicle, **options)
-    options.pop("control")
-    duration = options.pop("duration")
-    session = Session(vehicle, driven=False, **options)
-    for step in np.random.default_rng(1).dirichlet(np.ones(20)) * duration:
-        session.step(step)
-    assert session.wheel_speeds == pytest.approx(whole.quantity("rates")[-1], rel=1e-8, abs=1e-9)
-    assert session.nu == pytest.approx(whole.nu[-1], rel=1e-8, abs=1e-9)
+    assert_a_session_ends_as_the_run(vehicle, **options)

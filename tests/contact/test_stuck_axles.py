@@ -10,13 +10,13 @@ from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
 from scipy.linalg import expm
 
+from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.test_newton_euler import MODELS, RELATIVE, by_bodies, by_kernel, slipping_case, viscous
 from omniroll import (
     Bearings,
     Contact,
     Controller,
     Motor,
-    Session,
     Slope,
     Torque,
     TorqueTable,
@@ -250,10 +250,4 @@ def test_axles_stop_and_break_away_on_a_stiff_ground(number):
 @pytest.mark.long
 def test_a_session_is_the_run():
     vehicle, options = scene(5)
-    options.pop("control")
-    session = Session(vehicle, driven=False, **options)
-    for step in np.random.default_rng(1).dirichlet(np.ones(20)) * 0.15:
-        session.step(step)
-    run = simulate(vehicle, duration=0.15, control=False, **options)
-    assert session.wheel_speeds == pytest.approx(run.quantity("rates")[-1], rel=1e-8, abs=1e-9)
-    assert session.nu == pytest.approx(run.nu[-1], rel=1e-8, abs=1e-9)
+    assert_a_session_ends_as_the_run(vehicle, duration=0.15, **options)
