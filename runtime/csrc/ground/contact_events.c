@@ -14,6 +14,10 @@
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
+#if SET_STANDS_BOTH_WAYS            /* slipping_rollers.c */
+static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at);
+#endif
+
 /* The state at the end of the step, in all lanes; what sticks follows from nu. */
 static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
 {
@@ -35,6 +39,9 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
 #if SET_LOADS
     seek_loads_at_end(s, &point);
     s->loads_at_end->responds = s->sliding;
+#endif
+#if SET_STANDS_BOTH_WAYS
+    rollers_at_rest_at_end(s, wheels, at);
 #endif
     wheels_stick(s, wheels, at->nu, s->core_here);
 #ifdef SET_HAS_CONTACT_SPEEDS

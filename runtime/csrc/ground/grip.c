@@ -12,6 +12,7 @@
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
+#define PATIENT_TURNS 40            /* after which directions are looked for otherwise                       */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
 #define MUCH_LATER 2                /* times the time to the first rest                                     */
@@ -371,6 +372,7 @@ static int refuse_unsettled(omniroll_run_t *run, const work_t *work)
     fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
     return 0;
 }
+#include "ground/steady_ways.c"
 #endif
 
 #if !SET_STANDS
@@ -433,8 +435,10 @@ static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rest
         if (resting)
             decide_contacts_in_rounds(run, work, beyond);
         const int settled = loads_settle(run, work, rests, before);
-        if (settled)
-            return settled > 0;
+        if (settled && !(settled > 0 && turns_to_steady(run, work, rests)))
+            return settled > 0 && !run->ground.failure;
+        if (!settled && turn % PATIENT_TURNS == PATIENT_TURNS - 1)
+            turn_on(run, work, rests);
     }
     return refuse_unsettled(run, work);
 }

@@ -287,22 +287,29 @@ static void size_all(const omniroll_run_t *run, const work_t *work)
         own_bearings(run)[k].size = fmax(own_bearings(run)[k].size, least_rate(run, work, k, least_arm));
 }
 
-/* Some time has passed: what has come to its end at the end of the step is let go, or rests. */
+/* Some time has passed: bearings that stick are at rest. What an iteration leaves of their rates would turn slips. */
+static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
+{
+    omniroll_bearing_t *const bearings = own_bearings(run);
+    for (int k = 0; k < run->own_count; k++) {
+        bearings[k].resting = bearings[k].mode == 0;
+        bearings[k].released = 0;
+    }
+    for (int k = 0; k < work->own.rollers_at; k++)
+        if (bearings[k].resting)
+            run->core[rates_at(run->wheels) + k] = 0;
+    keep_rollers_at_rest(run, work);
+}
+
+/* What has come to its end at the end of the step is let go, or rests. */
 static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     const int landed = s->landing - (s->wheels + s->guards + s->facets);
     omniroll_bearing_t *const bearings = own_bearings(run);
     lanes_t nu_dot[3];
     asked_t now;
-    for (int k = 0; k < run->own_count; k++) {
-        bearings[k].resting = bearings[k].mode == 0;
-        bearings[k].released = 0;
-    }
     stand_at_end(run, work);
-    for (int k = 0; k < work->own.rollers_at; k++)
-        if (bearings[k].resting)
-            run->core[rates_at(run->wheels) + k] = 0;
-    keep_rollers_at_rest(run, work);
+    bearings_have_stuck(run, work);
     memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, &now);

@@ -315,8 +315,10 @@ static int settle_standing(omniroll_run_t *run, const work_t *work, const int *r
         decide_modes(run, work, &now);
         stand(run, work);
         const int settled = loads_settle(run, work, rests, before);
-        if (settled)
-            return settled > 0;
+        if (settled && !(settled > 0 && turns_to_steady(run, work, rests)))
+            return settled > 0 && !run->ground.failure;
+        if (!settled && turn % PATIENT_TURNS == PATIENT_TURNS - 1)
+            turn_on(run, work, rests);
     }
     return refuse_unsettled(run, work);
 }

@@ -608,6 +608,9 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_STICKS && !SET_STANDS
     bearings_have_moved(run, work, s);
 #endif
+#if SET_STANDS_BOTH_WAYS
+    bearings_have_stuck(run, work);
+#endif
 #if SET_GRIPS
     contacts_have_moved(run, work, s);
 #endif

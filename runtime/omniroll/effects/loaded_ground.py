@@ -17,11 +17,12 @@ import numpy as np
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import CLEARLY, HELD_ROUNDINGS, Dynamics, Grip, Ground
 from omniroll.effects.ground_flow import MOVED, GroundFlow
-from omniroll.effects.ground_loads import NONE, UNSETTLED, Carried, GroundFailsError, Loads
+from omniroll.effects.ground_loads import NONE, SEVERAL, UNSETTLED, Carried, GroundFailsError, Loads, SumsOf
 from omniroll.effects.guards import EPS, PASSED
+from omniroll.effects.steady_ways import Turned, is_steady, next_steady, turned_by
 from omniroll.kernels.kernel import Flow, Kernel
 
-TURNS = 200  # of friction and loads, one for the other
+TURNS, PATIENT = 200, 40  # of friction and loads, one for the other; after which directions are looked for otherwise
 SETTLED = 1e-14  # of the weight
 
 
@@ -149,7 +150,7 @@ class LoadedGround(Ground):
     def _settle(self, rests: np.ndarray, dynamics: Dynamics) -> None:
         """Friction for the loads, and the loads for the friction; `rests` (N,) bool, those whose slip is zero."""
         one = np.ones(len(rests))
-        for _ in range(TURNS):
+        for turn in range(TURNS):
             before = self.load
             self.sticks = self.resting.copy()
             if self.resting.any():
@@ -158,9 +159,74 @@ class LoadedGround(Ground):
             holds = self.sticks | (rests & self.off)
             found = self._carry(self.sliding_forces(one), holds, dynamics)
             self.resting = rests & ~self.off
-            if np.abs(self.load - before).max() <= SETTLED * self.loads.weight:
+            if np.abs(self.load - before).max() > SETTLED * self.loads.weight:
+                if turn % PATIENT == PATIENT - 1:
+                    self.turn_on(rests, dynamics)
+            elif not self.turns_to_steady(rests, dynamics):
                 return
         self.loads.refuse(UNSETTLED, found)
+
+    def turns_to_steady(self, rests: np.ndarray, dynamics: Dynamics) -> bool:
+        """Whether some of the contacts `rests` (N,) bool that let go do so in a direction that is not steady: they get
+        one that is, and all loads those of it (steady_ways.py). Raises GroundFailsError where there is not just one."""
+        for contact, turned in self._begin(rests, dynamics):
+            if turned(0.0)[0] > self.settles or is_steady(turned):
+                continue
+            ways = [way for side in (1, -1) if (way := next_steady(turned, side)) is not None]
+            grows = [way for way in ways if turned(way)[0] > self.settles]
+            if len(grows) != 1:
+                self.loads.refuse(SEVERAL if grows else NONE, self._under_own_loads(dynamics))
+            self._take_way(contact, grows[0], dynamics)
+            return True
+        return False
+
+    def turn_on(self, rests: np.ndarray, dynamics: Dynamics) -> None:
+        """Directions and loads find each other slowly where two solutions are near each other. Contacts that let go,
+        `rests` (N,) bool, turn to the next steady direction on the side to which their slips are turned, if they grow
+        along it."""
+        for contact, turned in self._begin(rests, dynamics):
+            way = next_steady(turned, 1 if turned(0.0)[1] > 0 else -1)
+            if way is not None and turned(way)[0] > self.settles:
+                self._take_way(contact, way, dynamics)
+
+    def _begin(self, rests: np.ndarray, dynamics: Dynamics) -> Iterator[tuple[int, Turned]]:
+        """Contacts that begin to slip, and what they do in directions that are turned."""
+        if self.directions.start:  # massless rollers do not slip along their axles: their slips do not turn
+            return
+        for contact in np.flatnonzero(rests & self._slides):
+
+            def turned(angle: float, contact: int = contact) -> tuple[float, float]:
+                kept = self.towards[contact].copy()
+                way = self.towards[contact] = turned_by(kept, angle)
+                _, rates = self._under(self._under_own_loads(dynamics).loads, dynamics, self.sticks, self._pushes())
+                self.towards[contact] = kept
+                (x, y), (rate, other) = way.copy(), rates[contact]
+                return x * rate + y * other, x * other - y * rate
+
+            yield int(contact), turned
+
+    def _take_way(self, contact: int, angle: float, dynamics: Dynamics) -> None:
+        self.towards[contact] = turned_by(self.towards[contact], angle)
+        self.press(self._under_own_loads(dynamics))
+
+    def _pushes(self) -> np.ndarray:
+        """(N, 2) the forces of contacts that slip, per load."""
+        return self.sliding_forces(np.ones(len(self.sticks))) * self._slides[:, None]
+
+    def _sums_of_pushes(self, dynamics: Dynamics) -> SumsOf:
+        """The sums of the loads in the present modes and directions, as `carried` asks for them."""
+        unit = self._pushes()
+
+        def sums_of(loads: np.ndarray) -> np.ndarray:
+            self._under(loads, dynamics, self.sticks, unit)
+            return self.balance()
+
+        return sums_of
+
+    def _under_own_loads(self, dynamics: Dynamics) -> Carried:
+        """The loads in the present modes and directions."""
+        carries = self.loads.carries
+        return self.loads.in_set(self.loads.springs.shares(carries), carries, self._sums_of_pushes(dynamics))
 
     def _carry(self, unit: np.ndarray, holds: np.ndarray, dynamics: Dynamics) -> Carried:
         """Which contacts carry, and with which loads, where those of them stick that `holds` (N,) bool; `unit` (N, 2)

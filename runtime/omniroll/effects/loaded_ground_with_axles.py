@@ -24,7 +24,7 @@ from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Dynamics, Grip
 from omniroll.effects.ground_loads import DETERMINED, FITS, MOST, UNDETERMINED, UNSETTLED, carried
 from omniroll.effects.ground_with_axles import Evaluate, GroundWithAxles
-from omniroll.effects.loaded_ground import SETTLED, TURNS, LoadedGround, telling_what_tips
+from omniroll.effects.loaded_ground import PATIENT, SETTLED, TURNS, LoadedGround, telling_what_tips
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.kernels.kernel import Kernel
 
@@ -69,14 +69,17 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
     def _settle_beside_axles(self, slip: np.ndarray, rests: np.ndarray, evaluate: Evaluate, dynamics: Dynamics) -> None:
         """Modes for the loads, and the loads for the modes; `rests` (N,) bool, contacts whose slip is zero."""
         let_go = self.released.copy(), self.axles.released.copy()
-        for _ in range(TURNS):
+        for turn in range(TURNS):
             before = self.load
             self.resting = rests & ~self.off
             self.released, self.axles.released = (own.copy() for own in let_go)
             super().begin(slip, evaluate)
             unit = self.sliding_forces(np.ones(len(rests)))
             found = self._carry(unit, self.sticks | (rests & self.off), dynamics)
-            if np.abs(self.load - before).max() <= SETTLED * self.loads.weight:
+            if np.abs(self.load - before).max() > SETTLED * self.loads.weight:
+                if turn % PATIENT == PATIENT - 1:
+                    self.turn_on(rests, dynamics)
+            elif not self.turns_to_steady(rests, dynamics):
                 return
         self.loads.refuse(UNSETTLED, found)
 
@@ -86,12 +89,7 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
         if len(resting) > MOST:
             return
         shares = self.loads.springs.shares(self.loads.carries)
-        unit = self.sliding_forces(np.ones(len(self.sticks))) * self._slides[:, None]
-
-        def sums_of(loads: np.ndarray) -> np.ndarray:
-            self._under(loads, dynamics, self.sticks, unit)
-            return self.balance()
-
+        sums_of = self._sums_of_pushes(dynamics)
         for choice in product((0, 1), repeat=len(resting)):
             self.axles.modes = modes.copy()
             self.axles.modes[resting] = choice
