@@ -344,9 +344,12 @@ class Phase:
         """The rates of all bearings."""
         return self.v.turning(y)
 
-    def slips_as(self, i: int, slip: Row) -> Row:
-        """The slip of a contact as far as it is one in its mode."""
-        return slip
+    def goes_back(self, i: int, slip: Row) -> Any:
+        """Of a contact that slips how far it does against where it did at the start, by that; None of others."""
+        if self.modes[i] != SLIPS:
+            return None
+        first = [s[0].mid() for s in map(arb_series, slip)]
+        return -sum(a * b for a, b in zip(first, slip, strict=True)) / sum(a * a for a in first)
 
     def asked(self, y: Row, z: Row) -> dict[int, Any]:
         """What holds bearings that stick."""
@@ -581,11 +584,8 @@ class Run:
                 if mode == STICKS:
                     excess = self.v.ground.used_up(forces[i], loads[i], self.v.two_ways)
                     found.append((excess, lambda i=i: self.released.add(i)))
-                elif mode == SLIPS:
-                    own = phase.slips_as(i, slip[i])
-                    first = [s[0].mid() for s in map(arb_series, own)]
-                    toward = -sum(a * b for a, b in zip(first, own, strict=True)) / sum(a * a for a in first)
-                    found.append((toward, lambda i=i: self.resting.add(i)))
+                elif (back := phase.goes_back(i, slip[i])) is not None:
+                    found.append((back, lambda i=i: self.resting.add(i)))
         return [(coefficients(margin, count), happens) for margin, happens in found]
 
     def _margins_of_bearings(self, phase: Phase, y: Row, z: Row) -> list[tuple[Any, Any]]:

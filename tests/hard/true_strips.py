@@ -108,13 +108,15 @@ class StripPhase(Phase):
         first, second = self.v.ground.numbers["friction"]
         slip = self.v.slip(y)
         for i, (mode, spin) in enumerate(zip(self.modes, self.spins, strict=True)):
-            if spin and mode == SLIPS:
+            if spin and mode != STICKS:
                 axle, rolling = self.forces(y, [arb(0)] * self.unknowns)[i]
                 found[axles + i] -= slip[i][1] * (axle / first**2) / (rolling / second**2)
         return found
 
-    def slips_as(self, i: int, slip: Row) -> Row:
-        return [arb(0), slip[1]] if self.spins[i] else slip
+    def goes_back(self, i: int, slip: Row) -> Any:
+        if self.spins[i] and self.modes[i] in (SLIPS, BEGINS):
+            return -self.towards[i] * slip[1]
+        return super().goes_back(i, slip)
 
     def asked(self, y: Row, z: Row) -> dict[int, Any]:
         forces, arms, axles = self.forces(y, z), self.v.arms(y), self.v.bearings.axles

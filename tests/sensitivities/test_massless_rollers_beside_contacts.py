@@ -22,6 +22,8 @@ HELD_LONGER = Bearings(roller_coulomb=0.02, roller_break_away=0.03)
 ONE_TURNS = Bearings(roller_coulomb=(0.02, 0.025, 0.002), roller_break_away=(0.03, 0.035, 0.002))
 RIGID = Bearings(roller_coulomb=(0.2, 0.25, 0.002))
 BESIDE_AXLES = replace(HELD_LONGER, wheel_coulomb=0.05, wheel_break_away=0.07)
+PULL = TorqueTable((0.0, 0.05), ((0, 0, 0), (0.2, 0.9, -0.6)))
+PUSH = TorqueTable((0.0, 0.05), ((0, 0, 0), (0.0, -0.9, 0.9)))
 RAMP = TorqueTable((0.0, 0.3), ((0, 0, 0), (0.9, -0.5, 0.4)))
 SLOW, STILL = {"nu": (0.2, 0.1, 0.2)}, {"nu": (0.0, 0.0, 0.0)}
 NEAR_JOINTS = {"chi": (0.627, -0.2, -0.61)}
@@ -37,14 +39,19 @@ CASES = {
     "rigid wheels come to rest": (
         Case("massless", effects=(SKID, RIGID), start=SLOW, duration=0.026), ("nu[1]",), {"mm sm", "ms ss"}
     ),
-    "a wheel comes to stand, and is let go": (
-        Case("massless", effects=(HELD, ONE_TURNS, RAMP), start=SLOW, duration=0.15), ("mass",), {"sm ss"}
+    "a contact that stands lets go": (
+        Case("massless", effects=(HELD, ONE_TURNS, PULL), start=SLOW, duration=0.018),
+        ("mass", "static_friction[1]"), {"sm ss", "ss ms"},
+    ),
+    "a roller that stands lets go, then its contact": (
+        Case("massless", effects=(HELD, ONE_TURNS, PUSH), start=SLOW, duration=0.023),
+        ("roller_break_away[1]",), {"sm ss", "ss sm", "sm mm", "mm ms"},
     ),
     "switches": (
         replace(SLIPPING, effects=(SKID, HELD_LONGER), start=NEAR_JOINTS, duration=0.03), ("mass",), {"ms mm"}
     ),
     "axles stop and stick": (
-        replace(BREAKING_AWAY, effects=(SKID, BESIDE_AXLES), duration=0.0285), ("wheel_coulomb[0]",), {"sm ss"}
+        replace(BREAKING_AWAY, effects=(SKID, BESIDE_AXLES), duration=0.0265), ("wheel_coulomb[0]",), {"mm sm"}
     ),
 }  # fmt: skip
 
