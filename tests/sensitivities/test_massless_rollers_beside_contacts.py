@@ -11,7 +11,7 @@ import pytest
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import Case, derivative, differenced
+from tests.sensitivities.differences import Case, derivative, differenced, motion
 from tests.sensitivities.test_true_events import true
 
 FLAT = Contact(law="coulomb", friction=(0.3, 0.25))
@@ -115,6 +115,18 @@ def test_numbers_that_do_nothing():
     assert not motion.massless.modes.any() and not motion.contacts.sticks.any()
     assert not any(derivative(run, name).any() for name in nothing)
     assert derivative(run, "mass").any()
+
+
+def test_a_roller_turns_whose_bearing_takes_nothing_while_it_does():
+    """Its torque does not tell its mode; the speed along its axle does."""
+    loose = Bearings(roller_coulomb=(0.02, 0.0, 0.02), roller_break_away=(0.02, 0.01, 0.02))
+    case = Case("massless", effects=(SKID, loose), duration=0.01)
+    run = case.run(sensitivities=("mass", "roller_coulomb[1]"), accuracy=1e-12)
+    assert "ms mm" in ways(run) and run.contact_spin[-1, 1]
+    assert derivative(run, "mass") == pytest.approx(differenced(case, "mass", 1e-4, accuracy=1e-12), rel=1e-7, abs=1e-9)
+    by, change = derivative(run, "roller_coulomb[1]"), 1e-6  # it has none below
+    more = motion(case.changed("roller_coulomb[1]", change).run(accuracy=1e-12))
+    assert np.abs((more - motion(run)) / change - by).max() <= 1e-3 * np.abs(by).max()
 
 
 def test_a_contact_that_begins_to_slip_from_rest_has_none_by_a_speed():

@@ -37,7 +37,17 @@ class MasslessModes:
         inside = turns[first] & turns[first + 1]  # one that sticks may have its sliding torque where it begins or ends
         turns[first + 1] = inside
         turns[first] = inside
-        self.modes = np.where(turns, -np.sign(taken), 0).astype(int)
+        against = np.where(self.sliding > 0, taken, -self._rolling(trajectory, plain))
+        self.modes = np.where(turns, -np.sign(against), 0).astype(int)
+
+    @staticmethod
+    def _rolling(trajectory: Trajectory, plain: Kernel) -> np.ndarray:
+        """(T, N) in rad/s, spins of rollers whose bearings take nothing: their contacts do not slip along the axle. In
+        the rows of a step those of the step."""
+        _, found = plain.wheel_rates(trajectory.nu, trajectory.chi)
+        first = trajectory.step_rows
+        found[first] = found[first + 1] = found[first] + found[first + 1]
+        return found
 
     @property
     def torques(self) -> np.ndarray:
