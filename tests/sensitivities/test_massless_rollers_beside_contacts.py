@@ -10,6 +10,7 @@ import pytest
 
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
+from omniroll.engine import strip_deviations
 from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import Case, derivative, differenced, motion
 from tests.sensitivities.test_true_events import true
@@ -49,6 +50,10 @@ CASES = {
     ),
     "switches": (
         replace(SLIPPING, effects=(SKID, HELD_LONGER), start=NEAR_JOINTS, duration=0.03), ("mass",), {"ms mm"}
+    ),
+    "a roller that turns gives way to one that stands": (
+        replace(BREAKING_AWAY, start={"nu": (6.0, 2.0, 5.0), "chi": (0.1, 0.33, 0.1)}, effects=(HELD, HELD_LONGER),
+                duration=0.032), ("mass", "chi[1]"), {"sm ms"},
     ),
     "axles stop and stick": (
         replace(BREAKING_AWAY, effects=(SKID, BESIDE_AXLES), duration=0.0265), ("wheel_coulomb[0]",), {"mm sm"}
@@ -127,6 +132,17 @@ def test_a_roller_turns_whose_bearing_takes_nothing_while_it_does():
     by, change = derivative(run, "roller_coulomb[1]"), 1e-6  # it has none below
     more = motion(case.changed("roller_coulomb[1]", change).run(accuracy=1e-12))
     assert np.abs((more - motion(run)) / change - by).max() <= 1e-3 * np.abs(by).max()
+
+
+def test_a_roller_that_only_just_stops_has_none(monkeypatch):
+    """Every spin is said to fall slowly."""
+    case = Case("massless", effects=(HELD, ONE_TURNS, PUSH), start=SLOW, duration=0.0112)
+    run = case.run(sensitivities=("mass",), accuracy=1e-9)
+    assert "mm ms" in ways(run) and derivative(run, "mass").any()
+    monkeypatch.setattr(strip_deviations, "GRAZES", 1e9)
+    with pytest.raises(NoDerivativeError, match="only just stops on its disk") as error:
+        case.run(sensitivities=("mass",), accuracy=1e-9)
+    assert error.value.wheels == (1,) and 0.010 < error.value.t < 0.0112
 
 
 def test_a_contact_that_begins_to_slip_from_rest_has_none_by_a_speed():
