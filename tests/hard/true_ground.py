@@ -21,7 +21,7 @@ import omniroll
 from hard.constrained import Row, Series, coefficients, first_zero, solved
 from hard.moving import CONSTANTS, larger, split
 from omniroll.engine.runs import Task
-from omniroll.kernels.kernel import kernel
+from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.studies.accuracy.acting import Acting
 from omniroll.studies.accuracy.mechanics import elementary, flat, nested_numbers
 
@@ -133,9 +133,9 @@ class Vehicle:
         effects = [effect for effect in bound.effects if effect in OWN]
         others = [e for e in task.effects.effects if e is not contact]
         given = {key: value for e in others for key, value in e.constants(task.vehicle).items()}
-        self.bearings, of_bearings = Bearings.of(others, (bound.wheels, bound.rollers_per_wheel), name, change)
+        self.bearings, of_bearings = Bearings.of(others, (bound.wheels, self._bearings_of_rollers(bound)), name, change)
         self.rollers_stick = self.bearings is not None and len(self.bearings.sliding) > self.bearings.axles
-        effects += ["contact", "contact_coulomb", "contact_loads"] + ["roller_sticking"] * self.rollers_stick
+        effects += self._of_ground()
         effects += [] if "drive" in effects else ["drive"]
         self.kernel = own = kernel(
             task.vehicle, bound.roller_model, "python", effects=tuple(effects), constants=tuple(given.items())
@@ -150,6 +150,7 @@ class Vehicle:
         if kernel_name in constants:
             constants[kernel_name], moved = larger(constants[kernel_name], place, change), True
         self.model = self.module.prepare(self.wheels, self.rollers, *constants.values())
+        self.constants = constants
         self.mass, self.inertia = constants["mass"], constants["wheel_inertia"]
         self.joint = elementary().circle_ratio(arb(1)) / self.rollers
         radius, angles = constants["platform_radius"], constants["wheel_angles"]
@@ -159,6 +160,20 @@ class Vehicle:
         if not moved and number not in ("nu", "chi", "pose", "spins", "wheel_rates", "contact_spins"):
             raise ValueError(f"{name} is no number of this reference")
         self.acting = Acting(task, arb) if others else None
+
+    def _of_ground(self) -> list[str]:
+        """The effects of the ground, and of bearings, of which formulas are taken."""
+        return ["contact", "contact_coulomb", "contact_loads"] + ["roller_sticking"] * self.rollers_stick
+
+    @staticmethod
+    def _bearings_of_rollers(bound: Kernel) -> int:
+        """How many rollers of a wheel have bearings that may stick."""
+        return bound.rollers_per_wheel
+
+    @property
+    def two_ways(self) -> bool:
+        """Whether contacts may slip along their axles, too."""
+        return self.heavy
 
     def start(self) -> tuple[Row, list[Row]]:
         """y = nu, chi, pose, the wheels' rates and the axial speeds of the rollers in contact; and those of others."""
@@ -325,6 +340,21 @@ class Phase:
         own = [z[self.bearings[i]] if i in self.bearings else -sign * s for i, (sign, s) in signs]
         return self.v.with_bearings(found, own)
 
+    def speeds(self, y: Row) -> Row:
+        """The rates of all bearings."""
+        return self.v.turning(y)
+
+    def goes_back(self, i: int, slip: Row) -> Any:
+        """Of a contact that slips how far it does against where it did at the start, by that; None of others."""
+        if self.modes[i] != SLIPS:
+            return None
+        first = [s[0].mid() for s in map(arb_series, slip)]
+        return -sum(a * b for a, b in zip(first, slip, strict=True)) / sum(a * a for a in first)
+
+    def asked(self, y: Row, z: Row) -> dict[int, Any]:
+        """What holds bearings that stick."""
+        return {i: z[k] for i, k in self.bearings.items()}
+
     def loads(self, z: Row) -> Row:
         return self.v.springs(self.carries, z[self.of_loads :]) if self.v.is_loaded else self.at_rest
 
@@ -379,8 +409,10 @@ class Run:
     at_rest, let_go  bearings that have come to rest, and that have used their friction up
     """
 
+    formulas, in_modes = Vehicle, Phase
+
     def __init__(self, task: Task, name: str, change: Any):
-        self.v, self.now, self.end = Vehicle(task, name, change), arb(0), arb(task.duration)
+        self.v, self.now, self.end = self.formulas(task, name, change), arb(0), arb(task.duration)
         self.y, self.axial = self.v.start()
         self.modes, self.towards, self.log = [SLIPS] * self.v.wheels, [0] * self.v.wheels, []
         self.decided = list(self.modes)  # when modes were decided last
@@ -418,7 +450,7 @@ class Run:
                 v.acting.pass_time(v.acting.next_time(), None, v.parts(self.y)["nu"], None)
             v.acting.begin(self.now)
             inputs |= v.acting.signals
-        return Phase(v, self.modes, self.towards, self.turning, inputs)
+        return self.in_modes(v, self.modes, self.towards, self.turning, inputs)
 
     def _see(self) -> None:
         """Which contacts rest, of those that may."""
@@ -445,12 +477,13 @@ class Run:
             phase = series.motion
             forces, loads = phase.forces(self.y, z), phase.loads(z)
             used = {
-                i: float(self.v.ground.used_up(forces[i], loads[i], self.v.heavy)) + (EDGE if i in released else 0)
+                i: float(self.v.ground.used_up(forces[i], loads[i], self.v.two_ways)) + (EDGE if i in released else 0)
                 for i, mode in enumerate(self.modes) if mode == STICKS
             }  # fmt: skip
             bearing = self._bearing_that_gives(phase, z)
             if bearing is not None:
-                self.turning[bearing] = -sign_of(z[phase.bearings[bearing]])
+                self.turning[bearing] = -sign_of(phase.asked(self.y, z)[bearing])
+                self._has_given(bearing)
                 continue
             first = max(used, key=lambda i: used[i], default=None)
             if first is None or used[first] <= ZERO:
@@ -473,6 +506,9 @@ class Run:
         self.resting.clear()
         self.released.clear()
 
+    def _has_given(self, bearing: int) -> None:
+        """A bearing has just given way."""
+
     def _rate(self, i: int) -> int:
         """The place of a wheel's rate in y."""
         return 6 + self.v.wheels + i
@@ -480,8 +516,8 @@ class Run:
     def _bearing_that_gives(self, phase: Phase, z: Row) -> int | None:
         """The bearing that is asked for most beyond what it holds; None where all are held."""
         beyond = {
-            i: float(abs(z[k]) - self.v.bearings.holding[i]) + (EDGE if i in self.let_go else 0)
-            for i, k in phase.bearings.items()
+            i: float(abs(torque) - self.v.bearings.holding[i]) + (EDGE if i in self.let_go else 0)
+            for i, torque in phase.asked(self.y, z).items()
         }
         first = max(beyond, key=lambda i: beyond[i], default=None)
         return None if first is None or beyond[first] <= ZERO else first
@@ -546,24 +582,21 @@ class Run:
             forces, loads, slip = phase.forces(y, z), phase.loads(z), self.v.slip(y)
             for i, mode in enumerate(self.modes):
                 if mode == STICKS:
-                    excess = self.v.ground.used_up(forces[i], loads[i], self.v.heavy)
+                    excess = self.v.ground.used_up(forces[i], loads[i], self.v.two_ways)
                     found.append((excess, lambda i=i: self.released.add(i)))
-                elif mode == SLIPS:
-                    first = [s[0].mid() for s in map(arb_series, slip[i])]
-                    toward = -sum(a * b for a, b in zip(first, slip[i], strict=True)) / sum(a * a for a in first)
-                    found.append((toward, lambda i=i: self.resting.add(i)))
+                elif (back := phase.goes_back(i, slip[i])) is not None:
+                    found.append((back, lambda i=i: self.resting.add(i)))
         return [(coefficients(margin, count), happens) for margin, happens in found]
 
     def _margins_of_bearings(self, phase: Phase, y: Row, z: Row) -> list[tuple[Any, Any]]:
         found: list[tuple[Any, Any]] = []
-        rates = self.v.turning(y) if self.turning else []
+        rates = phase.speeds(y) if self.turning else []
         for i, sign in enumerate(self.turning):
             if sign:
                 found.append((-sign * rates[i], lambda i=i: self.at_rest.add(i)))
-                continue
+        for i, torque in phase.asked(y, z).items():
             for side in (1, -1):
-                beyond = side * z[phase.bearings[i]] - self.v.bearings.holding[i]
-                found.append((beyond, lambda i=i: self.let_go.add(i)))
+                found.append((side * torque - self.v.bearings.holding[i], lambda i=i: self.let_go.add(i)))
         return found
 
     def _lift(self, i: int) -> None:
@@ -590,6 +623,10 @@ class Run:
                 self.modes[i] = SLIPS
                 self._see()
 
+    def _turns(self, i: int) -> bool:
+        """Whether the slip of a contact has two components."""
+        return self.v.heavy
+
     def _rest_where_little_is_left(self) -> None:
         """A slip of two components comes near zero and not there: a contact rests whose slip is all but gone."""
         if self.v.ground.law != "coulomb":
@@ -597,7 +634,7 @@ class Run:
         slip = self.v.slip(self.y)
         for i, mode in enumerate(self.modes):
             left = max(abs(float(s)) for s in slip[i])
-            if mode == SLIPS and self.v.heavy and left < RESTS:  # `_take_away` brings the rest of it to zero
+            if mode == SLIPS and self._turns(i) and left < RESTS:  # `_take_away` brings the rest of it to zero
                 self.resting.add(i)
 
     def _settle(self) -> None:

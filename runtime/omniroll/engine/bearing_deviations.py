@@ -13,6 +13,7 @@ import numpy as np
 from omniroll.engine.axle_modes import TORQUE, AxleModes
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.events_beside import REACHED, apart, no_derivative
+from omniroll.engine.massless_modes import StripModes
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import FREE, IN_CONTACT, RollerModes, spins
 from omniroll.errors import NoDerivativeError
@@ -31,7 +32,13 @@ class BearingDeviations:
 
     name = "bearing"  # what errors call one
 
-    def __init__(self, motion: Motion, columns: Columns, axles: AxleModes | None, rollers: RollerModes | None):
+    def __init__(
+        self,
+        motion: Motion,
+        columns: Columns,
+        axles: AxleModes | None,
+        rollers: RollerModes | StripModes | None,
+    ):
         self.motion, self.columns, self.deviations = motion, columns, motion.deviations
         self.contacts: ContactModes | None = motion.contacts
         self.axles, self.rollers, self.wheels = axles, rollers, motion.plain.wheels

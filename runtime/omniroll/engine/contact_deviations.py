@@ -68,8 +68,8 @@ class ContactDeviations:
         contacts, motion = self.contacts, self.motion
         found = (contacts.sticks[:-1] != contacts.sticks[1:]).any(axis=1)
         found |= (contacts.carries[:-1] != contacts.carries[1:]).any(axis=1)
-        if contacts.grips and not contacts.turns:
-            found |= (contacts.slides[:-1] & (np.diff(contacts.headings, axis=0) != 0)).any(axis=1)
+        one_way = contacts.slides & ~contacts.turning
+        found |= (one_way[:-1] & (np.diff(contacts.headings, axis=0) != 0)).any(axis=1)
         found &= ~motion.starts_step[:-1]
         found[motion.switched - 1] = False
         return found
@@ -120,15 +120,19 @@ class ContactDeviations:
 
     def come_to_rest(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations in a row, put right where slips come to rest: these are along their directions."""
-        rests = np.flatnonzero(self.contacts.slides[row] & self._has_come(row))
-        if not rests.size or not self.contacts.turns:
+        rests = np.flatnonzero(self.contacts.turning[row] & self._has_come(row))
+        if not rests.size:
             return moved
         rates, slip_dot = self._responses(row, self.contacts.sticks[row])
         _, across = self._directions(row, rests)
         own = 2 * self.wheels + rests
         matrix = np.einsum("jkc,kc->jk", slip_dot[own][:, rests], across)
-        left = np.linalg.solve(matrix.T, np.einsum("pkc,kc->kp", self._slips(row, moved)[:, rests], across))
-        return moved - rates[own].T @ left
+        left = np.einsum("pkc,kc->kp", self._slips(row, moved)[:, rests], across)
+        return moved - rates[own].T @ self._turned_away(matrix.T, left)
+
+    def _turned_away(self, matrix: np.ndarray, left: np.ndarray) -> np.ndarray:
+        """(k, P) the turns that make slips (k, P) across their directions; what they do to these is (k, k)."""
+        return np.linalg.solve(matrix, left)
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after contacts have changed their modes between a row and the next.
@@ -195,18 +199,21 @@ class ContactDeviations:
         """(N,) bool: contacts that stick behind a row, or of slips of one component that turn back."""
         contacts = self.contacts
         turns_back = np.sin(contacts.headings[row]) * np.sin(contacts.headings[row + 1]) < 0
-        return contacts.sticks[row + 1] | (turns_back & contacts.slides[row + 1] & (not contacts.turns))
+        one_way = contacts.slides[row + 1] & ~contacts.turning[row : row + 2].any(axis=0)
+        return contacts.sticks[row + 1] | (turns_back & one_way)
 
     def _inputs_jump(self, row: int) -> bool:
         """Whether drives jump between a row and the next: those that are not modes, nor what bearings that may stick
         take."""
         own = () if self.motion.axles is None else (TORQUE,)
-        return self.motion.drives_jump(row, (*MODES, *own, *(() if self.motion.rollers is None else KEPT)))
+        rollers = () if self.motion.rollers is None and self.motion.massless is None else KEPT
+        return self.motion.drives_jump(row, (*MODES, *own, *rollers))
 
     def _directions(self, row: int, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k, 2) and (k, 2): the directions in which some contacts slip in a row, and those across."""
         heading = self.deviations.views(self.motion.inputs[row])["slip_heading"][contacts]
-        along = np.stack([np.cos(heading) * self.contacts.turns, np.sin(heading)], axis=-1)
+        across = np.where(self.contacts.turning[row, contacts], np.cos(heading), 0.0)
+        along = np.stack([across, np.sin(heading)], axis=-1)
         return along, np.stack([-along[:, 1], along[:, 0]], axis=-1)
 
     # What happens
@@ -290,7 +297,7 @@ class ContactDeviations:
     def _turn(self, row: int, y: np.ndarray, inputs: np.ndarray, kernel: TangentKernel) -> None:
         """Give the headings in inputs (k, U) their deviations, those of the slips in states y."""
         slip = slips(kernel, self.deviations.known_in(y, inputs))
-        slides = self.contacts.slides[row] & ~self._still(row)
+        slides = self.contacts.turning[row] & ~self._still(row)
         with np.errstate(divide="ignore", invalid="ignore"):
             size = (slip.real**2).sum(axis=-1)
             turn = (slip.real[..., 0] * tangent_of(slip)[..., 1] - slip.real[..., 1] * tangent_of(slip)[..., 0]) / size

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.effects.ground import slip_roundings
+from omniroll.effects.ground_with_massless_rollers import as_if_rigid
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
@@ -28,13 +29,31 @@ TURNS = 1e-9  # of its speed towards rest: a slip whose rate across its directio
 MODES = ("sticks", "slip_heading", "carries")  # what rows keep of contacts
 
 
-def pushes(kernel: Kernel, known: Mapping[str, np.ndarray]) -> np.ndarray:
-    """(..., N, 2) in N, the forces on contacts with `slip_heading` and `load` (..., N), 0 for those that stick; with
-    what `pushed` (..., N, 2) adds to them."""
+def pushes(kernel: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """`ground_push` (..., N, 2) in N, the forces on contacts with `slip_heading` and `load` (..., N), 0 for those that
+    stick; with what `pushed` (..., N, 2) adds to them. Where massless rollers may stick, `ground_yield` (..., N)."""
     heading = np.asarray(known["slip_heading"])
+    if "corner_forces" in kernel.signatures:
+        return _pushes_in_strips(kernel, known, heading)
     across = np.cos(heading) if kernel.has_spins else np.zeros_like(heading)  # massless rollers slip one way alone
     towards = np.stack([across, np.sin(heading)], axis=-1)
-    return kernel.call("sliding_forces", towards, known["load"], known["friction"])[0] + known["pushed"]
+    force, _ = kernel.call("sliding_forces", towards, known["load"], known["friction"])
+    return {"ground_push": force + known["pushed"]}
+
+
+def _pushes_in_strips(kernel: Kernel, known: Mapping[str, np.ndarray], heading: np.ndarray) -> dict[str, np.ndarray]:
+    """The same where massless rollers may stick: one that turns has its contact slip along the rolling direction alone,
+    and its bearing says the force along the axle (maxima/effects/contact_strip.mac)."""
+    turns, slips = np.asarray(known["contact_sticks"]) < 0.5, np.asarray(known["load"]).real > 0
+    across, along = np.where(turns, 0.0, np.cos(heading)), np.where(turns, np.sign(heading.real), np.sin(heading))
+    given = dict(known) | {"slip_direction": np.stack([across, along], axis=-1)}
+    force, _ = call_named(kernel, "sliding_forces", given)
+    given["load"] = np.where(slips, known["load"], 1.0)
+    corner, per_slip = call_named(kernel, "corner_forces", given)
+    both = turns & slips
+    rolling = np.where(both, corner, force[..., 1])
+    push = np.stack([np.broadcast_to(force[..., 0], rolling.shape), rolling], axis=-1)
+    return {"ground_push": push + known["pushed"], "ground_yield": np.where(both, per_slip, 0.0)}
 
 
 def loads_that_follow(
@@ -65,8 +84,11 @@ def loads_that_follow(
 
 
 def slips(kernel: Kernel, known: Mapping[str, np.ndarray]) -> np.ndarray:
-    """(..., N, 2) in m/s, the slip velocities of states, by what generated functions take."""
+    """(..., N, 2) in m/s, the slip velocities of states, by what generated functions take; where massless rollers may
+    stick those of wheels whose rollers do."""
     given = dict(known) | {"ground_push": np.zeros((kernel.wheels, 2)), "load_factor": np.ones(kernel.wheels)}
+    if "corner_forces" in kernel.signatures:
+        given |= as_if_rigid(kernel.wheels)
     return call_named(kernel, "slip_forces", given)[0]
 
 
@@ -77,12 +99,14 @@ class ContactModes:
     carries  (T, N) bool: those that have a load
     slides   (T, N) bool: those that slip under a load
     grips    whether they may stick
-    turns    whether slips have two components, so that their directions turn
+    turns    whether there are slips of two components, so that their directions turn
+    turning  (T, N) bool: those that slip with two components
     headings (T, N) in rad, where slips go in rows in which they are rounding
     loaded   whether loads follow the motion
     """
 
-    def __init__(self, trajectory: Trajectory, plain: Kernel, deviations):
+    def __init__(self, trajectory: Trajectory, plain: Kernel, deviations, rigid: np.ndarray | None = None):
+        """rigid: (T, N) bool, wheels whose massless rollers stick in the rows; None where these may not."""
         self.plain, self.deviations = plain, deviations
         self.dense, self.step_rows = trajectory.dense, trajectory.step_rows
         self.grip = trajectory.effects.grip(plain.vehicle)
@@ -95,7 +119,8 @@ class ContactModes:
         self.headings, self.sticks = kept("slip_heading", np.zeros(1)), kept("sticks", np.zeros(1)) > 0.5
         self.carries = kept("carries", self.grip.loads > 0) > 0.5
         self.slides = ~self.sticks & self.carries & self.grips
-        self.turns = plain.has_spins and self.grips
+        self.turns = self.grips and (plain.has_spins or rigid is not None)
+        self.turning = self.slides & (plain.has_spins if rigid is None else rigid)
         self.first = 0 if self.turns else 1  # of the components of slips
 
     @property
@@ -166,14 +191,14 @@ class ContactModes:
         if self.turns:
             slip = slips(self.plain, self.deviations.known_in(y, inputs))
             known = np.linalg.norm(slip, axis=-1) > self.noises(y, rows)
-            headings[...] = np.where(known & self.slides[rows], np.arctan2(slip[..., 1], slip[..., 0]), headings)
+            headings[...] = np.where(known & self.turning[rows], np.arctan2(slip[..., 1], slip[..., 0]), headings)
         return inputs
 
     @cached_property
     def rests(self) -> np.ndarray:
         """(T, N) bool: contacts that slip in a row in any direction, and come to rest behind it."""
         found = np.zeros_like(self.slides)
-        found[:-1] = self.slides[:-1] & self.sticks[1:] & self.turns
+        found[:-1] = self.turning[:-1] & self.sticks[1:]
         return found
 
     def aim(self, y: np.ndarray, inputs: np.ndarray, held: Callable[[np.ndarray], Mapping[str, np.ndarray]]) -> None:

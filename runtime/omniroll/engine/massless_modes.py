@@ -1,8 +1,11 @@
 """Which massless rollers stick on their disks in the rows of a run in which wheels may slip.
 
 A roller without inertia passes on what its bearing takes: its sliding torque while it turns, and what the ground asks
-of it while it sticks (effects/massless_rollers.py). Rows keep that torque, by which its mode is told.
+of it while it sticks (effects/massless_rollers.py). Rows keep that torque, by which its mode is told; beside contacts
+that may stick also where these go.
 """
+
+from functools import cached_property
 
 import numpy as np
 
@@ -10,6 +13,8 @@ from omniroll.effects.massless_rollers import given_in_rows, holds
 from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
+
+HEADING = "slip_heading"  # what rows keep of contacts that may stick: where they go
 
 
 class MasslessModes:
@@ -25,12 +30,24 @@ class MasslessModes:
     def __init__(self, trajectory: Trajectory, plain: Kernel):
         found = [effect.roller_torques(plain) for effect in trajectory.effects.effects]
         self.place, (self.sliding, self.holding) = next((k, own) for k, own in enumerate(found) if own is not None)
-        taken = trajectory.drive[:, trajectory.effects.drives().index(IN_CONTACT)]
-        turns, first = ~holds(taken, self.sliding), trajectory.step_rows
+        drives, first = trajectory.effects.drives(), trajectory.step_rows
+        taken = trajectory.drive[:, drives.index(IN_CONTACT)]
+        headings = trajectory.drive[:, drives.index(HEADING)] if HEADING in drives else None
+        turns = ~holds(taken, self.sliding, headings)
         inside = turns[first] & turns[first + 1]  # one that sticks may have its sliding torque where it begins or ends
         turns[first + 1] = inside
         turns[first] = inside
-        self.modes = np.where(turns, -np.sign(taken), 0).astype(int)
+        against = np.where(self.sliding > 0, taken, -self._rolling(trajectory, plain))
+        self.modes = np.where(turns, -np.sign(against), 0).astype(int)
+
+    @staticmethod
+    def _rolling(trajectory: Trajectory, plain: Kernel) -> np.ndarray:
+        """(T, N) in rad/s, spins of rollers whose bearings take nothing: their contacts do not slip along the axle. In
+        the rows of a step those of the step."""
+        _, found = plain.wheel_rates(trajectory.nu, trajectory.chi)
+        first = trajectory.step_rows
+        found[first] = found[first + 1] = found[first] + found[first + 1]
+        return found
 
     @property
     def torques(self) -> np.ndarray:
@@ -45,3 +62,37 @@ class MasslessModes:
     def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What they take of the modes in rows (...), by name."""
         return {"contact_sticks": (self.modes[rows] == 0).astype(float)}
+
+
+class StripModes:
+    """The same rollers (N, 1) beside contacts that may stick, as RollerModes has them: of each wheel one, that in
+    contact. One that comes into contact is another roller at the same place, which stands on its disk."""
+
+    def __init__(self, massless: MasslessModes):
+        self.massless, self.place = massless, massless.place
+        self.sliding, self.holding = massless.sliding[:, None], massless.holding[:, None]
+        self.alone = np.zeros(len(massless.modes), bool)
+
+    @cached_property
+    def modes(self) -> np.ndarray:
+        """(T, N, 1)."""
+        return self.massless.modes[..., None]
+
+    @staticmethod
+    def by_roller_of(row: int, of: int, modes: np.ndarray) -> np.ndarray:
+        """(N, 1) the modes (T, N, 1) of a row."""
+        return modes[row]
+
+    @staticmethod
+    def given(torques: np.ndarray) -> dict[str, np.ndarray]:
+        """The inputs of generated functions that are torques (..., N, 1), by name."""
+        return {IN_CONTACT: torques[..., 0]}
+
+    @staticmethod
+    def where(sticks: np.ndarray) -> dict[str, np.ndarray]:
+        """What generated functions take of the modes where rollers (..., N, 1) bool stick, by name."""
+        return {"contact_sticks": sticks[..., 0].astype(float)}
+
+    def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """The same in rows (...)."""
+        return self.where(self.modes[rows] == 0)

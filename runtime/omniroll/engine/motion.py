@@ -10,7 +10,7 @@ from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, v
 from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.events_beside import JUMPS
 from omniroll.engine.holds import Holds
-from omniroll.engine.massless_modes import MasslessModes
+from omniroll.engine.massless_modes import MasslessModes, StripModes
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing import Standing
 from omniroll.engine.variations import NO_ANGLE, Deviations, Held, Variations
@@ -56,8 +56,10 @@ class Motion:
     @cached_property
     def contacts(self) -> ContactModes | None:
         """Which contacts stick on the ground, and which carry; None where none has such a mode."""
-        has_modes = not self.deviations.inputs.keys().isdisjoint(MODES)
-        return ContactModes(self.trajectory, self.plain, self.deviations) if has_modes else None
+        if self.deviations.inputs.keys().isdisjoint(MODES):
+            return None
+        rigid = None if self.strips is None else self.massless.modes == 0
+        return ContactModes(self.trajectory, self.plain, self.deviations, rigid)
 
     @cached_property
     def axles(self) -> AxleModes | None:
@@ -79,11 +81,16 @@ class Motion:
         return MasslessModes(self.trajectory, self.plain) if "slip_contact_loss" in self.plain.signatures else None
 
     @cached_property
+    def strips(self) -> StripModes | None:
+        """The same beside contacts that may stick; None where there are none, or no such rollers."""
+        return StripModes(self.massless) if "corner_forces" in self.plain.signatures else None
+
+    @cached_property
     def standing(self) -> Standing | None:
         """Which wheels stand, by contacts and bearings that stick; None where none may."""
         if {"standing_dynamics", "bearing_dynamics"}.isdisjoint(self.plain.signatures):
             return None
-        return Standing(self.plain, self.contacts, self.axles, self.rollers)
+        return Standing(self.plain, self.contacts, self.axles, self.rollers or self.strips)
 
     def time_in_modes(self, modes: np.ndarray, row: int) -> float:
         """For how long modes (T, ...) have been those of a row; where no other ones were before, how long the run is: a

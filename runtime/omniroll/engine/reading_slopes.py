@@ -106,7 +106,7 @@ class _Slopes:
         """(1 + P, T, N) the directions of slips (T, N), carrying how the slips turn them."""
         known = self.motion.deviations.known_in(self.carrying, self.inputs)
         along, across = self.motion.contacts.along_and_across(bound, known, headings)
-        slides = self.motion.contacts.slides[self.row]
+        slides = self.motion.contacts.turning[self.row]
         return with_tangent(headings, np.where(slides, tangent_of(across) / np.where(slides, along.real, 1.0), 0.0))
 
     def _drive_slopes(self) -> dict[str, np.ndarray]:

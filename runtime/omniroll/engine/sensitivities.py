@@ -37,6 +37,7 @@ from omniroll.engine.roller_deviations import RollerDeviations
 from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
 from omniroll.engine.standing_deviations import BearingsBesideContacts, StandingDeviations
+from omniroll.engine.strip_deviations import BearingsInSeries, StripDeviations
 from omniroll.engine.switching import SwitchingModel, tau
 from omniroll.engine.variations import Held, Variations
 from omniroll.errors import NoDerivativeError, OneSidedWarning
@@ -73,11 +74,15 @@ def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | 
     """What deviations do where contacts stick on the ground, or are off; None where none has such a mode."""
     if motion.contacts is None:
         return None
+    if motion.strips is not None:
+        return StripDeviations(motion, columns)
     return (ContactDeviations if motion.standing is None else StandingDeviations)(motion, columns)
 
 
 def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | MasslessDeviations | None:
     """What deviations do where bearings may stick beside wheels that may slip; None where none may."""
+    if motion.strips is not None:
+        return BearingsInSeries(motion, columns)
     if motion.standing is not None:
         return BearingsBesideContacts(motion, columns)
     if motion.massless is not None:

@@ -13,6 +13,7 @@ from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.events_beside import TOGETHER
 from omniroll.engine.holds import directions_left
+from omniroll.engine.massless_modes import StripModes
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.kernels.kernel import Kernel
 
@@ -37,7 +38,13 @@ class Standing:
     allowed  (H, 3, 3) A of each set, columns; 0 where there are fewer
     """
 
-    def __init__(self, plain: Kernel, contacts: ContactModes, axles: AxleModes | None, rollers: RollerModes | None):
+    def __init__(
+        self,
+        plain: Kernel,
+        contacts: ContactModes,
+        axles: AxleModes | None,
+        rollers: RollerModes | StripModes | None,
+    ):
         self.rows = rows_of_standing(plain)
         of_axles = None if axles is None else axles.modes == 0
         of_rollers = None if rollers is None else rollers.modes[..., 0] == 0

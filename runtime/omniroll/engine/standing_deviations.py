@@ -40,7 +40,7 @@ class BearingsBesideContacts(BearingDeviations):
     """The bearings of one run; what happens to them is told with the contacts."""
 
     def __init__(self, motion: Motion, columns: Columns):
-        super().__init__(motion, columns, motion.axles, motion.rollers)
+        super().__init__(motion, columns, motion.axles, motion.rollers or motion.strips)
         self.standing: Standing = motion.standing
         self.changes = np.zeros(len(self.modes) - 1, bool)
         self.turns_alone = np.zeros(len(self.modes), bool)
@@ -52,6 +52,12 @@ class BearingsBesideContacts(BearingDeviations):
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts, as they are."""
         return moved
+
+    def stilled(self, row: int, moved: np.ndarray, stops: np.ndarray) -> np.ndarray:
+        """(m, P) without what rounding has left of the rates of some bearings."""
+        found = np.array(moved)
+        found[self.speeds[stops]] -= self.turning(row, moved)[:, stops].T
+        return found
 
     @cached_property
     def turning_rows(self) -> np.ndarray:
@@ -100,9 +106,14 @@ class Bounds:
 class StandingDeviations(ContactDeviations):
     """The deviations of one run in P columns, where its contacts and bearings come to rest and give way."""
 
+    bearings: BearingsBesideContacts
+
     def __init__(self, motion: Motion, columns: Columns):
         super().__init__(motion, columns)
-        self.bearings = BearingsBesideContacts(motion, columns)
+        self.bearings = self._bearings()
+
+    def _bearings(self) -> BearingsBesideContacts:
+        return BearingsBesideContacts(self.motion, self.columns)
 
     @cached_property
     def changes(self) -> np.ndarray:
@@ -131,9 +142,14 @@ class StandingDeviations(ContactDeviations):
         moves = self.bearings.moves(row, moved)
         self.bearings.refuse_loose(row, moves)
         self._refuse_edges(row, modes)
-        rests, stops = np.flatnonzero(still & modes.sticks), np.flatnonzero(modes.stuck)
-        if not moves[stops].any() and self._begins_rolling():
+        if not moves[modes.stuck].any() and self._begins_rolling():
             return moved
+        return self._at_rest_from_start(row, moved, still, modes)
+
+    def _at_rest_from_start(self, row: int, moved: np.ndarray, still: np.ndarray, modes: Modes) -> np.ndarray:
+        """The same where contacts, of which `still` (N,) bool have no slip, and bearings that stick have speeds beside
+        the run."""
+        rests, stops = np.flatnonzero(still & modes.sticks), np.flatnonzero(modes.stuck)
         before = Modes(modes.sticks & ~still, np.where(modes.stuck, 1, modes.bearings))
         return self._rested(row, moved, (rests, stops), before)
 
@@ -153,8 +169,8 @@ class StandingDeviations(ContactDeviations):
         after, f = self._modes(following), self.motion.rates[following]
         jumps = following > row and self._inputs_jump(row)
         rests = np.flatnonzero(self.contacts.slides[row] & self._has_come(row)) if following > row else np.zeros(0, int)
-        stops = np.flatnonzero((before.bearings != 0) & (before.bearings != after.bearings))
-        self._refuse_edges(following, after)
+        stops = self._stops(before, after, rests)
+        self._refuse_edges(following, after, self._settle(row, before, after, stops))
         if not (rests.size or stops.size):
             if jumps:
                 return moved if knot is None else moved + (self.motion.rates[row] - f)[:, None] * knot
@@ -172,6 +188,14 @@ class StandingDeviations(ContactDeviations):
         if self._is_jump(rates, f):
             self._refuse_apart(row, times, np.union1d(rests, self.bearings.wheel_of[stops]))
         return found + (rates - f)[:, None] * times[0]
+
+    def _stops(self, before: Modes, after: Modes, rests: np.ndarray) -> np.ndarray:
+        """The bearings whose rates have come to rest, beside the slips of contacts `rests`."""
+        return np.flatnonzero((before.bearings != 0) & (before.bearings != after.bearings))
+
+    def _settle(self, row: int, before: Modes, after: Modes, stops: np.ndarray) -> np.ndarray:
+        """(B,) bool: bearings that begin to stick at their bound, which they leave."""
+        return np.zeros(len(after.bearings), bool)
 
     def _is_jump(self, before: np.ndarray, after: np.ndarray) -> bool:
         """Whether rates (m,) are others afterwards: those of what is solved for."""
@@ -222,19 +246,20 @@ class StandingDeviations(ContactDeviations):
     def _rested(self, row: int, moved: np.ndarray, rests: tuple[np.ndarray, np.ndarray], before: Modes) -> np.ndarray:
         """(m, P) d*: what is left where the slips of contacts and the rates of bearings `rests` are taken away, while
         those stick that do `before`."""
-        contacts, stops = rests
+        (contacts, stops), taken = rests, self._components(rests[0], before)
         left = np.concatenate(
-            [self._slips(row, moved)[:, contacts, self.own].reshape(len(self.columns), -1),
-             self.bearings.turning(row, moved)[:, stops]], axis=1
-        )  # fmt: skip
+            [self._slips(row, moved)[:, contacts][:, taken], self.bearings.turning(row, moved)[:, stops]], axis=1
+        )
         if not left.any():
             return moved
         known = self._known(row, before.sticks, before.bearings)
         rates, slip = tangent_of(self.deviations.rates_among(known)), tangent_of(known["slip_dot"])
-        components = np.arange(2)[self.own]
-        units = np.concatenate([(2 * contacts[:, None] + components).ravel(), 3 * self.wheels + stops])
-        of_slips = slip[units][:, contacts, self.own].reshape(len(units), -1)
+        units = np.concatenate([(2 * contacts[:, None] + np.arange(2))[taken], 3 * self.wheels + stops])
+        of_slips = slip[units][:, contacts][:, taken]
         matrix = np.concatenate([of_slips, tangent_of(self.bearings.dots(known))[units][:, stops]], axis=1)
+        typical = np.append(np.full(taken.sum(), 1 / self.motion.plain.vehicle.mass), 1 / self.bearings.inertias[stops])
+        moves = np.abs(np.diag(matrix)) > SAME * typical  # not where what stands has left nu nothing
+        matrix, left, units = matrix[moves][:, moves], left[:, moves], units[moves]
         scale = 1 / np.sqrt(np.abs(np.diag(matrix)))
         inverse = np.linalg.pinv(scale[:, None] * matrix.T * scale, rcond=SAME)
         found = moved - ((scale[:, None] * (inverse @ (scale[:, None] * left.T))).T @ rates[units]).T
@@ -242,8 +267,11 @@ class StandingDeviations(ContactDeviations):
         resting.sticks[contacts], resting.bearings[stops] = True, 0
         if not self.bearings.standing.where(self._stands(resting))["directions"].any():  # the vehicle stands
             found[:3] = 0.0
-        found[self.bearings.speeds[stops]] -= self.bearings.turning(row, found)[:, stops].T  # what rounding has left
-        return found
+        return self.bearings.stilled(row, found, stops)
+
+    def _components(self, contacts: np.ndarray, before: Modes) -> np.ndarray:
+        """(k, 2) bool: components of the slips of some contacts that come to rest."""
+        return np.tile(np.arange(2) >= self.own.start, (len(contacts), 1))
 
     def _times_of_all(
         self, row: int, before: Modes, moved: np.ndarray, rests: np.ndarray, stops: np.ndarray
@@ -370,10 +398,9 @@ class StandingDeviations(ContactDeviations):
         static, largest = np.broadcast_to(static, (count, self.wheels, 2)), grip.loads.max()
         measure = np.broadcast_to(largest, loads.shape) if self.contacts.loaded else loads
         reach = measure[..., None] * static
-        radius, arm = kernel.constant("wheel_radius"), kernel.constant("roller_axis_radius")
-        per_row = np.where(ways == 0, np.reshape(radius - arm, (-1, 1)), np.reshape(-radius, (-1, 1)))
-        to_ground = np.reshape(radius, (-1, 1)) * np.cos(known["chi"]) - np.reshape(arm, (-1, 1))
-        arms = np.where(ways == 0, to_ground[..., wheels], np.reshape(-radius, (-1, 1)))
+        radius = _by_column(kernel, "wheel_radius")
+        per_row = np.where(ways == 0, reach_of(kernel, 0.0), -radius)
+        arms = np.where(ways == 0, reach_of(kernel, known["chi"])[..., wheels], -radius)
         per_force, given = np.zeros((count, size, 2, len(wheels)), complex), np.zeros((count, size, 2), complex)
         places = np.arange(len(wheels))
         per_force[:, np.searchsorted(contacts, wheels), ways, places] = 1 / (per_row * reach[:, wheels, ways])
@@ -391,17 +418,33 @@ class StandingDeviations(ContactDeviations):
         parts[:, contacts], parts[:, self.wheels + own] = sets[:, :first], sets[:, first:]
         return Bounds(use - 1, slopes, parts)
 
-    def _refuse_edges(self, row: int, modes: Modes) -> None:
-        """Raises NoDerivativeError where a contact or a bearing sticks from a row on that holds all that it can."""
+    def _refuse_edges(self, row: int, modes: Modes, but: np.ndarray | None = None) -> None:
+        """Raises NoDerivativeError where a contact or a bearing sticks from a row on that holds all that it can; some
+        bearings may, (B,) bool."""
         if not (modes.sticks.any() or modes.stuck.any()):
             return
         known = {name: np.asarray(value)[None] for name, value in self._in_run(row, modes).items()}
         bounds = self._bounds(row, modes, self.motion.plain, known, self.bearings.holding[None], {})
-        own = bounds.parts[:, : -self.wheels].any(axis=1)
+        parts = np.array(bounds.parts[:, : -self.wheels])
+        if but is not None:
+            parts[:, self.wheels :] &= ~but
+        own = parts.any(axis=1)
         edge = own & (bounds.beyond >= -REACHED)
         if edge.any():
             reason = "a contact or a bearing sticks by all its friction, so that a change however small lets it go"
             raise self._none(row, reason, self._wheels_of(bounds.parts[edge].any(axis=0)))
+
+
+def reach_of(kernel: Kernel, chi: np.ndarray | float) -> np.ndarray:
+    """(..., N) in m, from the axes of the rollers in contact to the ground, at chi (..., N); of numbers that deviate in
+    columns (c,) first for each of these."""
+    return _by_column(kernel, "wheel_radius") * np.cos(chi) - _by_column(kernel, "roller_axis_radius")
+
+
+def _by_column(kernel: Kernel, name: str) -> np.ndarray:
+    """A number of the vehicle: (c, 1) where it deviates in columns."""
+    value = kernel.constant(name)
+    return value[..., None] if np.ndim(value) else value
 
 
 def _joined(one: Bounds, other: Bounds) -> Bounds:

@@ -202,7 +202,7 @@ class Deviations:
         """The same, with what the functions of the rates give; `held`, what sticks leaves to nu."""
         known = self.known_in(y, inputs) | dict(held)
         if self.grips:
-            known["ground_push"] = pushes(kernel, known)
+            known |= pushes(kernel, known)
         if self.coupled:
             known |= self.loads_among(kernel, known)
             known["load_factor"] = known["loads"]
@@ -319,8 +319,8 @@ class Variations:
 
     def _directions(self, y: np.ndarray, inputs: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Slopes (k, N, m + F) of the slips across their directions in states (k, size), and (k, N) the slips along
-        them; where a contact does not slip 0, and 1."""
-        deviations, slides = self.deviations, self.contacts.slides[rows]
+        them; where a slip does not turn 0, and 1."""
+        deviations, slides = self.deviations, self.contacts.turning[rows]
         m, headings = len(deviations.state), deviations.views(inputs)["slip_heading"]
         slopes = np.zeros((*slides.shape, m + self.width[1]))
         unit = np.zeros((m, 1, y.shape[1]))
