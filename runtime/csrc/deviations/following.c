@@ -23,6 +23,7 @@
  * own_changes.c  what happens to these
  * own_rests.c    these as they come to rest, turn back and break away under smooth laws of the ground
  * standing.c     wheels that stand by contacts and bearings that stick
+ * holding.c      what holds these
  * side_by_side.c contacts and bearings that change their modes under Coulomb's friction */
 #include "deviations/variations.c"
 
@@ -36,6 +37,7 @@
 #include "deviations/spin_rests.c"
 #include "deviations/own_changes.c"
 #include "deviations/own_rests.c"
+#include "deviations/holding.c"
 #include "deviations/side_by_side.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */

@@ -155,8 +155,8 @@ static void aim_rests(variations_t *w, long long row)
 
 /* Put deviations right in a row behind which slips come to rest, whose rates have been computed last: take away what
  * they have across their directions, by forces that turn. Returns whether that is determinate. */
-static int put_rests_right(const variations_t *w, long long row, const int *component, int count, const double *to_known,
-                           const double *to_slip)
+static int put_rests_right(const variations_t *w, long long row, const int *component, int count,
+                           const double *to_known, const double *to_slip)
 {
     const int groups = w->groups, rests = count/2;
     double turns[rests*rests];

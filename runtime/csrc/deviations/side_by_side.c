@@ -12,7 +12,8 @@
  *     d+ = d- + (f- - f+) dt,   dt = -d beyond/beyond'
  *
  * (runtime/omniroll/engine/standing_deviations.py). Where W says too little, where a wheel that stands is at its bound
- * or lets go, where something only just happens, or several things do apart beside the run, the caller decides. */
+ * or lets go whose forces are not determined, where something only just happens, or several things do apart beside the
+ * run, the caller decides. */
 
 #if SET_STANDS
 /* What comes to rest in a change: components of slips, then bearings. */
@@ -79,16 +80,30 @@ static int is_at_bound_beside(const variations_t *w, const own_change_t *e, cons
 
 /* By how much what has let go is beyond its bound, as a part of that, and how this moves along a column or with time;
  * `of` as list_let_go() has it. */
-static double beyond_beside(const variations_t *w, long long row, int column, int of, double *moved)
+static double beyond_beside(const variations_t *w, long long row, int column, const held_t *held, int of, double *moved)
 {
     const int model = column < 0 ? 0 : w->run->number[column], k = of - 2*w->wheels;
     const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
+    for (int j = 0; j < held->count; j++) {
+        if (held->stand[j].wheel == of)
+            return contact_use_along(w, column, held, of, &at, &along, moved) - 1;
+        if (held->stand[j].bearing == k)
+            return bearing_use_along(w, column, held, j, &at, &along, moved) - 1;
+    }
     if (k < 0)
         return beyond_along(w, row, model, of, &at, &along, moved);
     const double most = w->run->own_most[k], asked = own_asked(w, &at, k), side = asked < 0 ? -1 : 1;
     const double grown = column < 0 ? 0 : w->run->own_most_moved[column*MOST_OWN(w) + k];
     *moved = (side*own_asked(w, &along, k) - fabs(asked)/most*grown)/most;
     return fabs(asked)/most - 1;
+}
+
+/* Let forces and loads move along a column, or with time, and what holds wheels that stand. */
+static void move_beside(const variations_t *w, const own_change_t *e, int column, const lanes_t *before, held_t *held)
+{
+    put_held(w, e->before, column < 0 ? -1 : w->run->number[column] - 1);
+    move_along(w, e->row, column, before);
+    move_held(w, column, held);
 }
 
 /* Pass what lets go, from the rates `before`, which have been computed last, to those `after`. */
@@ -98,15 +113,16 @@ static int pass_let_go(variations_t *w, const own_change_t *e, const lanes_t *be
     int of[w->wheels + MOST_OWN(w)];
     double rises[w->wheels + MOST_OWN(w)], time[w->columns];
     int all = list_let_go(w, e, of), count = 0;
+    held_t held;
     if (are_same(w, before, after))
         return 1;
-    if (some_stand(w, e, BEFORE) || step_before(w, row) < 0)
+    if (step_before(w, row) < 0 || !find_held(w, e, &held))
         return 0;
     const double lasted = fmin(time_of_modes(w, e->before), time_of_own_modes(w, e->before))
         + w->run->elapsed[row] - w->run->elapsed[e->before];
-    move_along(w, row, TIMES_ALONE, before);
+    move_beside(w, e, TIMES_ALONE, before, &held);
     for (int j = 0; j < all; j++)
-        if (beyond_beside(w, row, TIMES_ALONE, of[j], &rises[count]) >= -w->run->reached)
+        if (beyond_beside(w, row, TIMES_ALONE, &held, of[j], &rises[count]) >= -w->run->reached)
             of[count++] = of[j];
     take_way_back(w);
     for (int j = 0; j < count; j++)
@@ -114,10 +130,10 @@ static int pass_let_go(variations_t *w, const own_change_t *e, const lanes_t *be
             return 0;
     for (int p = 0; p < w->columns; p++) {
         double least = INFINITY, most = -INFINITY;
-        move_along(w, row, p, before);
+        move_beside(w, e, p, before, &held);
         for (int j = 0; j < count; j++) {
             double moved;
-            beyond_beside(w, row, p, of[j], &moved);
+            beyond_beside(w, row, p, &held, of[j], &moved);
             const double own = -moved/rises[j];
             least = fmin(least, own), most = fmax(most, own);
             time[p] = j == 0 ? own : time[p];

@@ -54,6 +54,7 @@ typedef struct {
     const double *standing;                 /* where wheels may stand: radius, distance of the rollers' axles from the
                                              * wheel's, the largest load at rest; N x 2 x 3: what wheels take from nu that
                                              * stand along the axle, and along the rolling direction. Or null */
+    const double *standing_moved;           /* P x 2 + 6 N: how radius, distance and rows move. Or null */
     double all_loads;                       /* of the vehicle, in N, where loads follow the motion      */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
                                              * how fast a slip comes to rest that only just does        */

@@ -322,7 +322,8 @@ class CompiledVariations:
         if motion.standing is not None:
             whole["hold"] = motion.standing.which
             run.allowed = self._pointer(bearings.tables, float)
-            run.standing = self._pointer(bearings.numbers, float)
+            numbers, moved = bearings.numbers
+            run.standing, run.standing_moved = self._pointer(numbers, float), self._pointer(moved, float)
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {

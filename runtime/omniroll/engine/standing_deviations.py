@@ -77,11 +77,13 @@ class BearingsBesideContacts(BearingDeviations):
         return tables_of(allowed, leaving(allowed)["absent"], turning)
 
     @cached_property
-    def numbers(self) -> np.ndarray:
-        """(3 + 6 N,) what C takes of the wheels that may stand: radius, the rollers' arm, the largest load; rows."""
-        vehicle = self.motion.plain.vehicle
-        given = vehicle.wheel_radius, vehicle.roller_axis_radius, self.contacts.grip.loads.max()
-        return np.concatenate([given, self.standing.rows.ravel()])
+    def numbers(self) -> tuple[np.ndarray, np.ndarray]:
+        """(3 + 6 N,) what C takes of the wheels that may stand: radius, the rollers' arm, the largest load; rows. And
+        (P, 2 + 6 N) how these move, but for the load."""
+        carried = [np.ravel(self.columns.kernel.constant(f"{name}_radius")) for name in ("wheel", "roller_axis")]
+        given = *(own[0].real for own in carried), self.contacts.grip.loads.max()
+        moved = [tangent_of(own)[:, None] for own in carried] + [self.turning_rows.reshape(len(self.columns), -1)]
+        return np.concatenate([given, self.standing.rows.ravel()]), np.concatenate(moved, axis=1)
 
     def carried(self, rows: np.ndarray, columns: np.ndarray | slice = slice(None)) -> dict[str, np.ndarray]:
         found = self.at(rows) | self.standing.at(rows)
