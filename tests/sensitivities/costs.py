@@ -32,6 +32,13 @@ SLIPPING = {
     "loads, regularised, rollers stick": {"roller_model": "free", "effects": [LOADED["regularised"], ROLLERS]},
     "regularised, all stick": {"roller_model": "free", "effects": [REGULARISED, ALL]},
 }
+DRIVEN_ON_COULOMB = {
+    "massless, coulomb, axles stick": {"roller_model": "massless", "effects": [COULOMB, AXLES, MOTOR]},
+    "loads, massless, coulomb, axles stick": {"roller_model": "massless", "effects": [LOADED["coulomb"], AXLES, MOTOR]},
+    "coulomb, axles stick": {"roller_model": "free", "effects": [COULOMB, AXLES, MOTOR]},
+    "coulomb, rollers stick": {"roller_model": "free", "effects": [COULOMB, ROLLERS, MOTOR]},
+    "loads, coulomb, rollers stick": {"roller_model": "free", "effects": [LOADED["coulomb"], ROLLERS, MOTOR]},
+}
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},
@@ -52,7 +59,7 @@ TASKS: dict[str, dict[str, Any]] = {
 } | {
     f"loads, {model}, {law}": {"roller_model": model, "effects": [ground]}
     for model in ("massless", "free") for law, ground in LOADED.items()
-} | SLIPPING  # fmt: skip
+} | SLIPPING | DRIVEN_ON_COULOMB  # fmt: skip
 
 
 def task(name: str) -> dict[str, Any]:

@@ -47,6 +47,15 @@ static void put_answer(variations_t *w, double h, int a)
         memcpy(answer_of(w, a)[j].lanes, w->row[j] + blocks, blocks*sizeof(lanes_t));
 }
 
+#if SET_GATHERS
+/* The same of all momenta of free rollers. */
+static void put_answers_of_momenta(variations_t *w, double h)
+{
+    for (int a = first_momentum(w); a < w->core; a++)
+        put_answer(w, h, a);
+}
+#endif
+
 /* P times a slope times a table by rows: what the number's integral gets from values at the nodes. */
 static void put_answered(const variations_t *w, const nodes_t *answer, const nodes_t *slope, const nodes_t *table,
                          nodes_t *to)

@@ -13,23 +13,32 @@
  * spin_nodes.c   the same at its nodes, once it is solved
  * passages.c     a switch
  * small.c        small systems of equations
+ * responses.c    what forces on contacts and torques of bearings do where something comes to rest
  * ways.c         how a point moves with time, and as deviations do
  * rests.c        slips that come to rest
  * letting_go.c   contacts that let go, and loads that vanish, where rates jump
  * modes.c        contacts that change their modes
  * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll
  * own_modes.c    axles and rollers that stick where wheels may slip
- * own_rests.c    these as they come to rest, turn back and break away */
+ * own_changes.c  what happens to these
+ * own_rests.c    these as they come to rest, turn back and break away under smooth laws of the ground
+ * standing.c     wheels that stand by contacts and bearings that stick
+ * holding.c      what holds these
+ * side_by_side.c contacts and bearings that change their modes under Coulomb's friction */
 #include "deviations/variations.c"
 
 #include "deviations/passages.c"
 #include "deviations/small.c"
 #include "deviations/ways.c"
+#include "deviations/responses.c"
 #include "deviations/rests.c"
 #include "deviations/letting_go.c"
 #include "deviations/modes.c"
 #include "deviations/spin_rests.c"
+#include "deviations/own_changes.c"
 #include "deviations/own_rests.c"
+#include "deviations/holding.c"
+#include "deviations/side_by_side.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -176,6 +185,9 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     put_balance(w, 0, 0);
 #endif
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
+#if SET_GRIPS
+    memset(w->pushed, 0, 12*w->wheels*sizeof *w->pushed);
+#endif
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
     put_own_rates(w);
@@ -287,6 +299,31 @@ static int grazes(const variations_t *w, long long row, const int *direction)
     return 0;
 }
 
+#if SET_OWN_BEARINGS
+/* Pass what happens to bearings, and to contacts beside them, between a row and the next. Returns whether it was known
+ * how; else nothing has been done. */
+static int pass_bearings(variations_t *w, long long row)
+{
+    return !others_jump(w, row) && pass_own_change(w, &(own_change_t){row, row, row + 1});
+}
+
+/* Whether that happens. */
+static int changes_beside(const variations_t *w, long long row)
+{
+#if SET_STANDS
+    if (changes_modes(w, row))
+        return 1;
+#endif
+    return changes_bearings(w, row);
+}
+
+/* The same where a step begins in a row with other modes than the one before it had. */
+static int enter_step(variations_t *w, long long row)
+{
+    return pass_own_change(w, &(own_change_t){row, row - 1, row});
+}
+#endif
+
 #if SET_SPINS_STICK || SET_OWN_BEARINGS
 /* A step begins in a row: pass what happens there, where that is known. */
 static void enter_at(variations_t *w, long long row)
@@ -325,10 +362,10 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
                 return row;
 #if SET_OWN_BEARINGS
-            if (switching ? rests_at_switch(w, row) : changes_bearings(w, row) && !pass_bearings(w, row))
+            if (switching ? rests_at_switch(w, row) : changes_beside(w, row) && !pass_bearings(w, row))
                 return row;
 #endif
-#if SET_GRIPS || SET_LOADS
+#if (SET_GRIPS || SET_LOADS) && !SET_STANDS
             if (!switching && changes_modes(w, row) && !pass_modes(w, row))
                 return row;
 #endif

@@ -37,8 +37,7 @@ static void put_rates_in_blocks(variations_t *w, double h)
     for (int a = 0; a < 3; a++)
         unknown[count++] = a;
 #if SET_GATHERS
-    for (int a = first_momentum(w); a < w->core; a++)
-        put_answer(w, h, a);
+    put_answers_of_momenta(w, h);
 #endif
     const blockwise_t e = {count, 3, w->nodes, w->blocks, w->groups,
                            w->kind, w->block, w->right, w->system, w->pivot_row};

@@ -95,15 +95,13 @@ static void turn_pushes(const variations_t *w, long long row, int model, const p
 }
 #endif
 
-/* What is beyond, and how that moves along a column, or with time: in a row, whose rates have been computed last. */
-static void put_beyond(const variations_t *w, long long row, int column, const lanes_t *rate, bounds_t *bounds,
-                       double *moved)
+/* How forces and loads move along a column, or with time: in a row, whose rates have been computed last. */
+static void move_along(const variations_t *w, long long row, int column, const lanes_t *rate)
 {
     const int wheels = OWN_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
-    const point_t at = point_of(w, &w->vehicle[model], w->point);
+    const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
     lanes_t nu_dot[3], nu_dot_along[3];
     put_way(w, row, column, rate);
-    const point_t along = point_of(w, at.vehicle, w->along);
 #if SET_GRIPS
     turn_pushes(w, row, model, &at, &along);
 #endif
@@ -116,12 +114,18 @@ static void put_beyond(const variations_t *w, long long row, int column, const l
 #else
     rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
 #endif
+}
+
+/* What is beyond, and how that moves. */
+static void put_beyond(const variations_t *w, long long row, int column, const lanes_t *rate, bounds_t *bounds,
+                       double *moved)
+{
+    const int model = column < 0 ? 0 : w->run->number[column];
+    move_along(w, row, column, rate);
+    const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
     for (int k = 0; k < bounds->count; k++)
         bounds->beyond[k] = beyond_along(w, row, model, bounds->of[k], &at, &along, &moved[k]);
     take_way_back(w);
-#if SET_GRIPS
-    memset(along.ground_push, 0, 2*wheels*sizeof *along.ground_push);
-#endif
 }
 
 /* For how long contacts have had the modes of a row; where they never had others, how long the run is. */
@@ -172,9 +176,7 @@ static int pass_jump(variations_t *w, long long row, const lanes_t *before, cons
             return 0;
         time[p] = -moved[first]/rises[first];
     }
-    for (int p = 0; p < columns; p++)
-        for (int k = 0; k < w->size; k++)
-            w->moved[k*w->groups + p/LANES][p%LANES] += (before[k][0] - after[k][0])*time[p];
+    add_jump(w, before, after, time);
     return 1;
 }
 #endif

@@ -31,11 +31,11 @@ static int inputs_jump(const variations_t *w, long long row)
     return 0;
 }
 
-/* Whether the rates of the core, all of them, are the same but for roundings. */
+/* Whether the rates of all that is solved for are the same but for roundings. */
 static int are_same(const variations_t *w, const lanes_t *one, const lanes_t *other)
 {
     double apart = 0, largest = 0;
-    for (int a = 0; a < w->core; a++) {
+    for (int a = 0; a < w->known; a++) {
         const double x = one[place_of_core(w, a)][0], y = other[place_of_core(w, a)][0];
         apart = fmax(apart, fabs(x - y)), largest = fmax(largest, fmax(fabs(x), fabs(y)));
     }

@@ -50,3 +50,44 @@ static void put_own_modes(const variations_t *w, long long row)
 #endif
     }
 }
+
+/* Of a list with a place for each axle, each roller in contact and each free roller that of a bearing. */
+ALWAYS_INLINE lanes_t *of_bearing(const variations_t *w, int k, lanes_t *axles, lanes_t *contact, lanes_t *free)
+{
+    const int roller = k - SET_AXLES_STICK*w->wheels, wheel = roller/w->rollers, place = roller%w->rollers;
+    if (roller < 0)
+        return axles + k;
+    return place == 0 ? contact + wheel : free + wheel*(w->rollers - 1) + place - 1;
+}
+
+/* At a point, or as it moves: the acceleration of a bearing, and what holds it. */
+ALWAYS_INLINE double own_dot(const variations_t *w, const point_t *at, int k, int lane)
+{
+    lanes_t *contact = 0, *free = 0;
+#if SET_DISKS_STICK
+    contact = at->contact_spin_dot, free = at->spins_dot;
+#endif
+    return (*of_bearing(w, k, at->core_dot, contact, free))[lane];
+}
+
+ALWAYS_INLINE double own_asked(const variations_t *w, const point_t *at, int k)
+{
+    lanes_t *axles = 0, *contact = 0, *free = 0;
+#if SET_AXLES_STICK
+    axles = at->axle_holding;
+#endif
+#if SET_DISKS_STICK
+    contact = at->contact_holding, free = at->free_holding;
+#endif
+    return (*of_bearing(w, k, axles, contact, free))[0];
+}
+
+/* The torque of a bearing at a point, or as it moves. */
+ALWAYS_INLINE lanes_t *own_torque(const variations_t *w, lanes_t *own, int k)
+{
+    lanes_t *const inputs = own + point_inputs(w), *free = 0;
+#if SET_DISKS_STICK
+    free = own == w->along ? w->bearing_along : w->free_bearing;
+#endif
+    return of_bearing(w, k, inputs + SET_BEARING_INPUT*w->wheels, inputs + SET_CONTACT_BEARING_INPUT*w->wheels, free);
+}

@@ -56,28 +56,6 @@ static int grazes_rest(const variations_t *w, const int *component, int count)
     return 0;
 }
 
-/* What unit forces do in a row, whose rates have been computed last: to the rates of the core, R (core x count), and to
- * the slips, W (count x count). */
-static void put_responses(const variations_t *w, const int *component, int count, double *to_core, double *to_slip)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    for (int first = 0; first < count; first += LANES) {
-        lanes_t nu_dot[3], moved[3];
-        memset(along.ground_push, 0, 2*wheels*sizeof *along.ground_push);
-        for (int k = first; k < count && k < first + LANES; k++)
-            along.ground_push[component[k]][k - first] = 1;
-        rates_along(wheels, &at, &along, nu_dot, moved);
-        for (int k = first; k < count && k < first + LANES; k++) {
-            for (int a = 0; a < w->core; a++)
-                to_core[a*count + k] = (a < 3 ? moved[a] : along.core_dot[a - 3])[k - first];
-            for (int i = 0; i < count; i++)
-                to_slip[i*count + k] = along.slip_dot[component[i]][k - first];
-        }
-    }
-    memset(along.ground_push, 0, 2*wheels*sizeof *along.ground_push);
-}
-
 /* The deviations of the slips in a row, which w->point has: count x groups. */
 static void put_slips_moved(const variations_t *w, const int *component, int count, lanes_t *to)
 {
@@ -161,14 +139,14 @@ static void aim_rests(variations_t *w, long long row)
     const int count = list_rests(w, row, component);
     if (!count)
         return;
-    double to_core[w->core*count], to_slip[count*count], most = INFINITY;
+    double to_known[w->known*count], to_slip[count*count], most = INFINITY;
     lanes_t rate[w->size], turn[MOST_WHEELS];
     begin_aiming(w, row, w->aimed);
     w->aimed_row = row;
     for (int round = 0; round < MOST_AIMS && most > AIMED; round++) {
         rates_in_row(w, row, rate);
         if (round == 0)
-            put_responses(w, component, count, to_core, to_slip);
+            put_responses(w, component, count, to_known, to_slip);
         most = find_turns(w, component, count, to_slip, turn);
         for (int k = 0; most > 0 && k < count/2; k++)
             w->aimed[component[2*k]/2] += turn[k][0];
@@ -177,8 +155,8 @@ static void aim_rests(variations_t *w, long long row)
 
 /* Put deviations right in a row behind which slips come to rest, whose rates have been computed last: take away what
  * they have across their directions, by forces that turn. Returns whether that is determinate. */
-static int put_rests_right(const variations_t *w, long long row, const int *component, int count, const double *to_core,
-                           const double *to_slip)
+static int put_rests_right(const variations_t *w, long long row, const int *component, int count,
+                           const double *to_known, const double *to_slip)
 {
     const int groups = w->groups, rests = count/2;
     double turns[rests*rests];
@@ -192,9 +170,9 @@ static int put_rests_right(const variations_t *w, long long row, const int *comp
     }
     if (!solve_small(turns, rests, turn, groups))
         return 0;
-    for (int a = 0; a < w->core; a++)
+    for (int a = 0; a < w->known; a++)
         for (int k = 0; k < rests; k++) {
-            const double *const response = to_core + a*count + 2*k;
+            const double *const response = to_known + a*count + 2*k;
             const lanes_t *const turned = w->turned + component[2*k];
             const lanes_t rate = response[0]*turned[0] + response[1]*turned[1];
             for (int g = 0; g < groups; g++)
@@ -212,11 +190,11 @@ static void aim_rests(const variations_t *w, long long row) { (void)w, (void)row
 static int take_rests(variations_t *w, long long row, const int *component, int count)
 {
     const int groups = w->groups;
-    double to_core[w->core*count], to_slip[count*count];
+    double to_known[w->known*count], to_slip[count*count];
     lanes_t force[count*groups];
-    put_responses(w, component, count, to_core, to_slip);
+    put_responses(w, component, count, to_known, to_slip);
 #if SET_TURNS
-    if (!put_rests_right(w, row, component, count, to_core, to_slip))
+    if (!put_rests_right(w, row, component, count, to_known, to_slip))
         return 0;
 #else
     (void)row;
@@ -224,10 +202,7 @@ static int take_rests(variations_t *w, long long row, const int *component, int 
     put_slips_moved(w, component, count, force);
     if (!solve_small(to_slip, count, force, groups))
         return 0;
-    for (int a = 0; a < w->core; a++)
-        for (int k = 0; k < count; k++)
-            for (int g = 0; g < groups; g++)
-                w->moved[place_of_core(w, a)*groups + g] -= to_core[a*count + k]*force[k*groups + g];
+    take_responses(w, to_known, count, force);
     return 1;
 }
 #endif

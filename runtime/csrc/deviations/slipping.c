@@ -101,6 +101,11 @@ static void put_slopes_of_slips(const variations_t *w, int b)
 {
     const int felt = w->core + w->felt;
     for (int place = 0; place < slip_directions(w); place++) {
+        if (place < felt && !is_of_point(w, place)) {
+            for (int k = 0; k < 2*w->wheels; k++)
+                slope_of_slip(w, k/2, k%2)[place].lanes[b] = lanes_of(0);
+            continue;
+        }
         const point_t at = point_of(w, &w->vehicle[place < felt ? 0 : place - felt + 1], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t *const way = place < felt ? &w->along[place_of_direction(w, place)] : 0;
@@ -142,7 +147,7 @@ ALWAYS_INLINE int follows(const variations_t *w, long long row, int d)
 }
 
 /* Whether nothing moves in a direction by itself: such a speed, or the turn of a slip that does not turn. */
-ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
+ALWAYS_INLINE int is_bound_to_ground(const variations_t *w, long long row, int d)
 {
     const int turning = d - first_turn(w);
     return d < w->directions && (turning < 0 ? follows(w, row, d) : !turns_in(w, row, turning));
@@ -156,13 +161,42 @@ static void let_speeds_follow(const variations_t *w, long long row, int place, i
             w->along[contact_speed(w, i, k)] = place < 0 ? lanes_of(0) : slope_of_speed(w, i, k, place, b);
 }
 
+/* The forces on contacts at the point of a phase; nothing moves. */
+static void put_forces_on_contacts(const variations_t *w, long long row)
+{
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    put_directions(w, row, &at, &along);
+    put_pushes(w, row, 0, &at, &along);
+}
+
+#if SET_GATHERS
+/* How the forces on contacts move at a node in a vector of columns, once the step is solved: with the turns of their
+ * directions, which stand behind the rates of the core, and with the numbers. */
+static void put_pushes_of_columns(const variations_t *w, long long row, int j, int g)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    const point_t along = point_of(w, w->vehicle, w->along);
+    lanes_t found[2*MOST_WHEELS];
+    for (int k = 0; k < 2*wheels; k++)
+        found[k] = turns_in(w, row, k/2) ? w->turned[k]*w->row[(w->core + k/2)*w->nodes + j][g] : lanes_of(0);
+    for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++) {
+        const int model = w->run->number[p];
+        const point_t at = point_of(w, &w->vehicle[model], w->point);
+        if (!model)
+            continue;
+        put_pushes(w, row, model, &at, &along);
+        for (int k = 0; k < 2*wheels; k++)
+            found[k][p%LANES] += along.ground_push[k][0];
+    }
+    memcpy(along.ground_push, found, 2*wheels*sizeof *found);
+}
+#endif
+
 /* The forces on contacts at a block of nodes, and the slopes of the slips there. */
 static void put_ground(const variations_t *w, long long row, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    put_directions(w, row, &at, &along);
-    put_pushes(w, row, 0, &at, &along);
+    put_forces_on_contacts(w, row);
     for (int k = 0; k < 2*wheels; k++)
         w->towards_at[k].lanes[b] = w->towards[k];
     for (int i = 0; i < wheels; i++)

@@ -30,4 +30,31 @@ static int solve_small(double *matrix, int count, lanes_t *right, int groups)
             right[p*groups + g] /= matrix[p*count + p];
     return 1;
 }
+
+#if SET_STANDS
+#define SAME 1e-9       /* of 1: pivots of a matrix whose diagonal is 1, below which it says too little */
+
+/* Scale a matrix and its right sides so that its diagonal is 1, and solve it. Returns 0 where it says too little. */
+static int solve_scaled(double *matrix, int count, lanes_t *right, int groups)
+{
+    double scale[count];
+    for (int k = 0; k < count; k++)
+        scale[k] = 1/sqrt(fabs(matrix[k*count + k]));
+    for (int i = 0; i < count; i++) {
+        for (int k = 0; k < count; k++)
+            matrix[i*count + k] *= scale[i]*scale[k];
+        for (int g = 0; g < groups; g++)
+            right[i*groups + g] *= scale[i];
+    }
+    if (!solve_small(matrix, count, right, groups))
+        return 0;
+    for (int i = 0; i < count; i++) {
+        if (!(fabs(matrix[i*count + i]) > SAME))
+            return 0;
+        for (int g = 0; g < groups; g++)
+            right[i*groups + g] *= scale[i];
+    }
+    return 1;
+}
+#endif
 #endif

@@ -104,7 +104,7 @@ static void end_axial_moved(variations_t *w, double h)
             w->axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
 }
 
-#if SET_HOLDS
+#if SET_DIRECTIONS
 /* What sticks in a row, and how that moves in a vector of columns. */
 static void put_held_of_columns(const variations_t *w, long long row, int group)
 {
@@ -124,16 +124,22 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
     lanes_t block[point_size(w)], nu_dot[3], nu_dot_along[3], axial[count], axial_moved[count];
     for (int j = 0; j < w->nodes; j++) {
         put_node(w, step, row, j, block);
-#if SET_LOADS
+#if SET_LOADS || SET_GRIPS
         memset(w->along, 0, point_size(w)*sizeof *w->along);
         memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+#endif
+#if SET_GRIPS
+        put_held(w, row, -1);
+        put_forces_on_contacts(w, row);
+#endif
+#if SET_LOADS
         put_loads(w, 0);
 #endif
         for (int g = 0; g < w->groups; g++) {
 #if SET_LOADS
             put_balance_of_columns(w, g);
 #endif
-#if SET_HOLDS
+#if SET_DIRECTIONS
             put_held_of_columns(w, row, g);
 #endif
             put_moved_at_node(w, j, g, carried);
@@ -147,6 +153,9 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
             put_spins_along(w, &w->column[g], w->point, w->along, axial, axial_moved, w->along + POINT_CORE);
 #endif
             const point_t at = point_of(w, &w->column[g], w->point), along = point_of(w, at.vehicle, w->along);
+#if SET_GRIPS
+            put_pushes_of_columns(w, row, j, g);
+#endif
             rates_at(w, &at, &along, nu_dot, nu_dot_along);
             const int last = w->columns - g*LANES, width = last < LANES ? last : LANES;
             for (int k = 0; k < count; k++)
@@ -169,5 +178,8 @@ static void finish_spins(variations_t *w, long long step, long long row, double 
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
+#if SET_GRIPS
+    memset(w->pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->pushed);
+#endif
 }
 #endif

@@ -227,15 +227,14 @@ ALWAYS_INLINE int momentum_of(const variations_t *w, int d)
 ALWAYS_INLINE int moment_of(const variations_t *w, int d)
 {
     const int input = d - w->core - w->felt;
-    return d < w->directions && input >= SET_MOVING*w->wheels ? input - SET_MOVING*w->wheels : -1;
+    return d < first_turn(w) && input >= SET_MOVING*w->wheels ? input - SET_MOVING*w->wheels : -1;
 }
 
 /* Whether nothing deviates along a direction, so that no slope by it is needed. */
-ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
+ALWAYS_INLINE int is_not_given(const variations_t *w, int d)
 {
     const int input = d - w->core - w->felt;
-    (void)row;
-    return d < w->directions && input >= 0 && !w->is_given[input];
+    return d < first_turn(w) && input >= 0 && !w->is_given[input];
 }
 
 /* What a direction moves of the rollers: one of the momenta, or of the moments; or where nu, the angles or a number of

@@ -12,7 +12,6 @@
  * felt: they move with these in every direction (slipping.c), and their own rates are known when all others are.
  *
  * The rest of the core of a wheel acts upon itself and nu, so that it is eliminated wheel by wheel (blockwise.c). */
-#include "deviations/in_blocks.c"
 
 /* How a wheel's angle goes with the core: by its own rate, or where this follows from nu, by nu. */
 static void put_carries(variations_t *w, long long row, int i)
@@ -119,6 +118,9 @@ static void put_rates_on_ground(variations_t *w, long long row, double h)
     int unknown[w->equations + 1];
     memset(unknown, -1, sizeof unknown);
     const int count = list_unknowns(w, row, unknown);
+#if SET_GATHERS
+    put_answers_of_momenta(w, h);
+#endif
     const blockwise_t e = {count, 3, w->nodes, w->blocks, w->groups,
                            w->kind, w->block, w->right, w->system, w->pivot_row};
     for (int p = 0; unknown[p] >= 0; p++) {

@@ -19,6 +19,7 @@
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 #define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
 #define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS) /* whether slips have directions that turn, one for each wheel */
+#define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
 #define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK)   /* whether bearings may stick where wheels may slip */
 
@@ -162,7 +163,7 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
     return d < SET_MOVING*w->wheels ? point_inputs(w) + d : point_momenta(w) + d - SET_MOVING*w->wheels;
 }
 
-/* What bearings that stick leave to nu (directions by rows, then which are absent), and room for what holds them. */
+/* What sticks leaves to nu (directions by rows, then which are absent), and room for what holds them. */
 #define HELD_SIZE 15
 enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
 
@@ -176,7 +177,7 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
                      .heading = own[point_heading(w)], .inputs = own + point_inputs(w),
                      .momenta = own + point_momenta(w), .still = own + point_still(w),
                      .core_dot = own + point_rates(w) + POINT_CORE};
-#if SET_HOLDS
+#if SET_DIRECTIONS
     lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
 #endif
@@ -202,7 +203,7 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
 /* What sticks in a row: at a point, where one of the numbers of the vehicle grows or none. */
 ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 {
-#if SET_HOLDS
+#if SET_DIRECTIONS
     const int numbers = w->run->models - 1;
     const double *const own = w->run->allowed + w->run->hold[row]*(12 + 9*numbers);
     for (int k = 0; k < 12; k++)
@@ -269,10 +270,25 @@ ALWAYS_INLINE int are_zero(const lanes_t *x, int count)
 #include "deviations/slipping.c"
 #include "deviations/spins.c"
 
+/* Whether nothing moves in a direction by itself, or nothing deviates along it, so that no slope by it is needed. */
+ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
+{
+    int found = 0;
+#if SET_GRIPS
+    found |= is_bound_to_ground(w, row, d);
+#endif
+#if SET_GATHERS
+    found |= is_not_given(w, d);
+#endif
+    (void)w, (void)row, (void)d;
+    return found;
+}
+
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
 NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
+    put_held(w, row, -1);
 #if SET_GRIPS
     put_ground(w, row, b);
 #elif SET_SPINS_STICK
@@ -286,16 +302,14 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         lanes_t *const way = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
         nodes_t *const to = number < 0 ? w->slope + d : w->core_by + number*w->equations;
         const int stride = number < 0 ? directions : 1;
-#if SET_GRIPS || SET_GATHERS
         if (is_idle(w, row, d)) {
             for (int a = 0; a < w->core; a++)
                 to[a*stride].lanes[b] = lanes_of(0);
             continue;
         }
-#endif
         if (way)
             *way = lanes_of(1);
-        if (d == 0 || number >= 0)
+        if (number >= 0)
             put_held(w, row, number);
 #if SET_LOADS
         if (number >= 0)
@@ -306,7 +320,8 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         lanes_t nu_dot[3], nu_dot_along[3];
 #if SET_GRIPS
         put_ground_along(w, row, d, b, &at, &along);
-#elif SET_GATHERS
+#endif
+#if SET_GATHERS
         put_spins_of_direction(w, d, at.vehicle);
 #endif
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
@@ -320,7 +335,8 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     }
 #if SET_GRIPS
     let_speeds_follow(w, row, -1, b);
-#elif SET_GATHERS
+#endif
+#if SET_GATHERS
     take_spins_back(w);
 #endif
 }
@@ -603,14 +619,15 @@ NEVER_INLINE void solve(const equations_t *e)
     }
 }
 
-#if SET_GRIPS
-#include "deviations/turning.c"
-#else
+#if !SET_GRIPS || SET_GATHERS
 #include "deviations/apart.c"
 #include "deviations/spin_nodes.c"
 #endif
-#if SET_OWN_BEARINGS
+#if SET_GRIPS || SET_OWN_BEARINGS
 #include "deviations/in_blocks.c"
+#endif
+#if SET_GRIPS
+#include "deviations/turning.c"
 #endif
 
 static void put_slopes(variations_t *w, long long step, long long row)

@@ -46,12 +46,23 @@ static void put_way(const variations_t *w, long long row, int column, const lane
     put_inputs_along(w, row, column);
 }
 
+/* Rates jump at times that deviate (columns). */
+static void add_jump(variations_t *w, const lanes_t *before, const lanes_t *after, const double *time)
+{
+    for (int p = 0; p < w->columns; p++)
+        for (int k = 0; k < w->size; k++)
+            w->moved[k*w->groups + p/LANES][p%LANES] += (before[k][0] - after[k][0])*time[p];
+}
+
 /* No way any more. */
 static void take_way_back(const variations_t *w)
 {
     memset(w->along, 0, point_size(w)*sizeof *w->along);
 #if SET_GATHERS
     memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+#endif
+#if SET_GRIPS
+    memset(w->pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->pushed);
 #endif
 }
 #endif

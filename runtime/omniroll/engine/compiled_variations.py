@@ -37,7 +37,7 @@ OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "sp
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if motion.massless is not None or (deviations.grips and (deviations.axles_stick or deviations.rollers_stick)):
+    if motion.massless is not None:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -316,8 +316,14 @@ class CompiledVariations:
                 whole["free_mode"] = holds.holds.spins.modes
                 run.enters = self._pointer(holds.left_to_do, np.int32)
         if bearings is not None:
-            self.turns[:] = bearings.turns_alone
+            if motion.rollers is not None:
+                self.turns[:] = motion.rollers.alone
             whole["own_mode"], run.enters = bearings.modes, self._pointer(self.turns, np.int32)
+        if motion.standing is not None:
+            whole["hold"] = motion.standing.which
+            run.allowed = self._pointer(bearings.tables, float)
+            numbers, moved = bearings.numbers
+            run.standing, run.standing_moved = self._pointer(numbers, float), self._pointer(moved, float)
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {

@@ -25,6 +25,7 @@ import numpy as np
 
 from omniroll.effects.complementarity import Facets
 from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED, TOGETHER, apart, no_derivative
+from omniroll.engine.holds import tables_of
 from omniroll.engine.motion import Columns, Motion, first_with_modes
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -100,10 +101,8 @@ class HoldDeviations:
 
     @cached_property
     def tables(self) -> np.ndarray:
-        """(H, 12 + 9 Q) for C: directions and absent of each set, and the slopes of the directions by the numbers."""
-        holds, turning = self.holds, self.turning[:, self.columns.numbered]
-        parts = (holds.allowed.reshape(-1, 9), holds.absent, turning.reshape(len(turning), -1))
-        return np.concatenate(parts, axis=1)
+        """(H, 12 + 9 Q) what C takes of the sets."""
+        return tables_of(self.holds.allowed, self.holds.absent, self.turning[:, self.columns.numbered])
 
     @cached_property
     def torques(self) -> tuple[np.ndarray, np.ndarray]:

@@ -85,6 +85,12 @@ class Holds:
         return found if self.spins is None else found | {"free_sticks": (self.spins.modes[rows] == 0).astype(float)}
 
 
+def tables_of(allowed: np.ndarray, absent: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    """(H, 12 + 9 Q) for C: directions (H, 3, 3) and which are absent (H, 3) in each set, and the slopes of the
+    directions by Q numbers (H, Q, 3, 3)."""
+    return np.concatenate([own.reshape(len(allowed), -1) for own in (allowed, absent, turning)], axis=1)
+
+
 def directions_left(rows: np.ndarray) -> np.ndarray:
     """(3, 3) orthonormal columns that span the nu which leave all rates `rows` nu at zero; 0 where there are fewer."""
     if not len(rows):

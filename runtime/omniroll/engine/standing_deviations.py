@@ -28,9 +28,10 @@ import numpy as np
 from omniroll.engine.bearing_deviations import BearingDeviations
 from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
+from omniroll.engine.holds import tables_of
 from omniroll.engine.least_use_slopes import slopes_of_use
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.standing import SAME, Standing, rows_of_standing, stands_of, turned
+from omniroll.engine.standing import SAME, Standing, leaving, rows_of_standing, stands_of, turned
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
@@ -74,6 +75,21 @@ class BearingsBesideContacts(BearingDeviations):
             return self.none(row, f"what sticks together would leave other directions; by {names}", stuck)
 
         return self.standing.turning(self.turning_rows, refused)
+
+    @cached_property
+    def tables(self) -> np.ndarray:
+        """(H, 12 + 9 Q) what C takes of the sets that stand."""
+        allowed, turning = self.standing.allowed, self.turning_directions[:, self.columns.numbered]
+        return tables_of(allowed, leaving(allowed)["absent"], turning)
+
+    @cached_property
+    def numbers(self) -> tuple[np.ndarray, np.ndarray]:
+        """(3 + 6 N,) what C takes of the wheels that may stand: radius, the rollers' arm, the largest load; rows. And
+        (P, 2 + 6 N) how these move, but for the load."""
+        carried = [np.ravel(self.columns.kernel.constant(f"{name}_radius")) for name in ("wheel", "roller_axis")]
+        given = *(own[0].real for own in carried), self.contacts.grip.loads.max()
+        moved = [tangent_of(own)[:, None] for own in carried] + [self.turning_rows.reshape(len(self.columns), -1)]
+        return np.concatenate([given, self.standing.rows.ravel()]), np.concatenate(moved, axis=1)
 
     def carried(self, rows: np.ndarray, columns: np.ndarray | slice = slice(None)) -> dict[str, np.ndarray]:
         found = self.at(rows) | self.standing.at(rows)

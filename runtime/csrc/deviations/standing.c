@@ -1,0 +1,103 @@
+/* Wheels that stand, in a change of modes: along their axles where contact and roller stick, and along their rolling
+ * direction where contact and axle do. Each takes that direction from nu. */
+#define MOST_STANDS (2*MOST_WHEELS)
+
+/* Whether a wheel does, along the axle (0) or the rolling direction (1). */
+ALWAYS_INLINE int stands_in(const variations_t *w, const own_change_t *e, int which, int i, int way)
+{
+    const int may = way ? SET_AXLES_STICK : SET_DISKS_STICK, bearing = way ? i : roller_bearing(w, i, 0);
+    return may && sticks_in(w, which == AFTER ? e->after : e->row, i) && mode_of(w, e, which, bearing) == 0;
+}
+
+/* Whether any wheel does. */
+static int some_stand(const variations_t *w, const own_change_t *e, int which)
+{
+    int found = 0;
+    for (int i = 0; i < w->wheels; i++)
+        found |= stands_in(w, e, which, i, 0) || stands_in(w, e, which, i, 1);
+    return found;
+}
+
+/* A direction in which a wheel stands. */
+typedef struct {
+    int wheel, way, bearing;            /* along the axle, or the rolling direction: 0, 1               */
+    const double *row;                  /* 3: what it takes from nu                                     */
+    double per_ground, per_bearing;     /* of what the contact can hold, and of what the bearing can, for each unit of
+                                         * force along the row                                          */
+} stand_t;
+
+/* One over what static friction can hold of a contact; under loads that follow the motion with the largest load. */
+ALWAYS_INLINE double per_hold(const variations_t *w, int i, int c)
+{
+    return sqrt(w->run->per_reach[2*i + c])/(SET_LOADS ? w->run->standing[2] : 1);
+}
+
+/* List the directions in one of the instants of a change, at whose state the point is. Returns how many. */
+static int list_stands(const variations_t *w, const own_change_t *e, int which, stand_t *to)
+{
+    const double *const numbers = w->run->standing, radius = numbers[0], arm = numbers[1];
+    int count = 0;
+    for (int i = 0; i < w->wheels; i++)
+        for (int way = 0; way < 2; way++) {
+            if (!stands_in(w, e, which, i, way))
+                continue;
+            const int bearing = way ? i : roller_bearing(w, i, 0);
+            const double per_row = way ? -radius : radius - arm;
+            const double own = way ? -radius : radius*cos(w->point[point_chi(w) + i][0]) - arm;
+            to[count++] = (stand_t){i, way, bearing, numbers + 3 + 3*(2*i + way), per_hold(w, i, way)/per_row,
+                                    own/(per_row*w->run->own_most[bearing])};
+        }
+    return count;
+}
+
+/* Take from a vector what orthonormal ones have in it. Returns its length. */
+static double take_basis(double (*basis)[3], int count, double *vector)
+{
+    for (int twice = 0; twice < 2; twice++)
+        for (int k = 0; k < count; k++) {
+            const double *const own = basis[k], in = own[0]*vector[0] + own[1]*vector[1] + own[2]*vector[2];
+            for (int c = 0; c < 3; c++)
+                vector[c] -= in*own[c];
+        }
+    return sqrt(vector[0]*vector[0] + vector[1]*vector[1] + vector[2]*vector[2]);
+}
+
+/* Add a vector to an orthonormal basis where this has less of it than all, by a part. Returns its size. */
+static int add_to_basis(double (*basis)[3], int count, const double *vector, double part)
+{
+    const double length = sqrt(vector[0]*vector[0] + vector[1]*vector[1] + vector[2]*vector[2]);
+    double own[3], left;
+    for (int c = 0; c < 3; c++)
+        own[c] = vector[c]/length;
+    left = count < 3 ? take_basis(basis, count, own) : 0;
+    for (int c = 0; c < 3 && left > part; c++)
+        basis[count][c] = own[c]/left;
+    return count + (left > part);
+}
+
+/* What wheels leave to nu that stand while what has come to rest stays there. */
+static void put_held_at_rest(const variations_t *w, const own_change_t *e)
+{
+    stand_t stand[MOST_STANDS];
+    double basis[3][3];
+    const int stands = list_stands(w, e, RESTING, stand);
+    int taken = 0, left;
+    for (int j = 0; j < stands; j++)
+        taken = add_to_basis(basis, taken, stand[j].row, SAME);
+    left = taken;
+    for (int c = 0; c < 3; c++)     /* of three units one always has more than half outside of what there is */
+        left = add_to_basis(basis, left, (const double[3]){c == 0, c == 1, c == 2}, 0.5);
+    memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
+    for (int k = 0; k < 3; k++) {
+        w->held[ABSENT + k] = lanes_of(k >= 3 - taken);
+        for (int c = 0; c < 3 && k < 3 - taken; c++)
+            w->held[DIRECTIONS + 3*c + k] = lanes_of(basis[taken + k][c]);
+    }
+}
+
+/* Whether nothing is left to nu in a row. */
+ALWAYS_INLINE int is_still_in(const variations_t *w, long long row)
+{
+    const double *const absent = w->run->allowed + w->run->hold[row]*(12 + 9*(w->run->models - 1)) + ABSENT;
+    return absent[0] != 0 && absent[1] != 0 && absent[2] != 0;
+}
