@@ -54,8 +54,10 @@ SLIP_SPINS = "slip_spins"  # of rollers in contact, where wheels slip and roller
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
-# Of a point, beside these, where wheels slip and rollers stick.
+CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
+# Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
+OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield")
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -86,8 +88,9 @@ class EngineSet:
         self.spins = SPINS in names
         slipping = next((name for name in (BEARINGS, STANDS, GRIPS, DISKS) if effects.function(name)), SLIP)
         self.stands = slipping in (BEARINGS, STANDS)
-        self.disks_stick = slipping in (BEARINGS, DISKS)
         self.in_series = effects.function(SERIES) is not None
+        self.strips = self.in_series and self.grips  # what their bearings take cuts ellipses of the ground's friction
+        self.disks_stick = slipping in (BEARINGS, DISKS) and not self.in_series
         self.dynamics = slipping if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
         own = {array.name for array in dynamics.outputs if self.slips and "n-1" not in array.shape}
@@ -100,7 +103,8 @@ class EngineSet:
         self.loads = self.slips and effects.function(LOAD_SUMS[-1]) is not None
         self.inputs = [name for name in INPUTS if name in asked]
         self.inputs += ([HEADING_INPUT] if self.grips else []) + ([CARRIES_INPUT] if self.loads else [])
-        self.inputs += MOMENT_INPUTS if (self.stands or self.loads) and self.disks_stick else ()
+        moments = (self.stands or self.loads) and self.disks_stick  # of massless rollers rows have 0
+        self.inputs += MOMENT_INPUTS if moments or self.strips else ()
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
@@ -112,6 +116,7 @@ class EngineSet:
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
         further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
+        further += [CORNERS] * self.strips
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -210,7 +215,8 @@ class EngineSet:
         rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
         targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
         targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_AXLES, *OF_SPINS)}
-        targets |= {name: f"at->{name}" for name in OF_DISKS if self.disks_stick}
+        of_rollers = OF_DISKS if self.disks_stick else OF_STRIPS if self.strips else ()
+        targets |= {name: f"at->{name}" for name in of_rollers}
         return self._calls(functions, targets | rates)
 
     def rolling_calls(self) -> list[Call]:
@@ -294,7 +300,7 @@ class EngineSet:
         """The functions that sensitivities call, in the set's order."""
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
         names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
-        names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick else set()
+        names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.strips else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
@@ -342,7 +348,7 @@ class EngineSet:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs, and
         so does what is `given` beside the point."""
         plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
-        known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS)}
+        known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS, *OF_STRIPS)}
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | {"load_factor": "at->loads->factor"} | given
@@ -372,9 +378,9 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-# The Python engine alone runs a set that has both functions of such a pair: where massless rollers stick beside
-# contacts that stick, or under loads that follow the motion.
-NOT_RUN = ((SERIES, GRIPS), (SERIES, SPRINGS))
+# The Python engine alone runs a set that has both functions of such a pair: where massless rollers stick under loads
+# that follow the motion.
+NOT_RUN = ((SERIES, SPRINGS),)
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 

@@ -3,8 +3,8 @@
  * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion,
  * with STANDING under static loads, and axles and rollers may stick beside contacts; with both under loads that follow,
  * too; with LOADED friction is regularised, loads follow the motion, and axles and rollers may stick. With SERIES beside
- * SLIPPING its rollers are massless, and stick as axles do. It prints a line for each switch, time and directions, and one
- * for the end. */
+ * SLIPPING or STANDING its rollers are massless, and stick as axles do. It prints a line for each switch, time and
+ * directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -17,6 +17,8 @@ enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
 enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARINGS = WHEELS*(2 + PLACES) };
 #elif defined STICKING
 enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
+#elif defined SERIES && defined STANDING
+enum { INPUTS = 6, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 #elif defined SERIES
 enum { INPUTS = 2, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 #elif defined HOLDING
@@ -142,7 +144,7 @@ int main(int count, char **arguments)
     run.bearing_count = run.axle_count = run.own_count = WHEELS, run.bearings = bearings, run.inputs = inputs;
     run.rate_of_speed = 3, run.hold.undecided = 1;
 #endif
-#ifdef SERIES
+#if defined SERIES && !defined STANDING
     double inputs[2*INPUTS*WHEELS] = {0};
     omniroll_bearing_t bearings[BEARINGS];
     for (int k = 0; k < BEARINGS; k++) {
@@ -175,7 +177,11 @@ int main(int count, char **arguments)
     const double level[WHEELS] = {0};
     for (int k = 0; k < BEARINGS; k++) {                /* free rollers are counted by wheel, then by place     */
         const int wheel_of = k < 2*WHEELS ? k%WHEELS : (k - 2*WHEELS)/PLACES;
+#ifdef SERIES
+        const double torque = 1e-2*(3 + wheel_of);
+#else
         const double torque = (k < WHEELS ? 1e-2 : 1e-4)*(3 + wheel_of);
+#endif
         bearings[k] = (omniroll_bearing_t){.sliding = torque, .holding = 1.2*torque, .nearer = 1};
     }
     for (int k = 0; k < 3; k++) {
@@ -186,7 +192,10 @@ int main(int count, char **arguments)
             bearings[i].row[k] = contact_spins[i < 2*WHEELS ? i - WHEELS : (i - 2*WHEELS)/PLACES];
     }
     run.bearing_count = run.own_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings;
-    run.roller_inertia = vehicle.roller_inertia, run.rate_of_speed = 20, run.hold.undecided = 1;
+    run.rate_of_speed = 20, run.hold.undecided = 1;
+#ifndef SERIES
+    run.roller_inertia = vehicle.roller_inertia;
+#endif
 #endif
 #if defined SLIPPING || defined CARRYING || defined STANDING || defined LOADED
 #ifndef SERIES

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from reactions.test_newton_euler import call
 
-from contact.test_massless_rollers import by_bodies
+from contact.test_massless_rollers import BOTH, by_bodies
 from contact.test_newton_euler import slipping_case
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.effects import cones
@@ -22,7 +22,7 @@ GRAVITY = 9.80665
 WEIGHT = MASS * GRAVITY
 INSTANT = 1e-10  # relative, of instants in closed form
 LAW = 1e-12
-MASSLESS = {"roller_model": "massless", "control": False, "engine": "python"}
+MASSLESS = {"roller_model": "massless", "control": False}
 
 
 def contact_torques(run):
@@ -37,15 +37,17 @@ def first_row(happens):
 # Closed forms
 
 
+@BOTH
 @pytest.mark.parametrize("above", [1.0, 1.5])
-def test_a_vehicle_is_pushed_until_its_rollers_break_away(above):
+def test_a_vehicle_is_pushed_until_its_rollers_break_away(engine, above):
     """Two wheels push along the axles of the other two, with a torque that grows: 2 tau/l = 2 T/rho lets these rollers
     turn, and then (M + 2 J/l^2) x'' = 2 tau/l - 2 T/rho, on contacts that all stick."""
     sliding, grows, end = 0.02, 0.5, 0.3
     table = TorqueTable((0.0, end), np.array([[0, 0, 0, 0], [0, -grows * end, 0, grows * end]]))
     ground = Contact(law="coulomb", friction=0.9)
     bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding)
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=[ground, bearings, table], accuracy=1e-12, **MASSLESS)
+    options = MASSLESS | {"engine": engine}
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=[ground, bearings, table], accuracy=1e-12, **options)
     breaks = above * sliding * RADIUS / (RHO * grows)
     assert breaks < end / 2
     spins = np.abs(run.contact_spin)
@@ -60,8 +62,9 @@ def test_a_vehicle_is_pushed_until_its_rollers_break_away(above):
     assert abs(run.ledger.residual) <= 1e-10 * run.energy[-1]
 
 
+@BOTH
 @pytest.mark.parametrize("more, holds", [(1 - 1e-9, True), (1 + 1e-9, False), (1.3, False)])
-def test_bearings_below_friction_say_what_slope_holds(more, holds):
+def test_bearings_below_friction_say_what_slope_holds(engine, more, holds):
     """All axles stick: two contacts hold mu N each, two T/rho. Beyond, M v' = M g sin b - 2 mu N - 2 T/rho."""
     mu, torque, incline = 0.5, 0.05, 0.3
     normal = GRAVITY * np.cos(incline)
@@ -72,7 +75,8 @@ def test_bearings_below_friction_say_what_slope_holds(more, holds):
     slope = Slope(incline, 0.0, gravity=pull / np.sin(incline))
     ground = Contact(law="coulomb", friction=mu, normal_gravity=normal)
     effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=30.0), slope]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, **MASSLESS)
+    options = MASSLESS | {"engine": engine}
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, **options)
     speeds = np.linalg.norm(run.nu[:, :2], axis=1) * DISTANCE
     if holds:
         assert not speeds.any() and run.sticks.all()
@@ -84,7 +88,8 @@ def test_bearings_below_friction_say_what_slope_holds(more, holds):
     assert turning.sum() == 2 and (~run.sticks[-1]).sum() == 2 and not (turning & ~run.sticks[-1]).any()
 
 
-def test_a_vehicle_skids_askew_until_two_rollers_stop():
+@BOTH
+def test_a_vehicle_skids_askew_until_two_rollers_stop(engine):
     """All axles stick, and all rollers turn at first: both components of the velocity fall at 2 (T/rho + F)/M with
     F = sqrt((mu N)^2 - (T/rho)^2), until the roller that is slower along its axle has no spin: v_y = v_x tan(phi),
     with sin(phi) = T/(rho mu N)."""
@@ -97,7 +102,8 @@ def test_a_vehicle_skids_askew_until_two_rollers_stop():
     stops = (start[1] - start[0] * tangent) / (falls * (1 - tangent))
     effects = [Contact(law="coulomb", friction=mu, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
     nu = (*(start / DISTANCE), 0)
-    run = simulate(CROSS, nu=nu, duration=stops * 1.2, effects=effects, accuracy=1e-12, **MASSLESS)
+    options = MASSLESS | {"engine": engine}
+    run = simulate(CROSS, nu=nu, duration=stops * 1.2, effects=effects, accuracy=1e-12, **options)
     spins = np.abs(run.contact_spin)
     assert spins[0] * RHO == pytest.approx(np.repeat([start - tangent * start[::-1]], 2, axis=0).ravel(), rel=1e-12)
     stopped = first_row(spins[:, 1] <= 1e-12 * spins[0, 1])
@@ -107,17 +113,45 @@ def test_a_vehicle_skids_askew_until_two_rollers_stop():
     assert spins[row, 0] > 1 and (np.abs(contact_torques(run)[-1, [1, 3]]) < torque * 0.999).all()
 
 
+@BOTH
 @pytest.mark.parametrize("loose", [1.0, 3.0])
-def test_a_bearing_that_takes_more_than_friction_makes_a_rigid_wheel(loose):
+def test_a_bearing_that_takes_more_than_friction_makes_a_rigid_wheel(engine, loose):
     """T/rho above mu N: no roller turns, and all contacts slip: M v' = -4 mu N."""
     mu, speed = 0.3, 1.0
     torque = loose * mu * WEIGHT / 4 * RHO * (1 + 1e-9)
     effects = [Contact(law="coulomb", friction=mu, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
-    run = simulate(CROSS, nu=(speed / DISTANCE, 0, 0), duration=0.5, effects=effects, accuracy=1e-12, **MASSLESS)
+    options = MASSLESS | {"engine": engine}
+    run = simulate(CROSS, nu=(speed / DISTANCE, 0, 0), duration=0.5, effects=effects, accuracy=1e-12, **options)
     assert np.abs(run.contact_spin).max() <= 1e-10 * speed / RHO
     stops = speed / (mu * GRAVITY)
     assert run.t[first_row(run.sticks.all(axis=1))] == pytest.approx(stops, rel=INSTANT)
     assert not run.nu[-1].any()
+
+
+@BOTH
+def test_a_roller_stops_where_its_contact_gives_way_and_cannot_drag_it(engine):
+    """On a slope static friction holds two contacts whose rollers turn with more than sliding friction: mu N < T/rho.
+    Torques that balance push them along their rolling directions until (T/rho)^2 + (tau/l)^2 = (mu_s N)^2. Behind it
+    their rollers stand, and they slip along their axles, with mu N."""
+    mu, above, pull, grows, incline = 0.3, 1.5, 6.0, 0.5, 0.3
+    load = WEIGHT / 4
+    torque = 1.2 * mu * load * RHO
+    push = np.sqrt((above * mu * load) ** 2 - (torque / RHO) ** 2)
+    breaks = push * RADIUS / grows
+    ground = Contact(law="coulomb", friction=mu, static_friction=above * mu, normal_gravity=GRAVITY)
+    bearings = Bearings(roller_coulomb=(torque, 9.0, torque, 9.0))
+    table = TorqueTable((0.0, 1.0), np.array([[0.0] * 4, [grows, -grows, grows, -grows]]))
+    slope = Slope(incline, 0.0, gravity=pull / MASS / np.sin(incline))
+    options = MASSLESS | {"engine": engine, "effects": [ground, bearings, table, slope]}
+    run = simulate(CROSS, nu=(0, 0, 0), duration=1.01 * breaks, accuracy=1e-12, **options)
+    row = first_row(~run.sticks[:, 0])
+    assert run.t[row] == pytest.approx(breaks, rel=INSTANT)
+    speed = (pull - 2 * torque / RHO) * breaks / (MASS + 2 * WHEEL / RADIUS**2)
+    for wheel in (0, 2):
+        assert abs(run.contact_spin[row - 1, wheel]) * RHO == pytest.approx(speed, rel=1e-10)
+        assert np.abs(run.slip[row, wheel]) == pytest.approx([speed, 0], rel=1e-10, abs=1e-10)
+        assert np.abs(run.ground_force[row, wheel]) == pytest.approx([mu * load, 0], rel=1e-10, abs=1e-10)
+        assert not run.contact_spin[row:, wheel].any() and not run.sticks[row:, wheel].any()
 
 
 # Every body

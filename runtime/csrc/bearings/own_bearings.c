@@ -15,14 +15,17 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
 
 #if SET_ROLLERS_TURN
 /* The rates of bearings in these states, with which rollers turn on their disks, and axles; of massless rollers, in
- * their modes, with what holds those that stick. */
+ * their modes, with what holds those that stick. Beside contacts that stick the last evaluation has found these. */
 ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t *v, const int wheels,
                                       const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates)
 {
     const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + own->rollers_at;
     for (int k = 0; k < own->rollers_at; k++)
         rates[k] = first[k];
-#if SET_IN_SERIES
+#if SET_STRIPS
+    (void)v, (void)nu, (void)chi, (void)contact;
+    memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
+#elif SET_IN_SERIES
     const int at = own->rollers_at;
     (void)contact;
     set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, own->sticks + at, rates + at,
@@ -33,13 +36,45 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
 #endif
 }
 
+#if SET_IN_SERIES
+/* The modes of massless rollers in contact. */
+ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const work_t *work)
+{
+    return own_bearings(run) + work->own.rollers_at;
+}
+#endif
+
+#if SET_STRIPS
+/* The same beside contacts that stick, in the present modes, into work->own.rate. */
+static void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
+{
+    lanes_t torque[MOST_WHEELS], sticks[MOST_WHEELS], aside[MOST_WHEELS];
+    const int at = work->own.rollers_at;
+    for (int i = 0; i < run->wheels; i++)
+        torque[i] = lanes_of(-roller_mode(run, i)*in_series(run, work)[i].sliding);
+    for (int i = 0; i < run->wheels; i++)
+        sticks[i] = lanes_of(roller_mode(run, i) == 0);
+    for (int k = 0; k < at; k++)
+        work->own.rate[k] = now->point.core[own_rates_at(run->wheels) + k];
+    corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
+    set_slip_spins(run->wheels, &work->vehicle, now->arrays.nu, now->arrays.chi,
+                   now->point.core + rates_at(run->wheels), torque, now->arrays.ground_push, now->arrays.ground_yield,
+                   sticks, work->own.rate + at, aside);
+}
+#else
+ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
+{
+    own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
+                       work->own.rate);
+}
+#endif
+
 /* The same at this instant. */
 static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 {
     instant_t now;
     at_this_instant(run, work, run->wheels, &now);
-    own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now.arrays.nu, now.arrays.chi, now.point.core,
-                       work->own.rate);
+    own_rates_there(run, work, &now);
     for (int k = 0; k < run->own_count; k++)
         work->own.now[k] = work->own.rate[k][0];
 }

@@ -4,12 +4,6 @@
 #if SET_IN_SERIES
 #define SOON 1e-7                   /* of the vehicle's speed: by this change of speeds a spin is seen to fall    */
 
-/* The modes of rollers from the first in contact on. */
-ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const work_t *work)
-{
-    return own_bearings(run) + work->own.rollers_at;
-}
-
 /* A roller stands on its disk from now on, if it can (rule 3). */
 ALWAYS_INLINE void stop_on_disk(omniroll_bearing_t *roller)
 {
@@ -54,8 +48,7 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
     }
     for (int c = 0; c < work->core; c++)
         work->core_here[c][1] += time*work->core_dot[c][0];
-    own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now.arrays.nu, now.arrays.chi, work->core_here,
-                       work->own.rate);
+    own_rates_there(run, work, &now);
 }
 
 /* Those whose spins have passed zero rest, and those that rounding does not tell from zero and that fall. Returns how
@@ -83,6 +76,7 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
+#if !SET_STRIPS                     /* else strips.c                                                         */
 /* Modes of those at rest (rules 1 and 3). One that has come to rest at this instant takes what it is asked for there:
  * where its spin is zero that is its sliding torque, as near as the event is located. */
 static void decide_in_series(const omniroll_run_t *run, const work_t *work)
@@ -106,4 +100,5 @@ static void decide_in_series(const omniroll_run_t *run, const work_t *work)
     }
     turn_own(run, work, 1);
 }
+#endif
 #endif

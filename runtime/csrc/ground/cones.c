@@ -23,7 +23,19 @@ typedef struct {
     ARRAY_OF(int, which, MOST_PARTS);
     ARRAY_OF(int, broken, MOST_PARTS);              /* those that have broken away slide                     */
     ARRAY_OF(int, slips, MOST_PARTS);
+#if SET_STRIPS
+    int rolls;                                      /* contacts that rest along the rolling direction alone, behind
+                                                     * those that rest both ways                             */
+    int *turned, *turns;                            /* rollers of the latter: have broken away, and turn     */
+#endif
 } parts_at_rest_t;
+#endif
+
+/* A disc may be cut by a strip, which its first component does not leave (see cones.py). */
+#if SET_STRIPS
+#define OF_STRIP(d, i) ((d)->strip[i])
+#else
+#define OF_STRIP(d, i) INFINITY
 #endif
 
 /* What Newton's rule works with. */
@@ -46,6 +58,10 @@ typedef struct {
 #if SET_STARTS_INSIDE
     double *slack, *scale;                          /* discs_from_inside.c                                   */
 #endif
+#if SET_STRIPS
+    double *strip;                                  /* the largest first component, INFINITY where none cuts  */
+    int *edge;                                      /* the sign of one that is at its strip's edge, else 0    */
+#endif
 } discs_t;
 
 /* Forces F with |F_i/reach_i| <= 1 for which F^T D F/2 + a^T F is least. */
@@ -61,6 +77,10 @@ typedef struct {
     double *first, *before, *own, *drawn, *whole;   /* scratch: a; the last round's forces; D's diagonal, and what is
                                                      * added to it; half-axes                    */
     discs_t discs;
+#endif
+#if SET_STRIPS
+    double *strip;                                  /* the largest first components of the forces            */
+    double *yields;                                 /* out: how strongly what is behind a strip gives way    */
 #endif
 } cones_t;
 
@@ -131,6 +151,14 @@ static void one_disc(double a, double b, double c, const double *wanted, double 
     place[0] = cosine*g[0] - sine*g[1], place[1] = sine*g[0] + cosine*g[1];
 }
 
+/* The same where the first component is at the edge of a strip, since the minimum over the disc lies beyond that. */
+ALWAYS_INLINE void on_edge(double b, double c, const double *wanted, double edge, double *place)
+{
+    const double most = sqrt((1 - edge)*(1 + edge));
+    place[0] = edge;
+    place[1] = fmax(-most, fmin(most, -(wanted[1] + b*edge)/c));
+}
+
 /* One round over the discs, each solved exactly; returns the largest change. */
 static double go_round(discs_t *d)
 {
@@ -149,6 +177,8 @@ static double go_round(discs_t *d)
             d->place[own] = fmax(-1, fmin(1, -rest[0]/block[0]));
         else
             one_disc(block[0], block[1], block[n + 1], rest, d->place + own);
+        if (width == 2 && fabs(d->place[own]) > OF_STRIP(d, i))
+            on_edge(block[1], block[n + 1], rest, copysign(OF_STRIP(d, i), d->place[own]), d->place + own);
         for (int k = 0; k < width; k++)
             largest = fmax(largest, fabs(d->place[own + k] - before[k]));
     }
@@ -163,6 +193,50 @@ static double pull_of(const discs_t *d, int i)
         sum -= d->place[k]*slope_at(d, k);
     return sum;
 }
+
+#if SET_STRIPS
+/* Those at the edges of their strips keep their first components. */
+static void keep_edges(const discs_t *d, int whole, double *system, double *missing)
+{
+    for (int i = 0; i < d->wide; i++) {
+        const int row = disc_at(d, i);
+        if (!d->edge[i])
+            continue;
+        memset(system + row*whole, 0, sizeof *system*(size_t)whole);
+        system[row*whole + row] = 1, missing[row] = 0;
+    }
+}
+
+/* Those at the edges of their strips are put there. */
+static void put_at_edges(discs_t *d)
+{
+    for (int i = 0; i < d->wide; i++)
+        if (d->edge[i])
+            d->place[disc_at(d, i)] = d->edge[i]*d->strip[i];
+}
+
+/* Which discs are at the edges of their strips, at the present place. */
+static void find_edges(discs_t *d)
+{
+    for (int i = 0; i < d->wide; i++) {
+        const double first = d->place[disc_at(d, i)];
+        d->edge[i] = fabs(first) >= d->strip[i]*(1 - ON_THE_EDGE) ? (first > 0) - (first < 0) : 0;
+    }
+}
+
+/* Edges that forces have left, or have come to; returns how many. */
+static int change_edges(discs_t *d)
+{
+    int count = 0;
+    for (int i = 0; i < d->wide; i++) {
+        const int own = disc_at(d, i), edge = d->edge[i];
+        const double first = d->place[own];
+        if (edge ? -edge*(slope_at(d, own) + d->pull[i]*first) < 0 : fabs(first) > d->strip[i]*(1 + 4*EPS))
+            count++, d->edge[i] = edge ? 0 : (first > 0) - (first < 0);
+    }
+    return count;
+}
+#endif
 
 /* The system of Newton's rule on the conditions where those of `slipping` are on their circles. */
 static void conditions(const discs_t *d, const int *slipping, int slips, double *system, double *missing)
@@ -183,6 +257,9 @@ static void conditions(const discs_t *d, const int *slipping, int slips, double 
         }
         missing[size + s] = (square - 1)/2;
     }
+#if SET_STRIPS
+    keep_edges(d, whole, system, missing);
+#endif
 }
 
 /* Newton's rule on these conditions: whether it has ended. */
@@ -220,12 +297,21 @@ static int polish(discs_t *d)
     memcpy(start, d->place, sizeof *start*(size_t)d->size);
     for (int i = 0; i < d->count; i++)
         slips[i] = length_of(d->place + disc_at(d, i), disc_width(d, i)) >= 1 - ON_THE_EDGE && pull_of(d, i) > 0;
-    for (int round = 0; round < 2*d->count; round++) {
+#if SET_STRIPS
+    find_edges(d);
+#endif
+    for (int round = 0; round < (2 + 2*SET_STRIPS)*d->count; round++) {
         int count = 0, wrong = 0;
+#if SET_STRIPS
+        put_at_edges(d);
+#endif
         for (int i = 0; i < d->count; i++)
             if (slips[i])
                 slipping[count++] = i;
         const int exact = with_slipping(d, slipping, count);
+#if SET_STRIPS
+        wrong = exact ? change_edges(d) : 0;
+#endif
         for (int i = 0; i < d->count && exact; i++) {
             double *const own = d->place + disc_at(d, i), length = length_of(own, disc_width(d, i));
             if (slips[i] ? d->pull[i] < 0 : length > 1 + 4*EPS)
@@ -272,6 +358,12 @@ static double discs_of(const cones_t *c, discs_t *d)
             unit = fmax(unit, fabs(d->matrix[j*d->size + k]));
         }
     }
+#if SET_STRIPS
+    for (int i = 0; i < d->wide; i++) {
+        const double reach = c->reach[disc_at(d, i)];
+        d->strip[i] = c->strip[i] < reach ? c->strip[i]/reach : INFINITY;
+    }
+#endif
     for (int j = 0; j < d->size; j++) {
         d->wanted[j] /= unit;
         for (int k = 0; k < d->size; k++)
@@ -353,6 +445,26 @@ static void decide_from_here(cones_t *c, int size, const double *own)
 }
 #endif
 
+#if SET_STRIPS
+/* The two parts of what a contact does that is cut by a strip: along its disc, and across the strip where its force is
+ * at the edge. */
+static void put_parts_of_rate(cones_t *c)
+{
+    for (int i = 0; i < c->wide; i++) {
+        const int own = forces_at(c->wide, c->width, i);
+        const double *const reach = c->reach + own;
+        const double place[2] = {c->force[own]/reach[0], c->force[own + 1]/reach[1]};
+        const double rate[2] = {c->rate[own]*reach[0], c->rate[own + 1]*reach[1]};
+        c->yields[i] = 0;
+        if (!(fabs(c->force[own]) >= c->strip[i]*(1 - ON_THE_EDGE)))
+            continue;
+        const double along = length_of(place, 2) >= 1 - ON_THE_EDGE ? -rate[1]/place[1] : 0;    /* in a corner      */
+        c->yields[i] = fmax(-place[0]*rate[0] - along*place[0]*place[0], 0);
+        c->pull[i] = fmax(along, 0);
+    }
+}
+#endif
+
 /* Forces from which rounds of the proximal point begin. Where loads follow the motion these are the solution, or next to
  * it: directions that are still off would turn the loads that are found for them, and these the directions. */
 static void begin_rounds(cones_t *c, int size)
@@ -405,5 +517,8 @@ static void decide_semidefinite(cones_t *c)
     }
     for (int i = 0; i < c->count; i++)
         c->pull[i] = fmax(c->pull[i], 0);
+#if SET_STRIPS
+    put_parts_of_rate(c);
+#endif
 }
 #endif

@@ -109,12 +109,29 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     set_sliding_forces(wheels, s->vehicle, slip, s->load, s->friction, force, slope);
     for (int i = 0; i < wheels; i++) {
         const double here[2] = {slip[2*i][0], slip[2*i + 1][0]};
-        const int by_slip = s->slides[i] && !ends_by_nodes(s, i, here);
+        const int by_slip = may_turn(s, i) && !ends_by_nodes(s, i, here);
         for (int k = 2*i; k < 2*i + 2 && by_slip; k++)
             push[k] = force[k];
     }
     (void)slope;
 }
+
+#if SET_STRIPS
+/* The same of contacts that slip and whose rollers turn. */
+static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
+{
+    lanes_t toward[2*MOST_WHEELS], force[MOST_WHEELS];
+    for (int k = 0; k < 2*wheels; k++)
+        toward[k] = lanes_of(s->toward[k].node[NODES - 1]);
+    set_corner_forces(wheels, s->vehicle, at->chi, toward, s->load, s->friction, s->own->torque + s->own->rollers_at,
+                      force, at->ground_yield);
+    for (int i = 0; i < wheels; i++)
+        if (s->corner[i])
+            at->ground_push[2*i + 1] = force[i];
+        else
+            at->ground_yield[i] = lanes_of(0);
+}
+#endif
 
 /* What the polynomials of what contacts take lack at the end of a step, from an evaluation there. */
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
@@ -124,6 +141,9 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     const point_t point = point_at_end(s, wheels, &at);
     if (s->turning)
         push_at_end(s, wheels, &point, at.ground_push);
+#if SET_STRIPS
+    push_corners_at_end(s, wheels, &at);
+#endif
     rates_near(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
@@ -255,7 +275,7 @@ static double turn_of_contacts(const step_t *s, const int wheels)
             rate = times(gauss_slope, &s->taken[i]);
             turned = fmin(turned, turn_beyond(&rate, weighted(&s->taken[i], &gauss_end_slope), 1, s->taken_start[i],
                                               -INFINITY, GRIP_TURNS*GRIP_NOISE(s->taken_start[i])));
-        } else if (s->slides[i] && SET_FIRST_DIRECTION == 0) {
+        } else if (may_turn(s, i) && SET_FIRST_DIRECTION == 0) {
             for (int m = 0; m < NODES; m++)
                 if (s->toward[2*i].node[m]*s->at_slip[2*i].node[m]
                     + s->toward[2*i + 1].node[m]*s->at_slip[2*i + 1].node[m] < -s->slip_noise[i])

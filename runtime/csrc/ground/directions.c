@@ -31,6 +31,25 @@ static void force_in_direction(step_t *s, int i)
     }
 }
 
+#if SET_STRIPS
+/* The forces of contacts that slip and whose rollers turn, at a vector of nodes where the wheels have these angles. */
+static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t *chi)
+{
+    lanes_t toward[2*MOST_WHEELS], force[MOST_WHEELS], yield[MOST_WHEELS];
+    for (int k = 0; k < 2*wheels; k++)
+        toward[k] = s->toward[k].lanes[b];
+    set_corner_forces(wheels, s->vehicle, chi, toward, s->load, s->friction, s->own->torque + s->own->rollers_at, force,
+                      yield);
+    for (int i = 0; i < wheels; i++) {
+        s->yield[i].lanes[b] = s->corner[i] ? yield[i] : lanes_of(0);
+        if (!s->corner[i])
+            continue;
+        s->push[2*i].lanes[b] = s->turned[2*i].lanes[b] = s->turned[2*i + 1].lanes[b] = lanes_of(0);
+        s->push[2*i + 1].lanes[b] = force[i];
+    }
+}
+#endif
+
 /* The forces of all contacts: of those that slip in their directions at the nodes. */
 static void forces_in_directions(step_t *s, const int wheels)
 {
@@ -39,6 +58,13 @@ static void forces_in_directions(step_t *s, const int wheels)
             force_in_direction(s, i);
         else
             memset(s->push + 2*i, 0, 2*sizeof *s->push);
+#if SET_STRIPS
+    lanes_t chi[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = lanes_of(s->chi[i]);
+    for (int b = 0; b < BLOCKS; b++)
+        forces_in_corners(s, wheels, b, chi);
+#endif
 }
 
 /* The slip velocities in some states, from the core beside nu. */
@@ -53,7 +79,12 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
 #else
 #define OF_NO_FORCE none
 #endif
-#ifdef SET_HAS_CONTACT_SPEEDS
+#if SET_STRIPS                      /* speeds along the axles, as of wheels whose rollers stick                */
+    lanes_t rigid[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        rigid[i] = lanes_of(1);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, none, none, rigid, slip, aside);
+#elif defined SET_HAS_CONTACT_SPEEDS
     const lanes_t *const axial = core + contact_speeds_at(wheels);
     set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, OF_NO_FORCE, slip, aside);
 #else
@@ -120,7 +151,9 @@ NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t
         if (s->grips[i])
             core[contact_speeds_at(wheels) + i] = axial[i];
 }
+#endif
 
+#if SET_FIRST_DIRECTION == 0
 /* The slips of a contact at the nodes, along its directions and across them. */
 ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, nodes_t *across)
 {
@@ -412,7 +445,7 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
     slips_at_nodes(s, wheels);
     for (int i = 0; i < wheels; i++) {
         nodes_t along, across;
-        if (!s->slides[i] || s->keeps[i])
+        if (!may_turn(s, i) || s->keeps[i])
             continue;
         along_and_across(s, i, &along, &across);
         if (largest_of(&across) > SLIP_FOLLOWED*s->slip_noise[i])
@@ -424,6 +457,14 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
 /* New directions of all contacts that slip, and their forces, from the states at the nodes. */
 static void find_directions(step_t *s, const int wheels)
 {
+#if SET_STRIPS
+    for (int b = 0; b < BLOCKS && s->sliding; b++) {
+        lanes_t chi[MOST_WHEELS];
+        for (int i = 0; i < wheels; i++)
+            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        forces_in_corners(s, wheels, b, chi);
+    }
+#endif
     if (!s->turning)
         return;
     for (int i = 0; i < wheels && SET_LOADS && !(s->turned_most < TURN_RESPONDS); i++)
@@ -434,7 +475,7 @@ static void find_directions(step_t *s, const int wheels)
     find_shared_directions(s, wheels);
 #endif
     for (int i = 0; i < wheels; i++)
-        if (s->slides[i] && !s->keeps[i] && !turned_together(s, i))
+        if (may_turn(s, i) && !s->keeps[i] && !turned_together(s, i))
             find_direction(s, wheels, i);
 }
 #else

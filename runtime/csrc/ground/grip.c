@@ -166,6 +166,10 @@ static void put_modes(omniroll_run_t *run)
         const omniroll_grip_t *const grip = run->grips + i;
         run->inputs[SET_MODES_INPUT*run->wheels + i] = grip->sticks;
         run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
+#if SET_STRIPS                      /* which tells those whose rollers turn                                 */
+        if (roller_mode(run, i))
+            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = copysign(TURN/4, grip->towards[1]);
+#endif
     }
 }
 
@@ -238,8 +242,8 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
     }
 }
 
-/* Whether a contact of the problem is pulled by more than this part of what the forces could give it. */
-static int is_pulled(const cones_t *problem, int k, double part)
+/* Whether a power of a contact of the problem is more than this part of what the forces could give it. */
+static int is_more_than(const cones_t *problem, int k, double given, double part)
 {
     const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
     double power = 0;
@@ -248,7 +252,13 @@ static int is_pulled(const cones_t *problem, int k, double part)
         for (int l = 0; l < size; l++)
             power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
     }
-    return problem->pull[k] > part*power;
+    return given > part*power;
+}
+
+/* The same of that with which it is pulled. */
+ALWAYS_INLINE int is_pulled(const cones_t *problem, int k, double part)
+{
+    return is_more_than(problem, k, problem->pull[k], part);
 }
 
 /* Whether a contact of the problem slips, and not by rounding. */
@@ -501,7 +511,7 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
 static void contacts_have_switched(omniroll_run_t *run, const int *directions)
 {
     for (int i = 0; i < run->wheels; i++) {
-#ifdef SET_HAS_CONTACT_SPEEDS
+#if SET_FIRST_DIRECTION == 0
         run->grips[i].resting &= directions[i] == 0;
 #endif
         run->grips[i].released = 0;
@@ -566,7 +576,7 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         omniroll_grip_t *const grip = run->grips + i;
         const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
-        const int turns = s->turning && s->slides[i];
+        const int turns = s->turning && may_turn(s, i);
         double own[2] = {s->toward[2*i].node[NODES - 1], s->toward[2*i + 1].node[NODES - 1]};
         const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, size, own);
         for (int k = 0; k < 2 && turns; k++)
@@ -610,6 +620,13 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
         s->gripping |= s->grips[i];
     }
     s->turning = s->sliding && SET_FIRST_DIRECTION == 0;
+#if SET_STRIPS
+    s->turning = 0;
+    for (int i = 0; i < wheels; i++) {
+        s->corner[i] = s->slides[i] && roller_mode(run, i);
+        s->turning |= may_turn(s, i);
+    }
+#endif
 #if SET_STANDS_BOTH_WAYS
     s->shared_system = work->shared_system;
 #endif
@@ -673,7 +690,7 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
     s->rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
         s->keeps[i] = 0, time[i] = INFINITY;
-        if (!s->turning || !s->slides[i])
+        if (!s->turning || !may_turn(s, i))
             continue;
         const double *const slip = s->slip_start + 2*i, *const towards = run->grips[i].towards;
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
@@ -736,7 +753,7 @@ static int has_strayed(const step_t *s, const int wheels)
 static int rests_early(const step_t *s, const int wheels)
 {
     const int i = s->landing - wheels - s->guards;
-    if (i < 0 || i >= wheels || !s->turning || !s->slides[i] || s->keeps[i] || !(s->rest_in < INFINITY))
+    if (i < 0 || i >= wheels || !s->turning || !may_turn(s, i) || s->keeps[i] || !(s->rest_in < INFINITY))
         return 0;
     return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > STRAYS*s->left_over[i];
 }

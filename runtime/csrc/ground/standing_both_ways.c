@@ -3,6 +3,14 @@
  * of those at rest stick. */
 #if SET_STANDS_BOTH_WAYS
 #define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
+#if SET_STRIPS                      /* strips.c                                                             */
+#define FIND_RESTING find_resting_pairs
+static void stop_in_modes(const omniroll_run_t *run, const work_t *work);
+static void find_resting_pairs(omniroll_run_t *run, const work_t *work);
+static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked);
+#else
+#define FIND_RESTING find_resting_contacts
+#endif
 
 /* The bearing that holds a wheel in a way; null where it has none that may stick. */
 ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, int way)
@@ -90,7 +98,7 @@ ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, i
 static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_arm)
 {
     find_own_rates(run, work);
-    for (int k = 0; k < run->own_count; k++) {
+    for (int k = 0; k < count_in_core(run, work); k++) {
         const double rate = fabs(own_rate(run, work, k)), size = rate + length3(run->nu)*run->rate_of_speed;
         own_bearings(run)[k].resting |= rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
     }
@@ -110,6 +118,9 @@ static double least_arm_now(const omniroll_run_t *run, const work_t *work)
 static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 {
     int moves = 0;
+#if SET_STRIPS
+    stop_in_modes(run, work);
+#endif
     work->standing->contact = bearing_in_way(run, 0), work->standing->arm = run->ground.reach;
     const double least_arm = least_arm_now(run, work);
     run->hold.speed = fmax(run->hold.speed, FROM_REST*run->ground.settles);
@@ -117,14 +128,17 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
         run->hold.speed = fmax(run->hold.speed, speeds_of_slip(run, i));
     for (int turn = 0; turn < 2; turn++) {
         rest_bearings(run, work, least_arm);
-        find_resting_contacts(run, work);
+        FIND_RESTING(run, work);
         rest_bearings(run, work, least_arm);
         if (forbid(run, work)) {
             roll(run, work, 0);
             rest_bearings(run, work, least_arm);
         }
     }
-    for (int k = 0; k < run->own_count; k++)
+#if SET_STRIPS                      /* what rests has been seen before nu lost what it forbids              */
+    FIND_RESTING(run, work);
+#endif
+    for (int k = 0; k < count_in_core(run, work); k++)
         moves |= own_bearings(run)[k].mode;
     for (int k = 0; k < 3; k++)
         moves |= run->nu[k] != 0;
@@ -185,8 +199,32 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
             bearing->torque = clipped(bearing->torque + arm_of(standing, d, now)*forces[d], bearing->holding);
         }
     }
+#ifdef SET_MOMENTS_INPUT
     put_moments(run);
+#endif
 }
+
+#if SET_STRIPS
+/* Of rollers that stick and whose contacts slip, in a row: by its slips, and its headings by these, too. */
+static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
+{
+    double pair[2*MOST_WHEELS], asked[MOST_WHEELS];
+    lanes_t toward[2*MOST_WHEELS];
+    slips_now(run, work, pair);
+    for (int i = 0; i < run->wheels; i++) {
+        const double speeds = fmax(speeds_of_slip(run, i), LEFT_OF*run->hold.speed);
+        const int says = length_of(pair + 2*i, 2) > SLIP_AT_REST*EPS*speeds;
+        for (int k = 2*i; k < 2*i + 2; k++)
+            toward[k] = lanes_of(says ? pair[k] : run->grips[i].towards[k - 2*i]);
+    }
+    asked_of_rollers(run, work, toward, asked);
+    for (int i = 0; i < run->wheels; i++)
+        if (slides(run, i) && !roller_mode(run, i)) {
+            in_series(run, work)[i].torque = asked[i];
+            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(toward[2*i + 1][0], toward[2*i][0]);
+        }
+}
+#endif
 
 /* What has to take all that it can is let go, at the least use (rule 2). */
 static void release_used(omniroll_run_t *run, const standing_t *standing, const uses_t *uses, double use,
@@ -282,9 +320,13 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 static void size_all(const omniroll_run_t *run, const work_t *work)
 {
     const double least_arm = least_arm_now(run, work);
+#if SET_STRIPS
+    find_own_rates(run, work);
+#endif
     size_own(run, work);
     for (int k = 0; k < run->own_count; k++)
-        own_bearings(run)[k].size = fmax(own_bearings(run)[k].size, least_rate(run, work, k, least_arm));
+        if (!SET_IN_SERIES || own_bearings(run)[k].mode)
+            own_bearings(run)[k].size = fmax(own_bearings(run)[k].size, least_rate(run, work, k, least_arm));
 }
 
 /* Some time has passed: bearings that stick are at rest. What an iteration leaves of their rates would turn slips. */
@@ -298,7 +340,11 @@ static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < work->own.rollers_at; k++)
         if (bearings[k].resting)
             run->core[rates_at(run->wheels) + k] = 0;
+#if SET_DISKS_STICK
     keep_rollers_at_rest(run, work);
+#else
+    find_own_rates(run, work);
+#endif
 }
 
 /* What has come to its end at the end of the step is let go, or rests. */
@@ -314,6 +360,9 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, &now);
     find_all_torques(run, work, &now);
+#if SET_STRIPS
+    find_torques_in_row(run, work);
+#endif
     if (landed < 0)
         return;
     run->hold.ended = 1;

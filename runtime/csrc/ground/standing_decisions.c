@@ -31,6 +31,32 @@ static void turn_free(const omniroll_run_t *run, const work_t *work)
         work->own.torque[k] = lanes_of(-own_bearings(run)[k].mode*own_bearings(run)[k].sliding);
 }
 
+/* Whether a massless roller passes on the force that its contact is given: one that does not turn. */
+ALWAYS_INLINE int gives_its_force(const omniroll_run_t *run, const work_t *work, int k)
+{
+#if SET_STRIPS
+    return k >= work->own.rollers_at && own_bearings(run)[k].mode == 0;
+#else
+    (void)run, (void)work, (void)k;
+    return 0;
+#endif
+}
+
+/* Parts that are contacts; and which of the components of the slip is component c of one. */
+ALWAYS_INLINE int contact_parts(const parts_at_rest_t *rest)
+{
+#if SET_STRIPS
+    return rest->contacts + rest->rolls;
+#else
+    return rest->contacts;
+#endif
+}
+
+ALWAYS_INLINE int direction_of(const parts_at_rest_t *rest, int part, int c)
+{
+    return SET_STRIPS && part >= rest->contacts ? 1 : SET_FIRST_DIRECTION + c;
+}
+
 /* The rates of what rests where nothing sticks, under these forces and the torques in work->own.torque. */
 static void rates_of_free(const omniroll_run_t *run, const work_t *work, const lanes_t *push)
 {
@@ -51,7 +77,7 @@ static void rates_of_free(const omniroll_run_t *run, const work_t *work, const l
     for (int k = 0; k < run->own_count; k++) {
         if (own_input(run, k) >= 0)
             now.arrays.input[own_input(run, k)] = work->own.torque[k];
-        kept[k] = work->own.sticks[k], work->own.sticks[k] = lanes_of(0);
+        kept[k] = work->own.sticks[k], work->own.sticks[k] = lanes_of(gives_its_force(run, work, k));
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
     rates_of_given_loads(run, work, &now, nu_dot);
@@ -63,7 +89,7 @@ static void rates_of_free(const omniroll_run_t *run, const work_t *work, const l
 static double typical_of(const omniroll_run_t *run, const parts_at_rest_t *rest, int part, int c)
 {
     double most = 0;
-    if (part < rest->contacts)
+    if (part < contact_parts(rest))
         return run->ground.typical;
     for (int k = 0; k < run->own_count; k++)
         most = fmax(most, own_bearings(run)[k].holding);
@@ -73,8 +99,8 @@ static double typical_of(const omniroll_run_t *run, const parts_at_rest_t *rest,
 static lanes_t rate_of_part(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, int part, int c)
 {
     const int k = rest->which[part];
-    if (part < rest->contacts)
-        return work->slip_dot[2*k + SET_FIRST_DIRECTION + c];
+    if (part < contact_parts(rest))
+        return work->slip_dot[2*k + direction_of(rest, part, c)];
 #if SET_DISKS_STICK
     if (k >= work->own.rollers_at)
         return work->own.dot[k];
@@ -82,6 +108,7 @@ static lanes_t rate_of_part(const omniroll_run_t *run, const work_t *work, const
     return c ? lanes_of(0) : work->core_dot[rates_at(run->wheels) + k];
 }
 
+#if !SET_STRIPS
 /* What rests, with forces and torques as parts of one problem. */
 static void put_parts(omniroll_run_t *run, parts_at_rest_t *rest, cones_t *problem)
 {
@@ -101,6 +128,7 @@ static void put_parts(omniroll_run_t *run, parts_at_rest_t *rest, cones_t *probl
     problem->count = rest->count, problem->width = 2 - SET_FIRST_DIRECTION;
     problem->wide = SET_STANDS_BOTH_WAYS ? rest->contacts : rest->count;
 }
+#endif
 
 /* D and a of the problem (rule 4); a bearing has one component, and where rollers have no part one more that nothing
  * acts on. */
@@ -117,8 +145,8 @@ static void put_problem(const omniroll_run_t *run, const work_t *work, const par
         for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
             const int j = first + lane - 1, part = part_of(wide, width, j), c = j - forces_at(wide, width, part);
             by[lane] = typical_of(run, rest, part, c);
-            if (part < rest->contacts)
-                push[2*rest->which[part] + SET_FIRST_DIRECTION + c][lane] += by[lane];
+            if (part < contact_parts(rest))
+                push[2*rest->which[part] + direction_of(rest, part, c)][lane] += by[lane];
             else
                 work->own.torque[rest->which[part]][lane] += by[lane];
         }
@@ -139,6 +167,7 @@ static void put_problem(const omniroll_run_t *run, const work_t *work, const par
         problem->matrix[j*size + j] = problem->matrix[(j - 1)*size + j - 1];
 }
 
+#if !SET_STRIPS
 /* What the parts can take: those that have broken away slide. */
 static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, cones_t *problem)
 {
@@ -200,6 +229,7 @@ static void decide_parts(cones_t *problem)
 #endif
     decide_semidefinite(problem);
 }
+#endif
 
 /* The mode of a bearing from the last round. */
 static void take_bearing_mode(omniroll_bearing_t *bearing, const cones_t *problem, int part, int slips)
@@ -209,6 +239,9 @@ static void take_bearing_mode(omniroll_bearing_t *bearing, const cones_t *proble
     bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? bearing->released : 0;
 }
 
+#if SET_STRIPS
+#include "ground/strips.c"
+#else
 /* Which of the contacts and bearings at rest give way, by rounds (rule 4). */
 static void decide_together(omniroll_run_t *run, const work_t *work)
 {
@@ -238,6 +271,7 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
         else
             take_bearing_mode(own_bearings(run) + rest->which[k], problem, k, rest->slips[k]);
 }
+#endif
 
 /* The modes of contacts and axles under the loads that the contacts have, and what they are asked for then. */
 static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)

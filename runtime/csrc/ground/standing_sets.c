@@ -5,7 +5,7 @@
 #define WAYS (1 + SET_STANDS_BOTH_WAYS)     /* in which a wheel may stand                                   */
 /* Bearings of a wheel that touch the ground: of its axle, and of its roller in contact. They are the first ones, of all
  * wheels. */
-#define ON_GROUND (SET_AXLES_STICK + SET_DISKS_STICK)
+#define ON_GROUND (SET_AXLES_STICK + SET_ROLLERS_TURN)
 
 static const double any_motion[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 

@@ -21,6 +21,42 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
     }
 }
 
+#if SET_STRIPS
+#define LEFT_BEFORE_STRIP 0.2       /* of the way to where a bearing takes all of the friction: behind a step        */
+
+/* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
+ALWAYS_INLINE double left_in_corner(const step_t *s, int i, double arm)
+{
+    return s->load[i][0]*s->friction[2*i][0] - s->own_bearing[s->own->rollers_at + i].sliding/arm;
+}
+
+/* The length of a step from here in which no roller that turns on a contact that slips comes to take all of its
+ * friction: a little before that its spin has come to zero. */
+static double longest_in_corners(const step_t *s, const int wheels)
+{
+    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], time = INFINITY;
+    find_arms(wheels, s->vehicle, s->standing, s->joint, s->chi, arm, per_chi);
+    for (int i = 0; i < wheels; i++) {
+        const double taken = s->own_bearing[s->own->rollers_at + i].sliding/arm[i], left = left_in_corner(s, i, arm[i]);
+        const double rises = -taken/arm[i]*per_chi[i]*s->start_core[rates_at(wheels) + i];
+        if (s->corner[i] && left > 0 && rises > 0)
+            time = fmin(time, (1 - LEFT_BEFORE_STRIP)*left/rises);
+    }
+    return time;
+}
+
+/* Whether one has come to take more than that in a step all the same: 0.5, or 1. */
+static double turn_of_corners(const step_t *s, const int wheels)
+{
+    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], turned = 1;
+    find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, arm, per_chi);
+    for (int i = 0; i < wheels; i++)
+        if (s->corner[i] && left_in_corner(s, i, arm[i]) < 0)
+            turned = 0.5;
+    return turned;
+}
+#endif
+
 /* What a force in direction d of a standing wheel asks of its bearing, per N. */
 ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const asked_t *now)
 {

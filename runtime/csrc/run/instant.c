@@ -9,6 +9,31 @@ typedef struct {
 #endif
 } instant_t;
 
+#if SET_STRIPS
+/* The mode of a roller in contact. */
+ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
+{
+    return run->bearings[run->axle_count + wheel].mode;
+}
+
+/* Where contacts slip and their massless rollers turn, at these angles: their forces, and how far they slip along their
+ * axles; 0 of others. */
+static void corners_at(const omniroll_run_t *run, const work_t *work, const lanes_t *chi, lanes_t *push, lanes_t *yield)
+{
+    lanes_t toward[2*MOST_WHEELS], torque[MOST_WHEELS], force[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++) {
+        toward[2*i] = lanes_of(0), toward[2*i + 1] = lanes_of(copysign(1, run->grips[i].towards[1]));
+        torque[i] = lanes_of(-roller_mode(run, i)*run->bearings[run->axle_count + i].sliding);
+    }
+    set_corner_forces(run->wheels, &work->vehicle, chi, toward, work->load, work->friction, torque, force, yield);
+    for (int i = 0; i < run->wheels; i++)
+        if (slides(run, i) && roller_mode(run, i))
+            push[2*i] = lanes_of(0), push[2*i + 1] = force[i];
+        else
+            yield[i] = lanes_of(0);
+}
+#endif
+
 #if SET_GRIPS
 /* The forces with which contacts slip where they go; of loads that follow the motion, per load. */
 static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t *push)
@@ -21,7 +46,7 @@ static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t 
 }
 
 /* The same of the contacts that slip. */
-static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+static void forces_of_slips(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
     const int some = some_slide(run);
     if (some)
@@ -29,6 +54,18 @@ static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *p
     for (int k = 0; k < 2*run->wheels; k++)
         if (!some || !slides(run, k/2))
             push[k] = lanes_of(0);
+}
+
+/* The same, also where massless rollers turn. */
+ALWAYS_INLINE void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+{
+    forces_of_slips(run, work, push);
+#if SET_STRIPS
+    lanes_t yield[MOST_WHEELS], chi[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+    corners_at(run, work, chi, push, yield);
+#endif
 }
 #endif
 
@@ -67,9 +104,13 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     put_own(&work->own, &now->point);
 #endif
 #if SET_GRIPS
-    forces_now(run, work, now->arrays.ground_push);
+    forces_of_slips(run, work, now->arrays.ground_push);
     now->point.ground_push = now->arrays.ground_push;
     now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
+#endif
+#if SET_STRIPS
+    corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
+    now->point.ground_yield = now->arrays.ground_yield;
 #endif
 #if SET_LOADS
     now->point.balance = &work->balance, now->point.loads = work->loads + LOADS_NOW;

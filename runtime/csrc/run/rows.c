@@ -75,6 +75,10 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
     double *vectors[VECTORS];
     for (int k = 0; k < VECTORS; k++)
         vectors[k] = numbers_part(parts, rows);
+#if SET_STRIPS
+    int *const of_rollers[3] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count)};
+    double *const strips[3] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count)};
+#endif
     if (!work->problem)
         return;
     work->standing->has_part = has_part;
@@ -90,6 +94,11 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
                   .slack = vectors[15], .scale = vectors[16],
 #endif
         }};
+#if SET_STRIPS
+    work->at_rest->turned = of_rollers[0], work->at_rest->turns = of_rollers[1];
+    work->problem->discs.edge = of_rollers[2], work->problem->discs.strip = strips[0];
+    work->problem->strip = strips[1], work->problem->yields = strips[2];
+#endif
 }
 #endif
 
@@ -178,6 +187,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #if SET_ROLLERS_TURN
     work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
     work->own.rate = lanes_part(&parts, own);
+#if SET_STRIPS
+    work->own.spin = lanes_part(&parts, wheels);
+#endif
 #if SET_DISKS_STICK
     work->own.dot = lanes_part(&parts, own);
     work->own.yaw_mass = lanes_part(&parts, 1);

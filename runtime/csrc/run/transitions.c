@@ -38,7 +38,7 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #if defined LANES_HAS_MOMENTA && SET_GRIPS      /* decisions at this instant ask for them                   */
     wheel_momenta(run, work);
 #endif
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS_BOTH_WAYS && !SET_STRIPS
     int rested[MOST_WHEELS];
     contacts_that_rest_with_rollers(run, rested);
 #endif
@@ -52,7 +52,7 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
 #if SET_GRIPS
     contacts_have_switched(run, directions);
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS_BOTH_WAYS && !SET_STRIPS
     keep_contacts_at_rest(run, rested);
 #endif
 #elif SET_LOADS

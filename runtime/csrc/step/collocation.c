@@ -232,6 +232,11 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         at->ground_push[k] = s->push[k].lanes[b];
     put_contacts(at, &point);
 #endif
+#if SET_STRIPS
+    for (int i = 0; i < wheels; i++)
+        at->ground_yield[i] = s->yield[i].lanes[b];
+    point.ground_yield = at->ground_yield;
+#endif
 #if SET_LOADS
     point.balance = s->balance, point.loads = s->loads_at + b;
 #endif

@@ -8,7 +8,7 @@
 #define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
 #define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is what is left of other forces */
 #define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (taken)))
-#ifdef SET_HAS_CONTACT_SPEEDS
+#if defined SET_HAS_CONTACT_SPEEDS || SET_STRIPS
 #define SET_FIRST_DIRECTION 0       /* in which contacts may slip: along the axle, along the rolling direction */
 #else
 #define SET_FIRST_DIRECTION 1
@@ -49,6 +49,9 @@ typedef struct {
     double *now;                                /* rates at this instant                         */
     lanes_t *rate;                              /* scratch                                       */
 #endif
+#if SET_STRIPS
+    lanes_t *spin;                              /* out: spins of the rollers in contact          */
+#endif
 #if SET_DISKS_STICK
     lanes_t *dot;                               /* out: accelerations of the rollers' spins      */
     lanes_t *yaw_mass;                          /* out: one number                               */
@@ -66,6 +69,9 @@ ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 #endif
 #if SET_IN_SERIES
     point->contact_sticks = own->sticks + own->rollers_at;  /* set_slip_spins() tells what holds them       */
+#endif
+#if SET_STRIPS                                  /* but the dynamics does where contacts stick               */
+    point->contact_holding = own->holding + own->rollers_at, point->contact_spin = own->spin;
 #endif
 #if SET_DISKS_STICK
     const int contact = own->rollers_at, free = contact + own->wheels;
@@ -198,6 +204,10 @@ typedef struct {
 #endif
     double end_slip[2*MOST_WHEELS];
 #endif
+#if SET_STRIPS
+    int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
+    nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
+#endif
 #if SET_APPROACHES
     int stretched;                              /* a step up to a rest: the power of its clock, else 0      */
     nodes_t clock, stretch;                     /* the nodes' times over h, and the rates of these          */
@@ -270,6 +280,16 @@ typedef struct {
 } step_t;
 
 #if SET_GRIPS
+/* Whether a contact slips in a direction that turns. */
+ALWAYS_INLINE int may_turn(const step_t *s, int i)
+{
+#if SET_STRIPS
+    return s->slides[i] && !s->corner[i];
+#else
+    return s->slides[i];
+#endif
+}
+
 /* Whether the directions of a contact have been found together with others in the last sweep. */
 ALWAYS_INLINE int turned_together(const step_t *s, int i)
 {
@@ -314,6 +334,9 @@ typedef struct {
 #endif
 #if SET_GRIPS
     lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
+#endif
+#if SET_STRIPS
+    lanes_t ground_yield[MOST_WHEELS];
 #endif
 } arrays_t;
 

@@ -189,6 +189,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     contacts_at_start(run, work, s, wheels);
     *longest = fmin(*longest, longest_before_rest(run, work, s, wheels));
 #endif
+#if SET_STRIPS
+    *longest = fmin(*longest, longest_in_corners(s, wheels));
+#endif
     const double most = s->h = *longest;
 #if SET_HOLDS
     for (int k = 0; k < 3; k++)
@@ -264,6 +267,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 #endif
 #if SET_GRIPS
     turned = fmin(turned, turn_of_contacts(s, wheels));
+#endif
+#if SET_STRIPS
+    turned = fmin(turned, turn_of_corners(s, wheels));
 #endif
 #if SET_LOADS
     turned = fmin(turned, turn_of_loads(s, wheels));

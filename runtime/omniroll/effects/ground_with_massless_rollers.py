@@ -15,6 +15,8 @@ force lies in the ellipse of the ground's friction, cut by the strip of what the
    and where a roller comes into contact, it sticks if it can: one that leaves the ground stops on its disk at once.
 3. What rests both ways is decided together, with what rests of other contacts and axles: one convex problem over
    ellipses that are cut.
+4. Static friction may hold a contact whose roller turns where sliding friction is no more than its bearing takes. Where
+   such a contact gives way, its roller stops at once, and it slips with its wheel.
 """
 
 from dataclasses import replace
@@ -153,6 +155,8 @@ class GroundWithMasslessRollers(GroundWithBearings):
         contacts, held = np.concatenate([discs, rolls]), np.concatenate([axles, rollers])
         slid, turned = self.released.copy(), bearings.released != 0
         while True:
+            if self._stop_rollers(slid):
+                return self._decide_together(np.where(self.sticks[:, None], 0.0, self._pushed(given)), evaluate)
             friction = np.where(slid[:, None], self.grip.sliding, self.grip.static)
             most = np.where(turned, bearings.sliding, bearings.holding)
             reach, strip = self._bounds_of(discs, rolls, axles, friction, most)
@@ -174,6 +178,17 @@ class GroundWithMasslessRollers(GroundWithBearings):
         along = np.stack([0 * begun[first:second, 0], begun[first:second, 0]], axis=1)
         self._take_contacts(rolls, slips[first:second], along, np.ones(len(rolls), bool))
         self._take_axles(axles, slips[second:], found.rate[second:, 0], found.force[second:, 0] / reach[second:, 0])
+
+    def _stop_rollers(self, slid: np.ndarray) -> bool:
+        """Whether rollers stop since their contacts, of `slid` (N,) bool, give way beside them (rule 4)."""
+        bearings = self.axles
+        taken = bearings.sliding[bearings.contact] / self._reach(self.held["chi"])
+        stops = self.resting & self._turned() & slid & (taken >= self.load * self.grip.sliding[:, 0])
+        self.towards[stops] = np.stack([self.turning[stops], 0.0 * self.turning[stops]], axis=1)
+        bearings.resting[bearings.contact[stops]], bearings.modes[bearings.contact[stops]] = True, 0
+        self.resting &= ~stops
+        self.sticks &= ~stops
+        return bool(stops.any())
 
     def _turned(self) -> np.ndarray:
         """(N,) bool: rollers that have turned up to now."""

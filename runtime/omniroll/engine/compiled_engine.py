@@ -36,6 +36,7 @@ from omniroll.engine.works import EngineCall, Work, result_of
 from omniroll.engine.workspace import GUARD, MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
 from omniroll.errors import KernelsMissingError, SimulationStopped
 from omniroll.kernels.kernel import Kernel, general_kernel
+from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
 
@@ -56,7 +57,6 @@ SWEEP = 0.1
 # Pairs of generated functions: a set that has both runs on the Python engine alone, for what stands beside them.
 MASSLESS = "massless rollers that stick where wheels may slip, "
 NOT_COMPILED = {
-    ("slip_contact_loss", "ground_dynamics"): MASSLESS + "beside the law coulomb",
     ("slip_contact_loss", "spring_loads"): MASSLESS + "under loads that follow the motion",
 }
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
@@ -226,11 +226,12 @@ class CompiledRun:
         """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come.
 
         Where wheels may slip also `speeds`: by name what contacts have, as Contacts takes it, with the modes of
-        massless rollers that may stick.
+        massless rollers that may stick, or beside contacts that stick their spins.
         """
         state: dict[str, Any] = {name: array.copy() for name, array in state_of(self).items()}
         own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
-        state["speeds"] = {name: self.speeds(name).copy() for name in own} | self.massless_modes()
+        speeds = {name: self.speeds(name).copy() for name in own}
+        state["speeds"] = speeds | (self._spins(speeds) if self._is_cut else self.massless_modes())
         return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
 
     def _end_axial(self) -> np.ndarray | None:
@@ -321,8 +322,21 @@ class CompiledRun:
         if self.task.effects.sliding_of_massless_rollers(self.task.kernel) is None:
             return {}
         rollers = [self.run.bearings[self.run.axle_count + wheel] for wheel in range(self.wheels)]
-        sticks = np.array([roller.mode == 0 for roller in rollers])
-        return given_in_rows(np.array([roller.torque for roller in rollers]), sticks)
+        sticks, taken = np.array([roller.mode == 0 for roller in rollers]), np.array([r.torque for r in rollers])
+        return given_in_rows(taken, sticks) | ({"contact_taken": taken} if self._is_cut else {})
+
+    @property
+    def _is_cut(self) -> bool:
+        """Whether massless rollers may stick beside contacts that may."""
+        return "corner_forces" in self.kernel.signatures
+
+    def _spins(self, speeds: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """(N,) in rad/s by name, spins of such rollers, where contacts have `speeds` by name."""
+        modes = {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in ("sticks", "slip_heading")}
+        modes |= self.massless_modes()
+        grip = self.task.effects.grip(self.task.kernel.vehicle)
+        contacts = Contacts(self.task.kernel, speeds, grip, lambda: modes)
+        return {"contact_spin": contacts.spins(self.nu, self.chi).copy()}
 
     def _give_inputs(self) -> None:
         guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)

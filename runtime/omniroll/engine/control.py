@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.effects.ground_with_massless_rollers import GroundWithMasslessRollers
 from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.runs import Task
@@ -77,6 +78,8 @@ class ReferenceRun:
         rollers = self.engine.acting.slipping_rollers
         if isinstance(rollers, MasslessRollers):
             speeds |= rollers.inputs()
+        if isinstance(self.engine.acting.ground, GroundWithMasslessRollers):
+            speeds["contact_spin"] = found.contact_spin[-1]
         return end | {"axial": axial if found.roller_model == "free" else None, "speeds": speeds}
 
     def stats(self) -> dict:

@@ -109,6 +109,15 @@ class AllBearingGuards(AxleGuards):
 class StripGuards(AllBearingGuards):
     """The same of massless rollers, whose contacts slip in a direction where these stick."""
 
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A roller that is let go turns from here on: the spin that it begins with is the rounding of larger speeds."""
+        values, rounding = super()._own(time, y)
+        if time <= 0:
+            begins = (self.ground.axles.released != 0) & (self.ground.axles.modes != 0)
+            own = slice(len(values) - 1 - len(begins), len(values) - 1)
+            values[own] = np.where(begins, np.minimum(values[own], 0.0), values[own])
+        return values, rounding
+
     def longest_step(self, time: float, y: np.ndarray, rates: np.ndarray) -> float:
         return super().longest_step(time, y, rates) if len(self.flow.turning) else np.inf
 

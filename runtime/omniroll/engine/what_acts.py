@@ -57,7 +57,7 @@ class WhatActs:
         _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
         order = bearings.in_order_of_the_engine()
         rows = np.zeros((len(bearings.sliding), 3))
-        rows[kernel.wheels :] = np.repeat(spins.T, kernel.rollers_per_wheel, axis=0)
+        rows[kernel.wheels :] = np.repeat(spins.T, bearings.places, axis=0)
         names = ("row", "sliding", "holding", "nearer")
         numbers = zip(rows[order].tolist(), bearings.sliding[order], bearings.holding[order], np.ones(len(order)),
                       strict=True)  # fmt: skip

@@ -24,11 +24,15 @@ def goes_along(slip: np.ndarray, heading: np.ndarray, rounding: np.ndarray) -> n
     return (np.abs(across) <= ALONG / AT_REST * rounding) & ((slip * heading).sum(axis=-1) > 0)
 
 
+Pushed = tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray]
+
+
 class Contacts:
     """The contacts in some states (...) of a run in which wheels may slip.
 
     kernel  Kernel of the run
-    states  what the effects integrate, by name: rates (..., N), and contact_omega (..., N) of free rollers
+    states  what the effects integrate, by name: rates (..., N), and contact_omega (..., N) of free rollers; or spins
+            of massless rollers, contact_spin (..., N), where they are known
     grip    the friction of contacts that stick and slip; None under other laws
     given   makes what their forces ask for beside: by name, heading, axial of the free rollers (None: there are none),
             and what a trajectory's rows have of the drives and of the contacts' modes
@@ -48,12 +52,14 @@ class Contacts:
     def spins(self, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
         """(..., N) in rad/s, of the rollers in contact relative to their disks."""
         if self._massless_stick:
+            if "contact_spin" in self.states:
+                return self.states["contact_spin"]
             values = self._beside(nu, chi)
             if "contact_sticks" not in values:
                 bound = "are not told without the rows of a run, where massless rollers stick and wheels may slip"
                 raise InvalidValueError("contact_spin", None, bound)
             if self.grip is not None:
-                values = self._in_modes(nu, chi)[2]
+                values, *_ = self._pushed(nu, chi)
             return self._called("slip_spins", values)["contact_spin"]
         if not self.axial:
             return self.kernel.wheel_rates(nu, chi)[1]
@@ -99,6 +105,14 @@ class Contacts:
 
     def _in_modes(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """The same where they may stick."""
+        values, slip, given, misled = self._pushed(nu, chi)
+        loads = self._loads("ground_dynamics", values, misled / AT_REST) if self.grip.balance else given
+        taken = {"contact_bearing": values["contact_taken"]} if self._massless_stick else {}
+        return slip, loads, values | self._called("ground_dynamics", values | taken)
+
+    def _pushed(self, nu: np.ndarray, chi: np.ndarray) -> Pushed:
+        """What the accelerations take where contacts may stick, with the forces on those that slip; the slips (..., N,
+        2), the loads (..., N) by which forces are given, and by how much rounding turns slips, (..., 1) in rad."""
         values = self._beside(nu, chi)
         sticks = np.broadcast_to(values["sticks"] > 0.5, self.rates.shape)
         values["ground_push"] = np.zeros((*sticks.shape, 2))
@@ -123,9 +137,7 @@ class Contacts:
             self._cut(values, towards, ~sticks & (given > 0), slip)
         size = np.where(slips, np.linalg.norm(slip, axis=-1), 1.0)
         misled = np.where(slips & ~sticks, rounding / size, 0.0).max(axis=-1, keepdims=True)
-        loads = self._loads("ground_dynamics", values, misled / AT_REST) if self.grip.balance else given
-        taken = {"contact_bearing": values["contact_taken"]} if self._massless_stick else {}
-        return slip, loads, values | self._called("ground_dynamics", values | taken)
+        return values, slip, given, misled
 
     def _cut(self, values: dict[str, np.ndarray], towards: np.ndarray, slips: np.ndarray, slip: np.ndarray) -> None:
         """Where massless rollers may stick: puts the forces of contacts that slip on rollers which turn, and their

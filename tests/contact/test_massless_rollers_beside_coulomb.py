@@ -1,0 +1,157 @@
+"""Massless rollers whose bearings stick beside the law coulomb, on the compiled engine: the Python engine's motion, the
+laws in every row of many scenes, sessions and sweeps. Closed forms are in test_massless_rollers_that_stick.py."""
+
+import numpy as np
+import pytest
+
+from contact.test_massless_rollers import BOTH
+from contact.test_massless_rollers_that_stick import LAW, contact_torques, residuals, scene
+from omniroll import InvalidValueError, Session, simulate, simulate_many
+from omniroll.effects.massless_rollers import holds
+from omniroll.engine.simulate import checked_task
+from omniroll.results.comparison import distance_at
+from omniroll.scenes.explanation import runs_on
+
+DURATION = 0.1
+COMPILED = {"engine": "compiled"}
+
+
+def changes(run, bearings):
+    """The instants at which a contact or a roller changes its mode, and the modes (., 2 N) of the steps between them:
+    of contacts 1 where they stick, of rollers 0 where they stick, else the signs of their spins. One that sticks may
+    have its sliding torque where its phase begins or ends."""
+    names, first = run.effects.drives(), run.step_rows
+    taken, heading = contact_torques(run), run.drive[:, names.index("slip_heading")]
+    turns = ~holds(taken, np.array(bearings.roller_coulomb), heading)
+    turns = turns[first] & turns[first + 1]
+    modes = np.concatenate([run.sticks[first], np.where(turns, -np.sign(taken[first]), 0)], axis=1)
+    at = np.flatnonzero((modes[1:] != modes[:-1]).any(axis=1)) + 1
+    return run.t[first[at]], modes[np.append(0, at)]
+
+
+def assert_same_motion(number):
+    vehicle, options = scene(number)
+    own, other = (simulate(vehicle, duration=DURATION, **options | {"engine": e}) for e in ("compiled", "python"))
+    assert [run.stats["engine"] for run in (own, other)] == ["compiled", "python"]
+    assert own.stats["phases"] == other.stats["phases"]
+    (instants, modes), (theirs, those) = (changes(run, options["effects"][1]) for run in (own, other))
+    np.testing.assert_array_equal(modes, those)
+    np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-10)
+    assert distance_at(own, other, np.linspace(0, DURATION, 7)) <= 1e-9
+    size = own.energy.max() + sum(map(abs, own.ledger.contributions.values()))
+    assert abs(own.ledger.residual) <= 1e-11 * size
+
+
+@pytest.mark.parametrize("number", [1, 2, 6, 9, 11])
+def test_both_engines_make_the_same_motion(number):
+    assert_same_motion(number)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", sorted({*range(64)} - {1, 2, 6, 9, 11}))
+def test_both_engines_make_the_same_motion_in_many_scenes(number):
+    assert_same_motion(number)
+
+
+def assert_the_laws_hold(number, bound=LAW):
+    vehicle, options = scene(number)
+    run = simulate(vehicle, duration=0.2, **options | COMPILED)
+    assert run.stats["engine"] == "compiled" and np.isfinite(run.nu).all()
+    for name, residual in residuals(vehicle, options["effects"], run).items():
+        assert residual <= bound, (number, name)
+    lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 1e-9 * lost, number
+
+
+def test_the_laws_hold_in_every_row_of_scenes():
+    for number in range(30):
+        assert_the_laws_hold(number)
+
+
+@pytest.mark.long
+def test_several_hundred_scenes_run_through():
+    """Where a phase ends while a slip is some 1e-6 m/s, its direction is rounded to 1e-10, and so is what a row has of
+    the friction that others take: of 800 scenes three have such rows, 2.7e-11 at worst."""
+    for number in range(800):
+        assert_the_laws_hold(number, 1e-9)
+
+
+# Sessions and sweeps
+
+
+def session_of(number, **options):
+    vehicle, own = scene(number)
+    own.pop("control")
+    return Session(vehicle, driven=False, **own | options)
+
+
+@pytest.mark.parametrize("number", [2, 9])
+def test_a_session_is_the_run_and_goes_back_to_the_bit(number):
+    """Without axles that stick, and with such."""
+    vehicle, own = scene(number)
+    run = simulate(vehicle, duration=DURATION, **own)
+    assert len(changes(run, own["effects"][1])[0]) > 3
+    session = session_of(number)
+    steps = np.random.default_rng(number).dirichlet(np.ones(30)) * DURATION
+
+    def go(steps):
+        for step in steps:
+            session.step(step)
+        return [session.nu.copy(), session.contact_spin, session.slip, session.ground_force,
+                session.outputs["roller_loss"]]  # fmt: skip
+
+    go(steps[:12])
+    saved = session.save()
+    end = go(steps[12:])
+    wanted = run.nu, run.contact_spin, run.slip, run.ground_force, run.quantity("roller_loss")
+    for found, rows in zip(end, wanted, strict=True):
+        np.testing.assert_allclose(found, rows[-1], rtol=0, atol=1e-9 * np.abs(rows).max())
+    session.restore(saved)
+    assert all(np.array_equal(after, before) for after, before in zip(go(steps[12:]), end, strict=True))
+    session.reset()
+    again = go(steps[:12]) and go(steps[12:])
+    assert all(np.array_equal(after, before) for after, before in zip(again, end, strict=True))
+
+
+@pytest.mark.parametrize("number", [2, 9])
+def test_a_step_may_end_however_little_before_an_event(number):
+    vehicle, own = scene(number)
+    run = simulate(vehicle, duration=DURATION, **own | {"accuracy": 1e-12})
+    instants, _ = changes(run, own["effects"][1])
+    instants = instants[(instants > 1e-3) & (instants < 0.8 * DURATION)]
+    assert len(instants) >= 3
+    for event in instants[:4]:
+        for before in (1e-5, 1e-7, 3e-10, 1e-12, 1e-14, 0.0, -1e-14, -1e-12):
+            session = session_of(number, accuracy=1e-12)
+            for step in (event - before, 1e-9, 0.01):
+                session.step(step)
+            assert session.nu == pytest.approx(run.sample(session.time).nu, abs=1e-10 * np.abs(run.nu).max())
+
+
+@BOTH
+def test_a_sweep_ends_where_its_runs_end(engine):
+    vehicle, own = scene(2)
+    own |= {"engine": engine}
+    starts = [own.pop("nu"), np.array([1.0, 0.0, 1.0])]
+    many = simulate_many(vehicle, nu=starts, duration=0.03, **own)
+    for k, nu in enumerate(starts):
+        run = simulate(vehicle, nu=nu, duration=0.03, **own)
+        np.testing.assert_array_equal(many.end.nu[k], run.nu[-1])
+        np.testing.assert_allclose(many.end.contact_spin[k], run.contact_spin[-1], rtol=1e-12, atol=1e-12)
+        assert many.end.energy[k] == pytest.approx(run.energy[-1], rel=1e-12)
+
+
+# Which engine runs
+
+
+@pytest.mark.parametrize("number", [2, 9])
+def test_the_compiled_engine_runs_them_and_says_so(number):
+    vehicle, own = scene(number)
+    own.pop("control")
+    assert runs_on(checked_task(vehicle, duration=DURATION, **own)) == "compiled engine, compiled kernel"
+
+
+def test_derivatives_are_refused():
+    vehicle, own = scene(2)
+    with pytest.raises(InvalidValueError, match="sensitivities"):
+        simulate(vehicle, duration=DURATION, sensitivities=("mass",), **own)
