@@ -296,5 +296,4 @@ def test_what_is_not_solved_is_refused():
     refused("loads follow", Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.1), stick)
     refused("roller_viscous", Contact(law="coulomb", friction=0.5), replace(stick, roller_viscous=1e-5))
     refused("sensitivities", Contact(law="coulomb", friction=0.5), stick, sensitivities=["mass"])
-    refused("loads follow", Contact(3.0, loads="dynamic", height=0.1), stick)
     refused("roller_viscous", Contact(3.0), replace(stick, roller_viscous=1e-5))

@@ -26,6 +26,7 @@ from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
 from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearings
+from omniroll.effects.loaded_massless_rollers import GroundBesideMasslessRollers
 from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
@@ -273,6 +274,8 @@ class EffectRun:
             of_axles = None if axles is None else (axles.sliding, axles.holding)
             if not self.kernel.has_spins:
                 bearings = MasslessSlippingBearings(self.kernel, of_axles, rollers)
+                if not grip.sticks:
+                    return GroundBesideMasslessRollers(self.kernel, grip, bearings, self.bound_rates)
                 return GroundWithMasslessRollers(self.kernel, grip, bearings, self.bound_rates.buffers)
             bearings = SlippingBearings(self.kernel, of_axles, rollers)
             if not grip.sticks:

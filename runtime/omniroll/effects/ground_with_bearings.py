@@ -29,6 +29,7 @@ from omniroll.effects.ground import HELD_ROUNDINGS, Ground
 from omniroll.effects.ground_with_axles import LEAST_REACH, GroundWithAxles, directions_of_nu
 from omniroll.effects.guards import EPS, PASSED, Guard
 from omniroll.effects.least_use import Uses, least_norm, least_use
+from omniroll.effects.massless_rollers import rows_along_axles
 from omniroll.effects.slipping_bearings import SlippingBearings
 from omniroll.vehicles.state import State
 
@@ -67,10 +68,8 @@ class GroundWithBearings(GroundWithAxles):
 
     def _put_axles(self, axles: SlippingBearings, held: dict[str, np.ndarray]) -> None:
         super()._put_axles(axles, held)
-        kernel = self.kernel
-        _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
-        self.rows_along = spins.T * (kernel.vehicle.wheel_radius - kernel.vehicle.roller_axis_radius)
-        self.stands = np.zeros((kernel.wheels, 2), bool)
+        self.rows_along = rows_along_axles(self.kernel)
+        self.stands = np.zeros((self.kernel.wheels, 2), bool)
 
     # What the state says
 

@@ -137,7 +137,7 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         """The loads in a set of contacts, and the axles at rest with them (rules 2 and 4); not a number where that has
         not ended."""
         axles = self.axles
-        modes, broken = axles.modes.copy(), axles.released != 0
+        modes, broken = axles.modes.copy(), self._broken()
         for turn in range(TURNS):
             bounds = np.where(broken | ~axles.resting, axles.sliding, axles.holding)
             self._put(modes, bounds)
@@ -157,6 +157,10 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         nowhere = replace(found, compression=np.full(len(found.compression), np.nan), determinant=np.nan)
         return nowhere, Settled(modes, broken, bounds)
 
+    def _broken(self) -> np.ndarray:
+        """(N,) bool, axles that have broken away at this instant before anything is looked at."""
+        return self.axles.released != 0
+
     def _wrong(self, modes: np.ndarray, bounds: np.ndarray) -> np.ndarray:
         """(N,) bool, axles at rest whose mode is not theirs in the rates that were computed last."""
         asked, gains = np.abs(self.holding), modes * self.gains()
@@ -170,8 +174,10 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
 
     def _refuse_unless_determined(self, settled: Settled, sums_of: SumsOf) -> None:
         """Raises GroundFailsError where loads and axles need not determine each other (rule 3)."""
-        resting = self.axles.resting_on_ground()
-        if self.grip.law == "viscous" or len(resting) > MOST:
+        if self.grip.law == "viscous":
+            return
+        resting = self._undecided(settled, sums_of)
+        if len(resting) > MOST:
             return
         carries = self.loads.carries
         shares = self.loads.springs.shares(carries)
@@ -182,6 +188,10 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
             found = carried(shares, carries, sums_of, self.loads.start, self.loads.arm)
             if not found.determinant > DETERMINED:
                 self.loads.refuse(UNDETERMINED, found)
+
+    def _undecided(self, settled: Settled, sums_of: SumsOf) -> np.ndarray:
+        """Places of the axles at rest, which turn or stick."""
+        return self.axles.resting_on_ground()
 
     def _take(self, settled: Settled) -> None:
         """The modes of the axles at rest; one that has come to its bound goes where it has been let go (rule 4 of

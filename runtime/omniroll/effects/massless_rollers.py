@@ -17,6 +17,7 @@ import numpy as np
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.guards import EPS, PASSED
 from omniroll.effects.sticking import HELD_ROUNDINGS
+from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 
 SMALLEST = float(np.finfo(float).tiny)
@@ -37,6 +38,19 @@ def given_in_rows(taken: np.ndarray, sticks: np.ndarray) -> dict[str, np.ndarray
     return {"contact_sticks": sticks.astype(float), "contact_bearing": np.where(sticks, 0.0, taken)}
 
 
+def rows_along_axles(kernel: Kernel) -> np.ndarray:
+    """(N, 3) of nu, the speeds of the wheels along their axles."""
+    _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
+    return spins.T * (kernel.vehicle.wheel_radius - kernel.vehicle.roller_axis_radius)
+
+
+def torque_rounding(asked: np.ndarray, holding: np.ndarray, rows: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """(N,) in N m, of what would hold each roller: the speed along the axle, `rows` (N, 3) nu, is what is left of
+    others."""
+    left = np.abs(rows) @ np.abs(nu) / np.maximum(np.abs(rows @ nu), SMALLEST)
+    return HELD_ROUNDINGS * EPS * (np.abs(asked) * (1 + left) + holding)
+
+
 class MasslessRollers:
     """The rollers in contact in one run.
 
@@ -53,9 +67,7 @@ class MasslessRollers:
         self.resting, self.released = np.ones(len(sliding), bool), np.zeros(len(sliding), bool)
         self.asked = np.zeros(len(sliding))  # in N m, what would hold each, as last looked at
         kernel, buffers = rates.kernel, rates.buffers
-        _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
-        rho = kernel.vehicle.wheel_radius - kernel.vehicle.roller_axis_radius
-        self.rows = rho * spins.T  # (N, 3) of nu, speeds along the axles
+        self.rows = rows_along_axles(kernel)
         signature = kernel.signatures["slip_spins"]
         stuck = {"contact_sticks": np.ones(kernel.wheels), "contact_bearing": np.zeros(kernel.wheels)}
         own = {argument.name: np.zeros(argument.shape) for argument in signature.outputs}
@@ -116,13 +128,8 @@ class MasslessRollers:
         self.asked = self._asked_in(y)
         size = np.abs(self.asked)
         turning = self.sliding + self.modes * self.asked
-        return np.where(self.modes == 0, size - self.holding, turning), self._rounding(y[:3])
-
-    def _rounding(self, nu: np.ndarray) -> np.ndarray:
-        """(N,) in N m, of what would hold each: the speed along the axle is what is left of others."""
-        size = np.abs(self.asked)
-        left = np.abs(self.rows) @ np.abs(nu) / np.maximum(np.abs(self.rows @ nu), SMALLEST)
-        return HELD_ROUNDINGS * EPS * (size * (1 + left) + self.holding)
+        rounding = torque_rounding(self.asked, self.holding, self.rows, y[:3])
+        return np.where(self.modes == 0, size - self.holding, turning), rounding
 
     def decide(self, y: np.ndarray) -> None:
         """Modes of those that do not turn, in the state y (rules 1 and 3)."""

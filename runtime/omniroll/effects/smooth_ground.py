@@ -6,7 +6,7 @@ import numpy as np
 
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Grip
-from omniroll.effects.ground_loads import Loads
+from omniroll.effects.ground_loads import Carried, Loads
 from omniroll.effects.loaded_ground import LoadBalance
 from omniroll.kernels.kernel import Flow, Kernel
 from omniroll.vehicles.state import State
@@ -45,11 +45,19 @@ class SmoothGround:
         """The sums that loads (N,) lead to, where `carries` (N,) bool; `evaluate` computes the rates."""
 
         def sums_of(loads: np.ndarray) -> np.ndarray:
-            self.factor[:] = self.grip.factor(loads, carries)
+            self.press(loads, carries)
             evaluate()
             return self.balance()
 
         return sums_of
+
+    def press(self, loads: np.ndarray, carries: np.ndarray) -> None:
+        """The rates have loads (N,), where `carries` (N,) bool."""
+        self.factor[:] = self.grip.factor(loads, carries)
+
+    def solve(self, evaluate: Callable[[], object], carries: np.ndarray) -> Carried:
+        """The loads in a phase, in which `carries` (N,) bool; `evaluate` computes the rates."""
+        return self.loads.solve(self.sums_under(evaluate, carries))
 
     def decide(self, evaluate: Callable[[], object]) -> None:
         """Which contacts carry in the phase that begins now; `evaluate` computes the rates at its start."""
@@ -71,7 +79,7 @@ class SmoothFlow:
     def __call__(self, time: float, y: np.ndarray) -> np.ndarray:
         ground = self.ground
         carries = ground.loads.carries
-        self.carried = ground.loads.solve(ground.sums_under(lambda: self.plain(time, y), carries))
+        self.carried = ground.solve(lambda: self.plain(time, y), carries)
         ground.load = np.maximum(self.carried.loads, 0.0)
-        ground.factor[:] = ground.grip.factor(self.carried.loads, carries)
+        ground.press(self.carried.loads, carries)
         return self.plain(time, y)

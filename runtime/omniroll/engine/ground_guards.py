@@ -11,6 +11,7 @@ from omniroll.effects.guards import PASSED, Guards
 from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow
+from omniroll.effects.loaded_massless_rollers import GroundBesideMasslessRollers
 from omniroll.effects.smooth_ground import SmoothFlow
 from omniroll.engine.holding import START, MotionGuards
 
@@ -165,9 +166,21 @@ class LoadedBearingGuards(LoadedAxleGuards):
         return missed_of_turning(values, slice(len(self.flow.ground.off) + 1, None), self.flow.ground.axles.modes)
 
 
+class LoadedMasslessGuards(LoadedBearingGuards):
+    """The same of massless rollers, whose modes have ends that follow from the state and the loads."""
+
+    def _missed(self, values: np.ndarray) -> np.ndarray:
+        """A roller whose mode has just begun is as near to its end at first as the polynomial is wrong."""
+        axles, rollers = np.split(self.flow.ground.axles.modes, 2)
+        own = slice(len(self.flow.ground.off) + 1, None)
+        return missed_of_turning(values, own, np.append(axles, np.ones_like(rollers)))
+
+
 def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards:
     """The guards of a phase, and those of its contacts."""
     if isinstance(flow, SmoothFlow):
+        if isinstance(flow.ground, GroundBesideMasslessRollers):
+            return LoadedMasslessGuards(guards, flow)
         if isinstance(flow.ground, GroundBesideBearings):
             return LoadedBearingGuards(guards, flow)
         beside = isinstance(flow.ground, GroundBesideAxles)

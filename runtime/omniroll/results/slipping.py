@@ -5,8 +5,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from omniroll.effects.ground import AT_REST, Grip, slip_roundings, slip_says
-from omniroll.effects.ground_loads import ROUNDINGS, carried
+from omniroll.effects.ground_loads import ROUNDINGS, Carried, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
+from omniroll.effects.loads_beside_bearings import BesideBearings, settled
 from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -59,7 +60,7 @@ class Contacts:
                 bound = "are not told without the rows of a run, where massless rollers stick and wheels may slip"
                 raise InvalidValueError("contact_spin", None, bound)
             if self.grip is not None:
-                values, *_ = self._pushed(nu, chi)
+                values = self._pushed(nu, chi)[0] if self.grip.sticks else self._under_grip(nu, chi)[2]
             return self._called("slip_spins", values)["contact_spin"]
         if not self.axial:
             return self.kernel.wheel_rates(nu, chi)[1]
@@ -195,15 +196,40 @@ class Contacts:
         springs = Springs(self.kernel.vehicle.places())
         shares = np.array([springs.shares(row) for row in carries.reshape(-1, carries.shape[-1])])
 
-        def sums_of(loads: np.ndarray) -> np.ndarray:
-            values["load_factor"] = self.grip.factor(loads, carries)
-            moving = self._called(dynamics, values)
-            return call_named(self.kernel, "slip_load_balance", values | self.grip.balance | moving)[0]
-
         start = np.broadcast_to(springs.rows.T @ self.grip.loads, (*shape[:-1], 3)).copy()
         arm = float(np.abs(springs.places).max())
-        found = carried(shares.reshape(*shape, 3), carries, sums_of, start, arm)
+
+        def about(there: np.ndarray) -> Carried:
+            def sums_of(loads: np.ndarray) -> np.ndarray:
+                self._press(values, loads, carries, there)
+                moving = self._called(dynamics, values)
+                return call_named(self.kernel, "slip_load_balance", values | self.grip.balance | moving)[0]
+
+            return carried(shares.reshape(*shape, 3), carries, sums_of, start, arm)
+
+        at_rest = np.broadcast_to(self.grip.loads, shape)
+        found = settled(about, at_rest, self.grip.loads.sum()) if self._left_of_loads else about(at_rest)
         rounding = (ROUNDINGS * np.finfo(float).eps + misled) * self.grip.loads.sum()
         loads = np.where(found.loads > -rounding, np.maximum(found.loads, 0.0), found.loads)
-        values["load_factor"] = self.grip.factor(loads, carries)
+        self._press(values, loads, carries, loads)
         return loads
+
+    @property
+    def _left_of_loads(self) -> bool:
+        """Whether bearings of massless rollers leave a part of the loads."""
+        return self._massless_stick and self.grip.law != "viscous"
+
+    def _press(self, values: dict[str, np.ndarray], loads: np.ndarray, carries: np.ndarray, about: np.ndarray) -> None:
+        """Puts what the kernels take of loads (..., N); about (..., N) the friction beside rollers that turn is linear
+        in them."""
+        values["load_factor"] = self.grip.factor(loads, carries)
+        if not self._left_of_loads:
+            return
+        turns = (values["contact_sticks"] < 0.5) & carries
+
+        def left(there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            return call_named(self.kernel, "left_loads", values | {"load_about": there})
+
+        beside = BesideBearings.at(left, turns, about)
+        values["load_factor"] = np.where(turns, beside.factor(loads), values["load_factor"])
+        values["bearing_factor"] = 1 / beside.about

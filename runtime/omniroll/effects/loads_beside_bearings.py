@@ -1,0 +1,63 @@
+"""Loads beside massless rollers that turn: of a load their bearings leave what goes with it in no proportion, but for
+the root of N^2 - b^2, where b is the load whose whole friction along the axle the bearing takes.
+
+So loads, which are solved together with accelerations, are found by Newton's rule: about some loads the friction is
+linear in the loads (maxima, contact_loads). Below b, where the rule may lead on its way, nothing is left.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from omniroll.effects.ground_loads import Carried
+
+TIP = 1e-12  # of b: nearer to it hardly anything is left
+LEAST = 1e-9  # N, about which friction is linear at least; where a bearing takes nothing
+ROUNDS = 50
+SETTLED = 1e-14  # of the weight
+ROUNDED = 1e-11  # of the weight: steps below this that do not fall any more are rounding
+SURE = 0.1  # of SETTLED: where the next step would be, if steps go on falling as their squares
+
+
+@dataclass(frozen=True)
+class BesideBearings:
+    """The friction of contacts, linear in their loads.
+
+    turns  (..., N) bool: contacts whose massless rollers turn
+    about  (..., N) in N, loads about which it is linear; 1 of other contacts
+    gain   (..., N) part of the change of friction across the axle per part of that of the load; 1 of other contacts
+    """
+
+    turns: np.ndarray
+    about: np.ndarray
+    gain: np.ndarray
+
+    @classmethod
+    def at(cls, found: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], turns: np.ndarray, loads: np.ndarray):
+        """About `loads` (..., N) in N; `found` gives b (..., N) and the gain at loads (..., N)."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # of what does not turn
+            taken, gain = found(loads)
+            about = np.where(turns, np.maximum(loads, np.maximum((1 + TIP) * np.abs(taken), LEAST)), 1.0)
+        return cls(turns, about, np.where(turns, np.where(about > loads, 0.0, gain), 1.0))
+
+    def factor(self, loads: np.ndarray) -> np.ndarray:
+        """(..., N) what the kernels take as load_factor under loads (..., N)."""
+        return np.where(self.turns, self.about + self.gain * (loads - self.about), loads)
+
+
+def settled(solve: Callable[[np.ndarray], Carried], loads: np.ndarray, weight: float) -> Carried:
+    """The loads about which what `solve` finds are these; not a number where that does not end.
+
+    loads   (..., N) in N, where it begins
+    weight  in N, of the vehicle
+    """
+    last = np.inf
+    for _ in range(ROUNDS):
+        found = solve(loads)
+        step, loads = np.abs(found.loads - loads).max(), found.loads
+        falls = last < np.inf and step * (step / last) ** 2 <= SURE * SETTLED * weight
+        if not step > SETTLED * weight or falls or last <= step <= ROUNDED * weight:
+            return found
+        last = step
+    return replace(found, compression=np.full_like(loads, np.nan), determinant=np.full(loads.shape[:-1], np.nan))
