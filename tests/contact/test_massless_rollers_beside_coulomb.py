@@ -6,7 +6,7 @@ import pytest
 
 from contact.test_massless_rollers import BOTH
 from contact.test_massless_rollers_that_stick import LAW, contact_torques, residuals, scene
-from omniroll import InvalidValueError, Session, simulate, simulate_many
+from omniroll import Session, simulate, simulate_many
 from omniroll.effects.massless_rollers import holds
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import distance_at
@@ -149,9 +149,3 @@ def test_the_compiled_engine_runs_them_and_says_so(number):
     vehicle, own = scene(number)
     own.pop("control")
     assert runs_on(checked_task(vehicle, duration=DURATION, **own)) == "compiled engine, compiled kernel"
-
-
-def test_derivatives_are_refused():
-    vehicle, own = scene(2)
-    with pytest.raises(InvalidValueError, match="sensitivities"):
-        simulate(vehicle, duration=DURATION, sensitivities=("mass",), **own)
