@@ -12,7 +12,7 @@ import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine import strip_deviations
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import Case, derivative, differenced, motion
+from tests.sensitivities.differences import SPINS, VEHICLE, Case, derivative, differenced, motion
 from tests.sensitivities.test_true_events import true
 
 FLAT = Contact(law="coulomb", friction=(0.3, 0.25))
@@ -99,6 +99,25 @@ def test_where_forces_that_hold_are_not_determined_the_motion_has_derivatives(na
 
 
 @pytest.mark.long
+def test_free_rollers_tend_to_them_as_their_inertia_goes_to_zero():
+    """At first order; they start as massless ones do, on their disks."""
+    case = replace(SLIPPING, duration=0.021)
+    limit = case.run(sensitivities=("mass",), accuracy=1e-11).sensitivity("mass").nu[-1]
+
+    def distance(inertia):
+        vehicle = VEHICLE.replace(roller_inertia=inertia)
+        from_disks = (replace(SKID, contact_spins=0.0), RUBBING)
+        start = {"spins": np.zeros_like(SPINS).tolist()}
+        free = replace(case, roller_model="free", vehicle=vehicle, effects=from_disks, start=start)
+        found = free.run(sensitivities=("mass",), accuracy=1e-10, engine="python").sensitivity("mass").nu[-1]
+        return np.abs(found - limit).max() / np.abs(limit).max()
+
+    far, near = distance(1e-6), distance(1e-7)
+    assert far < 1e-2
+    assert 0.9 <= np.log10(far / near) <= 1.1
+
+
+@pytest.mark.long
 def test_backwards_they_are_the_same():
     names, end = ("nu[2]", "mass", "roller_coulomb[1]"), SLIPPING.duration
     run, weights = SLIPPING.run(sensitivities=names, accuracy=1e-10), np.array([[1.0, 2, 3], [0.5, -1, 2]])
@@ -132,6 +151,16 @@ def test_a_roller_turns_whose_bearing_takes_nothing_while_it_does():
     by, change = derivative(run, "roller_coulomb[1]"), 1e-6  # it has none below
     more = motion(case.changed("roller_coulomb[1]", change).run(accuracy=1e-12))
     assert np.abs((more - motion(run)) / change - by).max() <= 1e-3 * np.abs(by).max()
+
+
+def test_a_roller_that_stops_where_its_contact_slips_leaves_its_bound():
+    """With one torque it begins to stick by all its friction, and is asked for less from then on."""
+    effects = (HELD, replace(ONE_TURNS, roller_break_away=None), PUSH)
+    case = Case("massless", effects=effects, start=SLOW, duration=0.0112)
+    run = case.run(sensitivities=("mass",), accuracy=1e-12)
+    assert {"sm ss", "ss sm", "mm ms"} <= ways(run)
+    wanted = differenced(case, "mass", 1e-4, accuracy=1e-12)
+    assert np.abs(derivative(run, "mass") - wanted).max() <= 1e-7 * np.abs(wanted).max()
 
 
 def test_a_roller_that_only_just_stops_has_none(monkeypatch):

@@ -261,20 +261,23 @@ class StandingDeviations(ContactDeviations):
 
     def _rested(self, row: int, moved: np.ndarray, rests: tuple[np.ndarray, np.ndarray], before: Modes) -> np.ndarray:
         """(m, P) d*: what is left where the slips of contacts and the rates of bearings `rests` are taken away, while
-        those stick that do `before`."""
-        (contacts, stops), taken = rests, self._components(rests[0], before)
+        those stick that do `before`. A slip that its own force does not move is no speed of its own: that along the
+        axle of a massless roller that turns, or where other wheels hold nu."""
+        contacts, stops = rests
         left = np.concatenate(
-            [self._slips(row, moved)[:, contacts][:, taken], self.bearings.turning(row, moved)[:, stops]], axis=1
-        )
+            [self._slips(row, moved)[:, contacts, self.own].reshape(len(self.columns), -1),
+             self.bearings.turning(row, moved)[:, stops]], axis=1
+        )  # fmt: skip
         if not left.any():
             return moved
         known = self._known(row, before.sticks, before.bearings)
         rates, slip = tangent_of(self.deviations.rates_among(known)), tangent_of(known["slip_dot"])
-        units = np.concatenate([(2 * contacts[:, None] + np.arange(2))[taken], 3 * self.wheels + stops])
-        of_slips = slip[units][:, contacts][:, taken]
+        components = np.arange(2)[self.own]
+        units = np.concatenate([(2 * contacts[:, None] + components).ravel(), 3 * self.wheels + stops])
+        of_slips = slip[units][:, contacts, self.own].reshape(len(units), -1)
         matrix = np.concatenate([of_slips, tangent_of(self.bearings.dots(known))[units][:, stops]], axis=1)
-        typical = np.append(np.full(taken.sum(), 1 / self.motion.plain.vehicle.mass), 1 / self.bearings.inertias[stops])
-        moves = np.abs(np.diag(matrix)) > SAME * typical  # not where what stands has left nu nothing
+        masses = np.full(contacts.size * components.size, self.motion.plain.vehicle.mass)
+        moves = np.abs(np.diag(matrix)) * np.append(masses, self.bearings.inertias[stops]) > SAME
         matrix, left, units = matrix[moves][:, moves], left[:, moves], units[moves]
         scale = 1 / np.sqrt(np.abs(np.diag(matrix)))
         inverse = np.linalg.pinv(scale[:, None] * matrix.T * scale, rcond=SAME)
@@ -284,10 +287,6 @@ class StandingDeviations(ContactDeviations):
         if not self.bearings.standing.where(self._stands(resting))["directions"].any():  # the vehicle stands
             found[:3] = 0.0
         return self.bearings.stilled(row, found, stops)
-
-    def _components(self, contacts: np.ndarray, before: Modes) -> np.ndarray:
-        """(k, 2) bool: components of the slips of some contacts that come to rest."""
-        return np.tile(np.arange(2) >= self.own.start, (len(contacts), 1))
 
     def _times_of_all(
         self, row: int, before: Modes, moved: np.ndarray, rests: np.ndarray, stops: np.ndarray

@@ -127,9 +127,6 @@ class StripDeviations(StandingDeviations):
         bearings[stops] = 1
         return self._rested(row, moved, (rests, stops), Modes(modes.sticks & ~still, bearings))
 
-    def _components(self, contacts: np.ndarray, before: Modes) -> np.ndarray:
-        return np.stack([~self._turns(before)[contacts], np.ones(len(contacts), bool)], axis=1)
-
     def _stops(self, before: Modes, after: Modes, rests: np.ndarray) -> np.ndarray:
         """The same, but for rollers on contacts that slip."""
         stops = super()._stops(before, after, rests)
