@@ -211,7 +211,7 @@ def assert_laws_hold(vehicle, options, run, bound=1e-12):
     return turns
 
 
-@pytest.mark.parametrize("number", [2, 3, 4, 5, *(pytest.param(k, marks=pytest.mark.long) for k in range(6, 14))])
+@pytest.mark.parametrize("number", [2, 4, 5, *(pytest.param(k, marks=pytest.mark.long) for k in (3, *range(6, 14)))])
 def test_the_laws_hold_in_every_row(number):
     vehicle, options = scene(number)
     run, _ = run_or_stop(vehicle, options, "compiled", 0.02)
@@ -220,9 +220,7 @@ def test_the_laws_hold_in_every_row(number):
     assert abs(run.ledger.residual) <= 1e-7 * lost
 
 
-@pytest.mark.parametrize(
-    "number", [3, pytest.param(0, marks=pytest.mark.long), pytest.param(2, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("number", [2, 4, pytest.param(0, marks=pytest.mark.long)])
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
     """At first order: nothing of massless rollers has a part in those runs."""
     vehicle, options = scene(number)
@@ -234,13 +232,13 @@ def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
         own = options | {"roller_model": "free"}
         return distance_at(simulate(replace(vehicle, roller_inertia=inertia), duration=0.02, **own), limit, times)
 
-    far, near = distance(1e-7), distance(1e-8)
-    assert far < 1e-1
-    assert 0.9 <= np.log10(far / near) <= 1.1
+    far, near = distance(1e-8), distance(1e-9)
+    assert far < 1e-4
+    assert 0.99 <= np.log10(far / near) <= 1.01
 
 
 def test_samples_between_rows_are_those_of_finer_runs():
-    vehicle, options = scene(3)
+    vehicle, options = scene(2)
     run, finer = (simulate(vehicle, duration=0.02, **options | {"accuracy": own}) for own in (1e-9, 1e-11))
     for t in np.linspace(0.001, 0.019, 19):
         one, other = run.sample(t), finer.sample(t)
