@@ -635,6 +635,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     if (s->turning) {
         lanes_t given[2*MOST_WHEELS];
         forces_now(run, work, given);
+        put_corners_now(run, work, given);
         find_response(run, work, contacts, s->responding, 0, given, work->response, without);
     }
 }

@@ -20,6 +20,7 @@ static void rates_of_given_loads(const omniroll_run_t *run, const work_t *work, 
 static void forces_in_newtons(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
     forces_now(run, work, push);
+    put_corners_now(run, work, push);
     for (int k = 0; k < 2*run->wheels && SET_LOADS; k++)
         push[k] *= run->grips[k/2].load;
 }

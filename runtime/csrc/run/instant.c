@@ -46,7 +46,7 @@ static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t 
 }
 
 /* The same of the contacts that slip. */
-static void forces_of_slips(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
     const int some = some_slide(run);
     if (some)
@@ -56,16 +56,16 @@ static void forces_of_slips(const omniroll_run_t *run, const work_t *work, lanes
             push[k] = lanes_of(0);
 }
 
-/* The same, also where massless rollers turn. */
-ALWAYS_INLINE void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+/* Among these forces, which are given, those where massless rollers turn. */
+ALWAYS_INLINE void put_corners_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
-    forces_of_slips(run, work, push);
 #if SET_STRIPS
     lanes_t yield[MOST_WHEELS], chi[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);
     corners_at(run, work, chi, push, yield);
 #endif
+    (void)run, (void)work, (void)push;
 }
 #endif
 
@@ -104,7 +104,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     put_own(&work->own, &now->point);
 #endif
 #if SET_GRIPS
-    forces_of_slips(run, work, now->arrays.ground_push);
+    forces_now(run, work, now->arrays.ground_push);
     now->point.ground_push = now->arrays.ground_push;
     now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
 #endif
