@@ -5,7 +5,7 @@ import pytest
 from costs.contacts import ALL_STICK, measured
 from costs.counting import counted, missing
 
-from omniroll import Contact, Motor, Vehicle, simulate
+from omniroll import Contact, Motor, Slope, Vehicle, robot, simulate
 
 PAPER = Vehicle.paper()
 MOTION = {"nu": (2.0, 1.0, 0.0), "duration": 1.0, "control": False}
@@ -40,6 +40,21 @@ def set_valued(friction):
 def test_set_valued_friction_against_the_bare_vehicle(friction):
     """Contacts come to rest one after the other, and anew behind each of six switches."""
     assert evaluations(set_valued(friction)) <= 10 * evaluations()
+
+
+@pytest.mark.long
+def test_loads_that_follow_against_static_loads_on_a_robot_driven_by_motors():
+    """Four slips near rest in each step: what forces do to them is found at once for all of them."""
+    robomaster = robot("robomaster-standard")
+    acting = (robomaster.motor((6.0, -6.0, -5.5, 6.0)), Slope(0.05, 0.3))
+
+    def found(**loads):
+        ground = Contact(law="coulomb", friction=0.15, normal_gravity=9.8, **loads)
+        options = {"nu": (0, 0, 0), "roller_model": "free", "duration": 0.3, "control": False}
+        return simulate(robomaster.vehicle, effects=[ground, *acting], **options).stats["evaluations"]
+
+    static = found()
+    assert static < found(loads="dynamic", height=0.05) <= 1.6 * static
 
 
 @pytest.mark.long

@@ -17,6 +17,7 @@ from omniroll.results.dense import weights_at
 from tests.costs import counting
 from tests.sensitivities.costs import TASKS
 from tests.sensitivities.differences import Case, derivative
+from tests.sensitivities.spies import rows_passed
 from tests.sensitivities.test_ground import FOUR, FOUR_START, MOTOR, REGULARISED
 from tests.sensitivities.test_ground import VISCOUS as SLIPPING
 from tests.sensitivities.test_loads_that_follow import BESIDE, ON_THREE, TALL, VANISHING
@@ -246,16 +247,9 @@ def derivatives_of_slip(run, row):
 
 
 @pytest.mark.long
-def test_rests_are_passed_in_c(monkeypatch):
+def test_rests_of_slips_are_passed_in_c(monkeypatch):
     """Those that change nothing else. Where the slip of a massless roller turns back they are left to Python."""
-    passed = []
-
-    def noted(deviations, row, *given):
-        passed.append(row)
-        return own(deviations, row, *given)
-
-    own = ContactDeviations.passed
-    monkeypatch.setattr(ContactDeviations, "passed", noted)
+    passed = rows_passed(monkeypatch, ContactDeviations, "passed")
     for name, rests in {"rolling, free": 0, "rolling, massless": 0, "turns back": 6}.items():
         passed.clear()
         case, changes = ON_COULOMB_GROUND[name]

@@ -9,6 +9,7 @@ from omniroll.engine import sensitivities, variations
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from tests.sensitivities.differences import Case, derivative
+from tests.sensitivities.spies import rows_passed
 from tests.sensitivities.test_compiled import NAMES, ROUNDINGS, runs_in_c_and_python, same_as_in_python
 from tests.sensitivities.test_runs import HELD, check
 from tests.sensitivities.test_sticking import AT_REST, RAMP
@@ -204,15 +205,8 @@ def rests_alone(run, names):
 
 
 @pytest.mark.long
-def test_rests_are_passed_in_c(monkeypatch):
-    passed = []
-
-    def noted(deviations, row, *given):
-        passed.append(row)
-        return own(deviations, row, *given)
-
-    own = HoldDeviations.entered
-    monkeypatch.setattr(HoldDeviations, "entered", noted)
+def test_rests_of_rollers_are_passed_in_c(monkeypatch):
+    passed = rows_passed(monkeypatch, HoldDeviations, "entered")
     for name, rests in {"impact": 60, "smooth": 8, "axles too": 60}.items():
         passed.clear()
         case, names = IN_C[name]

@@ -164,15 +164,30 @@ ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, node
     }
 }
 
-/* The response of a contact's slip to forces on it, at the nodes: a roller's radius changes as its wheel turns, and where
- * loads follow the motion they respond to forces as the directions are. */
-NEVER_INLINE void find_own_response(step_t *s, const int wheels, int i)
+/* What forces on a contact do to its slip in a vector of nodes, whose rates without them have been found. */
+static void own_response_at(step_t *s, const int wheels, int i, int b, const point_t *point, arrays_t *at,
+                            const lanes_t *without)
+{
+    const double push = s->friction_force;
+    for (int k = 0; k < 2; k++) {
+        lanes_t nu_dot[3];
+        const lanes_t here = at->ground_push[2*i + k];
+        at->ground_push[2*i + k] += push;
+        rates_near(wheels, point, nu_dot);
+        at->ground_push[2*i + k] = here;
+        for (int j = 0; j < 2; j++)
+            s->own_response[4*i + 2*j + k].lanes[b] = (at->slip_dot[2*i + j] - without[2*i + j])/push;
+    }
+}
+
+/* The response of slips to forces on their own contacts, at the nodes, of those that `ask`: a roller's radius changes
+ * as its wheel turns, and where loads follow the motion they respond to forces as the directions are. */
+NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask)
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t nu_dot[3], before[2];
+        lanes_t nu_dot[3], without[2*MOST_WHEELS];
         point_t point = point_at(s, wheels, b, &at);
-        const double push = s->friction_force;
 #if SET_LOADS
         for (int k = 0; k < 3; k++)
             s->loads_aside->sums[k] = s->loads_at[b].sums[k];
@@ -180,21 +195,19 @@ NEVER_INLINE void find_own_response(step_t *s, const int wheels, int i)
         point.loads = s->loads_aside;
 #endif
         rates_near(wheels, &point, nu_dot);
-        memcpy(before, at.slip_dot + 2*i, sizeof before);
-        for (int k = 0; k < 2; k++) {
-            const lanes_t here = at.ground_push[2*i + k];
-            at.ground_push[2*i + k] += push;
-            rates_near(wheels, &point, nu_dot);
-            at.ground_push[2*i + k] = here;
-            for (int j = 0; j < 2; j++)
-                s->own_response[4*i + 2*j + k].lanes[b] = (at.slip_dot[2*i + j] - before[j])/push;
-        }
+        memcpy(without, at.slip_dot, sizeof *without*2*(size_t)wheels);
+        for (int i = 0; i < wheels; i++)
+            if (ask[i])
+                own_response_at(s, wheels, i, b, &point, &at, without);
     }
-    s->knows_response[i] = 1;
+    for (int i = 0; i < wheels; i++) {
+        s->knows_response[i] |= ask[i];
+        s->sweeps += 2*ask[i];
+    }
+    s->sweeps++;
 #if SET_LOADS
     s->sweeps += LOADS_RESPOND - 1;
 #endif
-    s->sweeps += 3;
 }
 
 /* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes. */
@@ -379,13 +392,20 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
         }
 }
 
-/* The same by what forces do at the nodes, where that is another: rollers change their radius, loads follow; and in the
- * clock of the step. */
-static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *response)
+/* Whether what forces do to a slip at the nodes is another than at the start, and not known: rollers change their
+ * radius, loads follow. */
+ALWAYS_INLINE int asks_response(const step_t *s, int i)
 {
     const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
-    if (!s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint))
-        find_own_response(s, wheels, i);
+    return !s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint);
+}
+
+/* The same by what forces do at the nodes, where that is another; and in the clock of the step. */
+static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *response)
+{
+    int ask[MOST_WHEELS] = {0};
+    if ((ask[i] = asks_response(s, i)))
+        find_own_responses(s, wheels, ask);
     if (s->knows_response[i])
         own_response_to_turn(s, i, response);
 #if SET_APPROACHES
@@ -398,6 +418,23 @@ static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *resp
 ALWAYS_INLINE int is_near_rest(const step_t *s, const nodes_t *response, const nodes_t *along)
 {
     return turned_within(s, response) > FAR_FROM_REST*smallest_of(along);
+}
+
+/* What forces do at the nodes is found at once for all contacts near rest: how rates respond to loads that follow the
+ * motion is common to them. */
+static void respond_together(step_t *s, const int wheels)
+{
+    int ask[MOST_WHEELS] = {0}, count = 0;
+    for (int i = 0; i < wheels; i++) {
+        nodes_t along, across, response[2];
+        if (!s->slides[i] || s->keeps[i] || turned_together(s, i) || !asks_response(s, i))
+            continue;
+        along_and_across(s, i, &along, &across);
+        response_to_turn(s, i, i, response);
+        count += ask[i] = is_near_rest(s, response, &along);
+    }
+    if (count > 1)
+        find_own_responses(s, wheels, ask);
 }
 
 /* New directions of one contact, from the slips at the nodes, and its forces. */
@@ -474,6 +511,8 @@ static void find_directions(step_t *s, const int wheels)
 #if SET_STANDS_BOTH_WAYS
     find_shared_directions(s, wheels);
 #endif
+    if (SET_LOADS && !SET_STANDS)
+        respond_together(s, wheels);
     for (int i = 0; i < wheels; i++)
         if (may_turn(s, i) && !s->keeps[i] && !turned_together(s, i))
             find_direction(s, wheels, i);

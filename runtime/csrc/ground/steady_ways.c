@@ -111,7 +111,7 @@ static void turn_on(omniroll_run_t *run, const work_t *work, const int *rests)
 }
 
 /* Whether a contact that lets go, `rests`, does so in a direction that is not steady: it gets one that is, and all
- * loads those of it. Where there is not just one the run stops. */
+ * loads those of it. Where there are two the run stops. */
 static int turns_to_steady(omniroll_run_t *run, const work_t *work, const int *rests)
 {
     for (int i = 0; i < run->wheels; i++) {
@@ -129,9 +129,12 @@ static int turns_to_steady(omniroll_run_t *run, const work_t *work, const int *r
             take_way(run, i, &turned, grows[1]);
             return 1;
         }
-        carrying_t last;
-        try_present_set(run, work, &last);
-        fail(run, grows[0] ? OMNIROLL_LOADS_SEVERAL : OMNIROLL_LOADS_NONE, &last);
+        if (grows[0]) {
+            carrying_t last;
+            try_present_set(run, work, &last);
+            fail(run, OMNIROLL_LOADS_SEVERAL, &last);
+            return 0;
+        }
     }
     return 0;
 }

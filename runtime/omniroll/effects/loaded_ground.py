@@ -168,16 +168,17 @@ class LoadedGround(Ground):
 
     def turns_to_steady(self, rests: np.ndarray, dynamics: Dynamics) -> bool:
         """Whether some of the contacts `rests` (N,) bool that let go do so in a direction that is not steady: they get
-        one that is, and all loads those of it (steady_ways.py). Raises GroundFailsError where there is not just one."""
+        one that is, and all loads those of it (steady_ways.py). Raises GroundFailsError where there are two."""
         for contact, turned in self._begin(rests, dynamics):
             if turned(0.0)[0] > self.settles or is_steady(turned):
                 continue
             ways = [way for side in (1, -1) if (way := next_steady(turned, side)) is not None]
             grows = [way for way in ways if turned(way)[0] > self.settles]
-            if len(grows) != 1:
-                self.loads.refuse(SEVERAL if grows else NONE, self._under_own_loads(dynamics))
-            self._take_way(contact, grows[0], dynamics)
-            return True
+            if len(grows) > 1:
+                self.loads.refuse(SEVERAL, self._under_own_loads(dynamics))
+            if grows:
+                self._take_way(contact, grows[0], dynamics)
+                return True
         return False
 
     def turn_on(self, rests: np.ndarray, dynamics: Dynamics) -> None:
