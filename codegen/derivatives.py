@@ -56,7 +56,8 @@ class Derivatives:
     residuals   the programs that are differentiated in a function's stead; of several the first that a set has
     held        steps of these programs that stand still besides
     positive    numbers that are positive
-    together    numbers that grow together: the slopes of sums by the first follow from those by the others
+    together    numbers that grow together, each as a power of the first: the slopes of sums by that follow from those
+                by the others
     """
 
     rules: Rules
@@ -64,13 +65,18 @@ class Derivatives:
     residuals: Sequence["Residual"]
     held: Sequence[str]
     positive: Sequence[str]
-    together: Sequence[str]
+    together: Sequence[Mapping[str, int]]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
         residuals = tuple(Residual(*of) for of in data.get("residuals", ()))
         rules, named = Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ()))
-        return cls(rules, named, residuals, *(tuple(data.get(key, ())) for key in ("held", "positive", "together")))
+        held, positive = (tuple(data.get(key, ())) for key in ("held", "positive"))
+        return cls(rules, named, residuals, held, positive, [dict(powers) for powers in data.get("together", ())])
+
+    def at(self, values: Mapping[str, Expression]) -> "Derivatives":
+        """The same where symbols have these values."""
+        return replace(self, rules=self.rules.at(values))
 
     def added(
         self, functions: Sequence[Function], fields: tuple[Array, ...], effects: Sequence[str]
@@ -200,7 +206,8 @@ class Numbers:
 
     def __init__(self, known: Derivatives, prepare: Function, wanted: Sequence[Differentiable], asked: Sequence[str]):
         self.rules, self.positive = known.rules, known.positive
-        self.alike = [name for name in known.together if name in {array.name for array in prepare.inputs}]
+        given = {array.name for array in prepare.inputs}
+        self.alike = [{name: k for name, k in powers.items() if name in given} for powers in known.together]
         self.directions = list(self._directions(prepare, asked))
         lines = [step for of in wanted for step in steps((*of.body, *of.own))]
         read = set().union(*(symbols(step.expression) | self.rules.reads.get(step.name, set()) for step in lines))
@@ -208,7 +215,7 @@ class Numbers:
         self.slopes: dict[str, dict[str, Expression]] = {d.name: {} for d in self.directions}
         self.degrees: dict[str, Degrees] = {}
         self.rates: dict[str, Symbol] = {}
-        self.together: dict[str, Together] = {}
+        self.together: dict[str, list[Together]] = {}
         self._new: dict[str, Array] = {}
         self.prepare = self._prepared(prepare)
 
@@ -261,23 +268,23 @@ class Numbers:
         rates = []
         for direction, column in columns:
             positive = not direction.for_each_wheel and direction.name in self.positive
-            degrees = self._degrees(column.seeds, prepare, tangents) if positive else {}
+            degrees = self._degrees(dict.fromkeys(column.seeds, 1), prepare, tangents) if positive else {}
             for source in self.sources:
                 name = f"{source.name}_by_{direction.name}"
                 self.slopes[direction.name][source.name] = known.get(name) or Symbol(name)
             if degrees:
                 rates += self._rate(direction, list(column.seeds), prepare)
                 self.degrees[direction.name] = degrees
-        rates += self._grown_together({d.name: column for d, column in columns}, prepare, tangents)
+        for powers in self.alike:
+            rates += self._grown_together(powers, {d.name: column for d, column in columns}, prepare, tangents)
         body = (*body, *rates)
         kept = {f.name for f in prepare.fields} | self._new.keys()
         fields = prepare.fields + self.fields
         return replace(prepare, body=putting(body, kept), fields=fields)
 
-    def _degrees(self, numbers: Iterable[str], prepare: Function, tangents: Tangents) -> Degrees:
-        """Of the fields, in positive numbers by their names. Nothing stands still in `prepare`: what it computes has
-        the degree of its own expression, and no rule is asked."""
-        seeds = dict.fromkeys(numbers, 1)
+    def _degrees(self, seeds: Degrees, prepare: Function, tangents: Tangents) -> Degrees:
+        """Of the fields, from those of positive numbers by their names. Nothing stands still in `prepare`: what it
+        computes has the degree of its own expression, and no rule is asked."""
         found = Degree(degrees_of(prepare.body, seeds, Rules(), frozenset(), tangents.canonical))
         put = {step.name: found(step.expression) for step in steps(prepare.body) if step.kind == "put"}
         return {field.name: put[field.name] for field in self.sources}
@@ -301,11 +308,13 @@ class Numbers:
         self._new[new.name] = new
         return Symbol(new.name), [Step("put", new.name, values[0], Element(new, ()))]
 
-    def _grown_together(self, columns: Mapping[str, Column], prepare: Function, tangents: Tangents) -> list[Step]:
+    def _grown_together(
+        self, powers: Mapping[str, int], columns: Mapping[str, Column], prepare: Function, tangents: Tangents
+    ) -> list[Step]:
         """What the slopes by the first of the numbers that grow together follow from, where all are asked for."""
-        if len(self.alike) < 2 or not columns.keys() >= set(self.alike):
+        if len(powers) < 2 or not columns.keys() >= powers.keys():
             return []
-        own, *others = self.alike
+        own, *others = powers
         ratios, further = {}, []
         for other in others:
             names = product(columns[other].seeds, columns[own].seeds)
@@ -313,8 +322,9 @@ class Numbers:
             field = Array(f"{other}_per_{own}", (), "field", "1", f"{other} over {own}")
             ratios[other], new = self._field_of(values, field, prepare)
             further += new
-        degrees = self._degrees([name for of in self.alike for name in columns[of].seeds], prepare, tangents)
-        self.together[own] = Together(degrees, ratios)
+        seeds = {name: k for of, k in powers.items() for name in columns[of].seeds}
+        together = Together(self._degrees(seeds, prepare, tangents), ratios, powers)
+        self.together.setdefault(own, []).append(together)
         return further
 
     def function(self, program: Differentiable) -> Function:
@@ -358,7 +368,7 @@ class Numbers:
             return Element(new, (*(("i",) if own else ()), *direction.component, *index))
 
         rate, degrees = self.rates.get(direction.name), self.degrees.get(direction.name, {})
-        return Column(direction.name, seeds, target, rate, degrees, self.together.get(direction.name))
+        return Column(direction.name, seeds, target, rate, degrees, self.together.get(direction.name, ()))
 
 
 def known_already(body: Body, new: Iterable[str], fields: Collection[str]) -> dict[str, Expression]:

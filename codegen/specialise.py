@@ -145,11 +145,23 @@ def specialised(
         for f in base.functions
         if is_called_for(f, present) and (names is None or f.name in names)
     ]
+    known = _known_fields(functions)
+    if known:
+        fields = tuple(field for field in fields if field.name not in known)
+        functions = [_function(replace(f, fields=fields), present, known, beside) for f in functions]
+    derivatives = registry.derivatives.at(neutral | known)
     if ALONG in present:
-        functions, fields = Along.of(registry.derivatives.rules, base.functions).functions(functions, fields)
+        functions, fields = Along.of(derivatives.rules, base.functions).functions(functions, fields)
     else:
-        functions, fields = registry.derivatives.added(functions, fields, present)
+        functions, fields = derivatives.added(functions, fields, present)
     return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
+
+
+def _known_fields(functions: Sequence[Function]) -> dict[str, Expression]:
+    """Fields that `prepare` gives a number, which then stands wherever they are read."""
+    puts = [step for f in functions if f.prepares for step in steps(f.body) if step.kind == "put"]
+    known = [step for step in puts if isinstance(step.expression, Number) and not step.target.index]
+    return {step.name: step.expression for step in known}
 
 
 def _needed(

@@ -28,14 +28,16 @@ AGAIN = "_k"  # after the names of what is computed again for the wheels k
 
 @dataclass(frozen=True)
 class Together:
-    """What a column follows from, where numbers grow together.
+    """What a column follows from, where numbers grow together, or one falls as others grow.
 
     degrees  of what is read from arrays, in all these numbers together
     ratios   what each other number is of the column's own, by the name of its column
+    powers   of the column's own number, by which the others grow
     """
 
     degrees: Degrees
     ratios: Mapping[str, Expression]
+    powers: Mapping[str, int]
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class Column:
     target   where an output's slope is put
     rate     1/p, where the direction is that of a positive number p whose powers are sought in the steps (degrees.py)
     degrees  of what is read from arrays then
-    together  what the slopes of sums follow from, if they do from those by other numbers
+    together  what the slopes of sums follow from, if they do from those by other numbers: the first that a sum has a
+              degree in
     """
 
     name: str
@@ -54,7 +57,7 @@ class Column:
     target: Callable[[Element], Element | None]
     rate: Symbol | None = None
     degrees: Degrees = field(default_factory=dict)
-    together: Together | None = None
+    together: Sequence[Together] = ()
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,12 @@ class Rules:
         """What the slope of a step reads, by the step's name."""
         return {name: set(by).union(*map(symbols, by.values())) for name, by in self.slopes.items()}
 
+    def at(self, values: Mapping[str, Expression]) -> "Rules":
+        """The same where symbols have these values."""
+        put = Canonical().substituted
+        slopes = {name: {by: put(e, values) for by, e in of.items()} for name, of in self.slopes.items()}
+        return replace(self, slopes=slopes)
+
     def holding(self, names: Iterable[str]) -> "Rules":
         """The same where these steps stand still."""
         return replace(self, still=self.still.union(names))
@@ -92,7 +101,7 @@ class Tangents:
     degree: Degree | None = None  # along the direction of a column with a rate
     rate: Expression = ZERO
     once: frozenset[str] = frozenset()  # steps outside of loops
-    following: Degrees = field(default_factory=dict)  # sums whose slopes follow from other columns'
+    following: dict[str, tuple[int, Together]] = field(default_factory=dict)  # sums: their degree, the other columns
 
     def along(self, body: Body, column: Column, termwise: frozenset[str]) -> "Tangents":
         """Those for a column: with the degrees of the steps, where it has a rate."""
@@ -100,14 +109,12 @@ class Tangents:
             return self
         found = degrees_of(body, column.degrees, self.rules, termwise, self.canonical)
         once = {node.name for node in body if isinstance(node, Step) and node.kind == "let"}
-        following = {}
-        if column.together is not None:
-            joint = degrees_of(body, column.together.degrees, self.rules, termwise, self.canonical)
-            following = {
-                name: joint[name]
-                for name in sums_of_one_loop(body) - termwise
-                if joint[name] is not MIXED and found[name] is MIXED
-            }
+        following: dict[str, tuple[int, Together]] = {}
+        for together in column.together:
+            joint = degrees_of(body, together.degrees, self.rules, termwise, self.canonical)
+            for name in sums_of_one_loop(body) - termwise:
+                if joint[name] is not MIXED and found[name] is MIXED:
+                    following.setdefault(name, (joint[name], together))
         return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once), following=following)
 
     def multiple(self, e: Expression, degree: int | None) -> Expression | None:
@@ -265,12 +272,13 @@ class Tangents:
         self, name: str, column: Column, own: Mapping[str, "Tangents"], known: Mapping[str, Slopes]
     ) -> Expression:
         """The slope of a sum from those along the columns of the other numbers that grow together."""
-        c, degree, terms = self.canonical, self.following[name], []
-        for other, ratio in column.together.ratios.items():
+        c, terms = self.canonical, []
+        degree, together = self.following[name]
+        for other, ratio in together.ratios.items():
             if own[other].has_degree(name):
-                degree -= own[other].degree(Symbol(name))
+                degree -= together.powers[other] * own[other].degree(Symbol(name))
             else:
-                terms.append(c.product([number(-1), ratio, known[other].get(name, ZERO)]))
+                terms.append(c.product([number(-together.powers[other]), ratio, known[other].get(name, ZERO)]))
         return c.sum([c.product([number(degree), self.rate, Symbol(name)]), *terms])
 
     def named(self, step: Step, name: str, d: Expression, slopes: Slopes, changing: set[str]) -> Iterator[Step]:

@@ -117,11 +117,13 @@ def grown_together(c, together):
     return [own, Column("b", {"b": c.read(1)}, lambda element: None)]
 
 
+@pytest.mark.parametrize("power", [1, -1])
 @pytest.mark.parametrize("seed", range(10))
-def test_slopes_of_sums_follow_where_numbers_grow_together(seed):
+def test_slopes_of_sums_follow_where_numbers_grow_together(seed, power):
     """From those by the other number, exactly, and without a sum; not where a loop reads the sum, two loops add to
-    it or where it has no degree."""
-    inside = ["+", ["*", "a", "b", "chi"], ["*", "a", "a"]]
+    it or where it has no degree. Also where one falls as the other grows."""
+    other = "b" if power == 1 else ["^", "b", -1]
+    inside = ["+", ["*", "a", other, "chi"], ["*", "a", "a"]]
     f = program([*({"var": name, "expr": 0} for name in "stuv"),
                  wheels(*({"add": name, "expr": inside} for name in "stu"), {"add": "v", "expr": ["+", "a", inside]}),
                  wheels({"add": "t", "expr": ["*", "a", "b"]}, let("x", ["*", "u", "chi"]), {"add": "v", "expr": "x"}),
@@ -129,8 +131,8 @@ def test_slopes_of_sums_follow_where_numbers_grow_together(seed):
     data = random_data(f, 3, 4, random.Random(seed))
     data["nu"][(2,)] = exact(Fraction(1, data["nu"][(0,)]))
     c = canonical(f)
-    together = Together({"a": 1, "b": 1}, {"b": c.read(["*", "b", ["^", "a", -1]])})
-    bodies = [Tangents(c, Rules()).carried(f.body, grown_together(c, of), keep=False) for of in (None, together)]
+    together = Together({"a": 1, "b": power}, {"b": c.read(["*", "b", ["^", "a", -1]])}, {"a": 1, "b": power})
+    bodies = [Tangents(c, Rules()).carried(f.body, grown_together(c, of), keep=False) for of in ((), (together,))]
     plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
     assert plain == short and len(plain) == 3
     added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
