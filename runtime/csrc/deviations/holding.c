@@ -86,6 +86,8 @@ static int find_held(const variations_t *w, const own_change_t *e, held_t *held)
 {
     const point_t at = point_of(w, w->vehicle, w->point);
     held->count = list_stands(w, e, BEFORE, held->stand);
+    if (SET_LOADS && held->count > 0)       /* what holds them moves with the loads, too: the caller knows how */
+        return 0;
     return held->count <= 3 && find_only_forces(held->stand, held->count, at.held_force, held->force);
 }
 

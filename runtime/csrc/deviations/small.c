@@ -37,7 +37,7 @@ static int solve_small(double *matrix, int count, lanes_t *right, int groups)
 /* Scale a matrix and its right sides so that its diagonal is 1, and solve it. Returns 0 where it says too little. */
 static int solve_scaled(double *matrix, int count, lanes_t *right, int groups)
 {
-    double scale[count];
+    double scale[count + 1];
     for (int k = 0; k < count; k++)
         scale[k] = 1/sqrt(fabs(matrix[k*count + k]));
     for (int i = 0; i < count; i++) {
