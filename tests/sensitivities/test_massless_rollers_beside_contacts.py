@@ -94,8 +94,8 @@ def test_where_forces_that_hold_are_not_determined_the_motion_has_derivatives(na
     assert {"ss sm", "sm mm", "mm ms"} <= ways(run)
     standing = Motion(run).standing
     assert any(np.linalg.matrix_rank(standing.rows[stands], 1e-9) < stands.sum() for stands in standing.sets)
-    wanted = differenced(PUSHED, name, 1e-6, accuracy=1e-12)
-    assert np.abs(derivative(run, name) - wanted).max() <= 1e-8 * np.abs(wanted).max()
+    wanted = differenced(PUSHED, name, 1e-5 if "break_away" in name else 1e-4, accuracy=1e-12)
+    assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
 
 
 @pytest.mark.long

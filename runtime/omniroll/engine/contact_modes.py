@@ -224,6 +224,8 @@ class ContactModes:
             falls = -rate[..., 0] * cos - rate[..., 1] * sin
             matrix += (1 - TURNS) * falls[..., None] * np.eye(count)
             matrix = np.where(rests[..., None] & rests[:, None], matrix, np.eye(count))
+            idle = ~matrix.any(axis=-1)  # neither falls nor turns: what stands holds the vehicle
+            matrix += idle[..., None] * np.eye(count)
             turn = -np.linalg.solve(matrix, np.where(rests, rate[..., 1] * cos - rate[..., 0] * sin, 0.0)[..., None])
             headings[rows] += turn[..., 0]
             if np.abs(turn).max() <= AIMED:
