@@ -214,7 +214,8 @@ def assert_laws_hold(vehicle, options, run, bound=1e-12):
 @pytest.mark.parametrize("number", [2, 4, 5, *(pytest.param(k, marks=pytest.mark.long) for k in (3, *range(6, 14)))])
 def test_the_laws_hold_in_every_row(number):
     vehicle, options = scene(number)
-    run, _ = run_or_stop(vehicle, options, "compiled", 0.02)
+    run, why = run_or_stop(vehicle, options, "compiled", 0.02)
+    assert "pace" not in why
     assert assert_laws_hold(vehicle, options, run).any(), "none turns"
     lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
     assert abs(run.ledger.residual) <= 1e-7 * lost
@@ -235,6 +236,19 @@ def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
     far, near = distance(1e-8), distance(1e-9)
     assert far < 1e-4
     assert 0.99 <= np.log10(far / near) <= 1.01
+
+
+@pytest.mark.long
+def test_a_roller_that_comes_to_rest_beside_others_that_turn_stays_there():
+    """What it is asked for is at its bound to rounding, and beyond it where the others stick, too. A run stood still
+    there."""
+    vehicle, options = scene(3)
+    contact, bearings, *others = options["effects"]
+    options |= {"effects": [contact, replace(bearings, roller_break_away=None), *others], "accuracy": 1e-6}
+    run, why = run_or_stop(vehicle, options, "compiled", 0.012)
+    assert not why and run.t[-1] == 0.012
+    turns = run.contact_spin != 0
+    assert turns[0].all() and (~turns[-1]).sum() == 2
 
 
 def test_samples_between_rows_are_those_of_finer_runs():

@@ -137,7 +137,7 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         """The loads in a set of contacts, and the axles at rest with them (rules 2 and 4); not a number where that has
         not ended."""
         axles = self.axles
-        modes, broken = axles.modes.copy(), self._broken()
+        modes, broken = self._starting()
         for turn in range(TURNS):
             bounds = np.where(broken | ~axles.resting, axles.sliding, axles.holding)
             self._put(modes, bounds)
@@ -157,9 +157,10 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         nowhere = replace(found, compression=np.full(len(found.compression), np.nan), determinant=np.nan)
         return nowhere, Settled(modes, broken, bounds)
 
-    def _broken(self) -> np.ndarray:
-        """(N,) bool, axles that have broken away at this instant before anything is looked at."""
-        return self.axles.released != 0
+    def _starting(self) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) int and (N,) bool, modes of the axles with which a search for them begins, and which have broken away at
+        this instant before anything is looked at."""
+        return self.axles.modes.copy(), self.axles.released != 0
 
     def _wrong(self, modes: np.ndarray, bounds: np.ndarray) -> np.ndarray:
         """(N,) bool, axles at rest whose mode is not theirs in the rates that were computed last."""

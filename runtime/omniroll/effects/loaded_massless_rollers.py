@@ -22,6 +22,7 @@ import numpy as np
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Grip
 from omniroll.effects.ground_loads import Carried, SumsOf
+from omniroll.effects.guards import PASSED
 from omniroll.effects.loaded_axles import Settled
 from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loads_beside_bearings import BesideBearings, settled
@@ -36,6 +37,7 @@ class GroundBesideMasslessRollers(GroundBesideBearings):
     axles    all bearings (2 N,), of axles and then of rollers in contact, with their modes
     about    (N,) in N, loads about which friction beside rollers that turn is linear
     turned   (2 N,) bool: rollers that have turned up to this instant
+    before   (2 N,) int, modes of all bearings up to this instant
     carries  (N,) bool: contacts that carry in the rates that were computed last
     """
 
@@ -46,7 +48,7 @@ class GroundBesideMasslessRollers(GroundBesideBearings):
         buffers, count = rates.buffers, kernel.wheels
         bearings.resting[bearings.contact] = True
         self.about, self.carries = grip.loads, np.ones(count, bool)
-        self.turned = np.zeros(2 * count, bool)
+        self.turned, self.before = np.zeros(2 * count, bool), np.zeros(2 * count, int)
         self.rows = rows_along_axles(kernel)
         buffers.setdefault("contact_spin", np.zeros(count))
         self._unturned = np.ones(count)  # load_factor of rollers that stick
@@ -122,21 +124,28 @@ class GroundBesideMasslessRollers(GroundBesideBearings):
     def decide(self, evaluate: Callable[[], object]) -> None:
         """Which contacts carry and which bearings stick in the phase that begins now (rule 3)."""
         rollers, modes = self.axles.contact, self.axles.modes
+        self.before = modes.copy()
         self.turned[rollers] = modes[rollers] != 0
         self.axles.resting[rollers] = True
         self.about = self.load
         super().decide(evaluate)
         self.axles.resting[rollers] = self.axles.modes[rollers] == 0
 
-    def _broken(self) -> np.ndarray:
-        return super()._broken() | self.turned
+    def _starting(self) -> tuple[np.ndarray, np.ndarray]:
+        """As for axles; rollers begin as they are. One that has just come to rest is at its bound only as long as the
+        others turn that do."""
+        modes, broken = super()._starting()
+        return np.where(self.turned, self.before, modes), broken | self.turned
 
     def _settle(self, evaluated: Callable[[], Carried]) -> tuple[Carried, Settled]:
         return super()._settle(lambda: self._about(evaluated))
 
     def _wrong(self, modes: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-        found = super()._wrong(modes, bounds)
-        found[self.axles.contact] |= ~self.carries & (modes[self.axles.contact] != 0)
+        """(2 N,) bool, as for axles; a roller turns no longer where it is asked for less than its bound by more than
+        rounding."""
+        found, rollers = super()._wrong(modes, bounds), self.axles.contact
+        against = (modes * self.gains() < -PASSED * self._rounding(bounds))[rollers]
+        found[rollers] |= (modes[rollers] != 0) & (against | ~self.carries)
         return found
 
     def _undecided(self, settled: Settled, sums_of: SumsOf) -> np.ndarray:
