@@ -329,19 +329,20 @@ static int polish(discs_t *d)
     return 0;
 }
 
-/* The minimum, from a place that may be near it. */
-static void least_of_discs(discs_t *d, int is_near)
+/* The minimum, from a place that may be near it; false where rounds have come to their end without it. */
+static int least_of_discs(discs_t *d, int is_near)
 {
     if (is_near && polish(d))
-        return;
+        return 1;
     memset(d->place, 0, sizeof *d->place*(size_t)d->size);
     for (int round = 1; round <= SWEEPS; round++) {
         const int settled = go_round(d) <= CONE_SETTLED;
         if ((settled || round%BETWEEN == 0) && polish(d))
-            return;
+            return 1;
         if (settled)
-            return;
+            return 1;
     }
+    return 0;
 }
 
 /* The discs of a problem, in its own units; returns these. */
@@ -372,8 +373,8 @@ static double discs_of(const cones_t *c, discs_t *d)
     return unit;
 }
 
-/* The minimum. `is_near`: c->force is thought to be near it. */
-static void decide_cones(cones_t *c, int is_near)
+/* The minimum. `is_near`: c->force is thought to be near it. Returns whether it has been found. */
+static int decide_cones(cones_t *c, int is_near)
 {
 #if SET_STANDS_BOTH_WAYS
     discs_t *const d = &c->discs;
@@ -383,7 +384,7 @@ static void decide_cones(cones_t *c, int is_near)
     const double unit = discs_of(c, d);
     for (int j = 0; j < d->size && is_near; j++)
         d->place[j] = c->force[j]/c->reach[j];
-    least_of_discs(d, is_near);
+    const int found = least_of_discs(d, is_near);
     for (int i = 0; i < c->count; i++)
         c->pull[i] = 0;
     for (int j = 0; j < d->size; j++) {
@@ -391,6 +392,7 @@ static void decide_cones(cones_t *c, int is_near)
         c->force[j] = d->place[j]*c->reach[j];
         c->pull[part_of(c->wide, c->width, j)] -= d->place[j]*c->rate[j]*c->reach[j];
     }
+    return found;
 }
 
 #include "ground/discs_from_inside.c"
@@ -496,7 +498,11 @@ static void decide_semidefinite(cones_t *c)
             before[j] = c->force[j];
             c->given[j] = given[j] - drawn[j]*before[j];
         }
-        decide_cones(c, SET_STARTS_INSIDE || (SET_STANDS_BOTH_WAYS && round > 0));
+        const int found = decide_cones(c, SET_STARTS_INSIDE || (SET_STANDS_BOTH_WAYS && round > 0));
+        if (SET_STARTS_INSIDE && !found) {      /* the start is nearer                                      */
+            memcpy(c->force, before, sizeof *before*(size_t)size);
+            break;
+        }
         for (int j = 0; j < size; j++)
             changed = fmax(changed, fabs(c->force[j] - before[j])/c->reach[j]);
         if (changed <= CONE_SETTLED)
