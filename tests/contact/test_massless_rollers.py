@@ -289,11 +289,10 @@ def test_without_torque_it_is_the_vehicle_whose_rollers_do_not_stick(number):
 def test_what_is_not_solved_is_refused():
     stick = Bearings(roller_coulomb=1e-3)
 
-    def refused(match, contact, bearings, **options):
+    def refused(match, contact, bearings):
         with pytest.raises(InvalidValueError, match=match):
-            simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings], **options)
+            simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings])
 
     refused("loads follow", Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.1), stick)
     refused("roller_viscous", Contact(law="coulomb", friction=0.5), replace(stick, roller_viscous=1e-5))
-    refused("sensitivities", Contact(law="coulomb", friction=0.5), stick, sensitivities=["mass"])
     refused("roller_viscous", Contact(3.0), replace(stick, roller_viscous=1e-5))
