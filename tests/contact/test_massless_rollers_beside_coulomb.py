@@ -4,9 +4,14 @@ laws in every row of many scenes, sessions and sweeps. Closed forms are in test_
 import numpy as np
 import pytest
 
+from contact.in_steps import (
+    assert_a_session_goes_back_to_the_bit,
+    assert_a_sweep_ends_where_its_runs_end,
+    assert_steps_may_end_beside,
+)
 from contact.test_massless_rollers import BOTH
 from contact.test_massless_rollers_that_stick import LAW, contact_torques, residuals, scene
-from omniroll import Session, simulate, simulate_many
+from omniroll import simulate
 from omniroll.effects.massless_rollers import holds
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import distance_at
@@ -79,66 +84,32 @@ def test_several_hundred_scenes_run_through():
 # Sessions and sweeps
 
 
-def session_of(number, **options):
-    vehicle, own = scene(number)
-    own.pop("control")
-    return Session(vehicle, driven=False, **own | options)
-
-
 @pytest.mark.parametrize("number", [2, 9])
 def test_a_session_is_the_run_and_goes_back_to_the_bit(number):
     """Without axles that stick, and with such."""
     vehicle, own = scene(number)
     run = simulate(vehicle, duration=DURATION, **own)
     assert len(changes(run, own["effects"][1])[0]) > 3
-    session = session_of(number)
-    steps = np.random.default_rng(number).dirichlet(np.ones(30)) * DURATION
-
-    def go(steps):
-        for step in steps:
-            session.step(step)
-        return [session.nu.copy(), session.contact_spin, session.slip, session.ground_force,
-                session.outputs["roller_loss"]]  # fmt: skip
-
-    go(steps[:12])
-    saved = session.save()
-    end = go(steps[12:])
-    wanted = run.nu, run.contact_spin, run.slip, run.ground_force, run.quantity("roller_loss")
-    for found, rows in zip(end, wanted, strict=True):
-        np.testing.assert_allclose(found, rows[-1], rtol=0, atol=1e-9 * np.abs(rows).max())
-    session.restore(saved)
-    assert all(np.array_equal(after, before) for after, before in zip(go(steps[12:]), end, strict=True))
-    session.reset()
-    again = go(steps[:12]) and go(steps[12:])
-    assert all(np.array_equal(after, before) for after, before in zip(again, end, strict=True))
+    own.pop("control")
+    assert_a_session_goes_back_to_the_bit(vehicle, run, number, **own)
 
 
 @pytest.mark.parametrize("number", [2, 9])
 def test_a_step_may_end_however_little_before_an_event(number):
     vehicle, own = scene(number)
-    run = simulate(vehicle, duration=DURATION, **own | {"accuracy": 1e-12})
+    own |= {"accuracy": 1e-12}
+    run = simulate(vehicle, duration=DURATION, **own)
     instants, _ = changes(run, own["effects"][1])
     instants = instants[(instants > 1e-3) & (instants < 0.8 * DURATION)]
     assert len(instants) >= 3
-    for event in instants[:4]:
-        for before in (1e-5, 1e-7, 3e-10, 1e-12, 1e-14, 0.0, -1e-14, -1e-12):
-            session = session_of(number, accuracy=1e-12)
-            for step in (event - before, 1e-9, 0.01):
-                session.step(step)
-            assert session.nu == pytest.approx(run.sample(session.time).nu, abs=1e-10 * np.abs(run.nu).max())
+    own.pop("control")
+    assert_steps_may_end_beside(vehicle, run, instants[:4], **own)
 
 
 @BOTH
 def test_a_sweep_ends_where_its_runs_end(engine):
     vehicle, own = scene(2)
-    own |= {"engine": engine}
-    starts = [own.pop("nu"), np.array([1.0, 0.0, 1.0])]
-    many = simulate_many(vehicle, nu=starts, duration=0.03, **own)
-    for k, nu in enumerate(starts):
-        run = simulate(vehicle, nu=nu, duration=0.03, **own)
-        np.testing.assert_array_equal(many.end.nu[k], run.nu[-1])
-        np.testing.assert_allclose(many.end.contact_spin[k], run.contact_spin[-1], rtol=1e-12, atol=1e-12)
-        assert many.end.energy[k] == pytest.approx(run.energy[-1], rel=1e-12)
+    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"engine": engine, "duration": 0.03})
 
 
 # Which engine runs

@@ -12,6 +12,7 @@ from reactions.newton_euler import Acting
 from scipy.optimize import brentq
 
 from contact import test_rollers_on_the_ground as static_loads
+from contact.in_steps import assert_a_sweep_ends_where_its_runs_end
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_moving_loads import by_bodies, numbers
 from contact.test_rollers_on_the_ground import (
@@ -520,4 +521,4 @@ def test_a_session_with_pauses_is_the_run_and_goes_back_to_the_bit(number):
 
 
 def test_a_sweep_ends_where_its_runs_end():
-    static_loads.assert_a_sweep_ends_where_its_runs_end(*scene(3))
+    assert_a_sweep_ends_where_its_runs_end(*scene(3))

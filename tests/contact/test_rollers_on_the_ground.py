@@ -10,6 +10,7 @@ from reactions.newton_euler import Acting, position, solve
 from reactions.test_newton_euler import call
 from scipy.optimize import minimize
 
+from contact.in_steps import assert_a_sweep_ends_where_its_runs_end
 from contact.laws import residuals
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_sticking_bodies import RELATIVE, by_bodies
@@ -22,7 +23,6 @@ from omniroll import (
     TorqueTable,
     Vehicle,
     simulate,
-    simulate_many,
 )
 from omniroll.effects import cones
 from omniroll.effects.complementarity import allowed_by, directions_allowed
@@ -535,13 +535,3 @@ def assert_a_session_is_the_run(vehicle, options):
 
 def test_a_sweep_ends_where_its_runs_end():
     assert_a_sweep_ends_where_its_runs_end(*scene(3))
-
-
-def assert_a_sweep_ends_where_its_runs_end(vehicle, options):
-    starts = [options.pop("nu"), np.array([0.5, 0.0, 1.0])]
-    many = simulate_many(vehicle, nu=starts, **options)
-    for k, nu in enumerate(starts):
-        run = simulate(vehicle, nu=nu, **options)
-        assert run.stats["engine"] == "compiled"
-        np.testing.assert_array_equal(many.end.nu[k], run.nu[-1])
-        np.testing.assert_allclose(many.end.contact_spin[k], run.contact_spin[-1], rtol=1e-12)

@@ -85,7 +85,7 @@ static double next_steady(const omniroll_run_t *run, const work_t *work, int con
 }
 
 /* A contact goes in one of its directions, and all have the loads of that. */
-static void take_way(omniroll_run_t *run, int contact, const turned_t *turned, int lane)
+static void take_turned(omniroll_run_t *run, int contact, const turned_t *turned, int lane)
 {
     memcpy(run->grips[contact].towards, turned->way[lane], sizeof turned->way[lane]);
     for (int i = 0; i < run->wheels; i++)
@@ -106,7 +106,7 @@ static void turn_on(omniroll_run_t *run, const work_t *work, const int *rests)
         turned.turn[0] = way;
         find_turned(run, work, i, &turned);
         if (way != 0 && turned.along[0] > run->ground.settles)
-            take_way(run, i, &turned, 0);
+            take_turned(run, i, &turned, 0);
     }
 }
 
@@ -126,7 +126,7 @@ static int turns_to_steady(omniroll_run_t *run, const work_t *work, const int *r
         const int grows[2] = {ways[0] != 0 && turned.along[0] > run->ground.settles,
                               ways[1] != 0 && turned.along[1] > run->ground.settles};
         if (grows[0] + grows[1] == 1) {
-            take_way(run, i, &turned, grows[1]);
+            take_turned(run, i, &turned, grows[1]);
             return 1;
         }
         if (grows[0]) {
