@@ -51,30 +51,46 @@ LAWS = {
 # ---- closed forms ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_the_front_axles_of_a_vehicle_that_slides_downhill_break_away_first(engine):
-    """All wheels stand: M v' = M g sin b - F with F = mu W v/sqrt(v^2 + v0^2), and each in front carries
-    W/4 + h F/(4 L). Its bearing lets go where l mu v/sqrt(v^2 + v0^2) of that is its break-away torque."""
-    angle, friction, fades, breaks = 0.3, 0.25, 0.02, 0.05
-    mass, radius = CART.mass, CART.wheel_radius
-    weight, fall = mass * GRAVITY * np.cos(angle), GRAVITY * np.sin(angle)
-    ground = Contact(law="regularised", friction=friction, speed=fades, loads="dynamic", height=HEIGHT,
-                     normal_gravity=GRAVITY * np.cos(angle))  # fmt: skip
-    bearings = Bearings(wheel_coulomb=0.6 * breaks, wheel_break_away=breaks)
-    run = simulate(CART, nu=(0, 0, 0), duration=0.02, roller_model="massless", engine=engine, accuracy=1e-11,
-                   control=False, effects=[ground, bearings, Slope(angle, 0.0, gravity=GRAVITY)])  # fmt: skip
-    lever = friction * HEIGHT / LONG
-    part = (np.sqrt(1 + 16 * lever * breaks / (radius * friction * weight)) - 1) / (2 * lever)  # of its friction
-    let_go, _ = quad(lambda turn: fades / np.cos(turn) ** 2 / (fall - friction * weight / mass * np.sin(turn)), 0,
+ANGLE, FRICTION, FADES = 0.3, 0.25, 0.02  # of a vehicle that slides downhill: rad, of the ground, m/s
+WEIGHT = CART.mass * GRAVITY * np.cos(ANGLE)  # N, across the slope
+
+
+def slide_downhill(bearings, vehicle=CART, **options):
+    """A run of a vehicle whose wheels all stand, so far."""
+    ground = Contact(law="regularised", friction=FRICTION, speed=FADES, loads="dynamic", height=HEIGHT,
+                     normal_gravity=GRAVITY * np.cos(ANGLE))  # fmt: skip
+    options |= {"control": False, "effects": [ground, bearings, Slope(ANGLE, 0.0, gravity=GRAVITY)]}
+    return simulate(vehicle, nu=(0, 0, 0), duration=0.02, accuracy=1e-11, **options)
+
+
+def row_before_the_front_lets_go(run, starts, force):
+    """M v' = M g sin b - F with F = mu W v/sqrt(v^2 + v0^2), and each wheel in front carries W/4 + h F/(4 L). Its
+    bearing lets go where mu v/sqrt(v^2 + v0^2) of that is `force`, in N, and the wheels behind later.
+
+    starts  (run, wheel): when the bearing of a wheel begins to turn
+    """
+    lever, mass = FRICTION * HEIGHT / LONG, CART.mass
+    part = (np.sqrt(1 + 16 * lever * force / (FRICTION * WEIGHT)) - 1) / (2 * lever)  # of its friction
+    fall = GRAVITY * np.sin(ANGLE)
+    let_go, _ = quad(lambda turn: FADES / np.cos(turn) ** 2 / (fall - FRICTION * WEIGHT / mass * np.sin(turn)), 0,
                      np.arcsin(part), epsabs=0, epsrel=1e-13)  # fmt: skip
     assert 0.002 < let_go < 0.018
     for wheel in FRONT:
-        assert changes(run, wheel)[0] == pytest.approx(let_go, rel=INSTANT)
-    assert all(not changes(run, wheel) or changes(run, wheel)[0] > 1.1 * let_go for wheel in BEHIND)
-    row = np.flatnonzero(np.abs(run.t / let_go - 1) <= INSTANT)[0]  # the row before they let go
-    carried = weight / 4 * (1 + lever * part)
+        assert starts(run, wheel)[0] == pytest.approx(let_go, rel=INSTANT)
+    assert all(not len(starts(run, wheel)) or starts(run, wheel)[0] > 1.1 * let_go for wheel in BEHIND)
+    row = np.flatnonzero(np.abs(run.t / let_go - 1) <= INSTANT)[0]
+    carried = WEIGHT / 4 * (1 + lever * part)
     assert run.ground_load[row, FRONT] == pytest.approx([carried] * 2, rel=1e-9)
-    assert run.ground_load[row, BEHIND] == pytest.approx([weight / 2 - carried] * 2, rel=1e-9)
+    assert run.ground_load[row, BEHIND] == pytest.approx([WEIGHT / 2 - carried] * 2, rel=1e-9)
+    return row
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_front_axles_of_a_vehicle_that_slides_downhill_break_away_first(engine):
+    breaks = 0.05
+    bearings = Bearings(wheel_coulomb=0.6 * breaks, wheel_break_away=breaks)
+    run = slide_downhill(bearings, roller_model="massless", engine=engine)
+    row = row_before_the_front_lets_go(run, changes, breaks / CART.wheel_radius)
     assert np.abs(bearing_torques(run)[row, FRONT]).max() <= breaks * (1 + 1e-12)
 
 

@@ -8,14 +8,21 @@ import numpy as np
 import pytest
 from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting, position, solve
-from scipy.integrate import quad
 
-from contact.test_axles_under_loads import FRONT, GRAVITY, INSTANT, LAWS, RELATIVE, run_or_stop
+from contact.test_axles_under_loads import (
+    GRAVITY,
+    INSTANT,
+    LAWS,
+    RELATIVE,
+    row_before_the_front_lets_go,
+    run_or_stop,
+    slide_downhill,
+)
 from contact.test_massless_rollers import MASSLESS, contact_torques, first_row
 from contact.test_massless_rollers import scene as scene_of_given_loads
 from contact.test_moving_loads import HEIGHT, LONG, numbers
 from contact.test_newton_euler import nu_dot, slipping_case
-from contact.test_rollers_under_loads import ACROSS, BEHIND, DOWN, PARKED, RHO, TILT, WIDE, starts
+from contact.test_rollers_under_loads import ACROSS, BREAKS, DOWN, PARKED, RHO, TILT, WIDE, starts
 from omniroll import (
     Bearings,
     Contact,
@@ -38,28 +45,8 @@ BLOCKED = {"wheel_coulomb": 3.0}  # N m, of axles that never turn
 
 
 def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first():
-    """All axles and rollers stick: M v' = M g sin b - F with F = mu W v/sqrt(v^2 + v0^2), and each wheel in front
-    carries W/4 + h F/(4 L). Its roller lets go where rho mu v/sqrt(v^2 + v0^2) of that is its break-away torque."""
-    angle, friction, fades = 0.3, 0.25, 0.02
-    mass, weight, fall = ACROSS.mass, ACROSS.mass * GRAVITY * np.cos(0.3), GRAVITY * np.sin(0.3)
-    breaks = 0.6 * RHO * friction * weight / 4
-    ground = Contact(law="regularised", friction=friction, speed=fades, loads="dynamic", height=HEIGHT,
-                     normal_gravity=GRAVITY * np.cos(angle))  # fmt: skip
-    bearings = Bearings(roller_coulomb=0.6 * breaks, roller_break_away=breaks, **BLOCKED)
-    run = simulate(ACROSS, nu=(0, 0, 0), duration=0.02, accuracy=1e-11, **MASSLESS,
-                   effects=[ground, bearings, Slope(angle, 0.0, gravity=GRAVITY)])  # fmt: skip
-    lever = friction * HEIGHT / LONG
-    part = (np.sqrt(1 + 16 * lever * breaks / (RHO * friction * weight)) - 1) / (2 * lever)  # of its friction
-    let_go, _ = quad(lambda turn: fades / np.cos(turn) ** 2 / (fall - friction * weight / mass * np.sin(turn)), 0,
-                     np.arcsin(part), epsabs=0, epsrel=1e-13)  # fmt: skip
-    assert 0.002 < let_go < 0.018
-    for wheel in FRONT:
-        assert starts(run, wheel)[0] == pytest.approx(let_go, rel=INSTANT)
-    assert all(not starts(run, wheel).size or starts(run, wheel)[0] > 1.1 * let_go for wheel in BEHIND)
-    row = np.flatnonzero(np.abs(run.t / let_go - 1) <= INSTANT)[0]  # the row before they let go
-    carried = weight / 4 * (1 + lever * part)
-    assert run.ground_load[row, FRONT] == pytest.approx([carried] * 2, rel=1e-9)
-    assert run.ground_load[row, BEHIND] == pytest.approx([weight / 2 - carried] * 2, rel=1e-9)
+    bearings = Bearings(roller_coulomb=0.6 * BREAKS, roller_break_away=BREAKS, **BLOCKED)
+    row_before_the_front_lets_go(slide_downhill(bearings, ACROSS, **MASSLESS), starts, BREAKS / RHO)
 
 
 def test_rollers_that_turn_brake_a_vehicle_evenly_until_they_stop():

@@ -11,7 +11,21 @@ from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
 from scipy.integrate import quad
 
-from contact.test_axles_under_loads import CART, ENGINES, FRONT, GRAVITY, INSTANT, LAWS, RELATIVE, WIDE, run_or_stop
+from contact.test_axles_under_loads import (
+    CART,
+    ENGINES,
+    FRICTION,
+    FRONT,
+    GRAVITY,
+    INSTANT,
+    LAWS,
+    RELATIVE,
+    WEIGHT,
+    WIDE,
+    row_before_the_front_lets_go,
+    run_or_stop,
+    slide_downhill,
+)
 from contact.test_moving_loads import HEIGHT, LONG, TRICYCLE, by_bodies, numbers
 from contact.test_newton_euler import slipping_case
 from contact.test_stuck_rollers import all_spins, contact_torques
@@ -33,7 +47,6 @@ from omniroll.results.comparison import distance_at
 
 ACROSS = CART.replace(wheel_angles=(0.0,) * 4)  # four wheels at the corners of a rectangle, whose axles look along x
 RHO = ACROSS.wheel_radius - ACROSS.roller_axis_radius  # of a roller that touches the ground in its middle
-BEHIND = [1, 2]
 STILL = 1e-11  # rad/s
 
 
@@ -46,32 +59,16 @@ def starts(run, wheel):
 # ---- closed forms ----------------------------------------------------------------------------------------------------
 
 
+BREAKS = 0.6 * RHO * FRICTION * WEIGHT / 4  # N m, of rollers on a vehicle that slides downhill
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first(engine):
-    """All axles and rollers stick: M v' = M g sin b - F with F = mu W v/sqrt(v^2 + v0^2), and each wheel in front
-    carries W/4 + h F/(4 L). Its roller lets go where rho mu v/sqrt(v^2 + v0^2) of that is its break-away torque."""
-    angle, friction, fades = 0.3, 0.25, 0.02
-    mass, weight, fall = ACROSS.mass, ACROSS.mass * GRAVITY * np.cos(0.3), GRAVITY * np.sin(0.3)
-    breaks = 0.6 * RHO * friction * weight / 4
-    ground = Contact(law="regularised", friction=friction, speed=fades, loads="dynamic", height=HEIGHT,
-                     normal_gravity=GRAVITY * np.cos(angle))  # fmt: skip
-    bearings = Bearings(roller_coulomb=0.6 * breaks, roller_break_away=breaks, wheel_coulomb=3.0)
-    run = simulate(ACROSS, nu=(0, 0, 0), duration=0.02, roller_model="free", accuracy=1e-11, control=False,
-                   engine=engine, effects=[ground, bearings, Slope(angle, 0.0, gravity=GRAVITY)])  # fmt: skip
+    bearings = Bearings(roller_coulomb=0.6 * BREAKS, roller_break_away=BREAKS, wheel_coulomb=3.0)
+    run = slide_downhill(bearings, ACROSS, roller_model="free", engine=engine)
     assert run.stats["engine"] == engine
-    lever = friction * HEIGHT / LONG
-    part = (np.sqrt(1 + 16 * lever * breaks / (RHO * friction * weight)) - 1) / (2 * lever)  # of its friction
-    let_go, _ = quad(lambda turn: fades / np.cos(turn) ** 2 / (fall - friction * weight / mass * np.sin(turn)), 0,
-                     np.arcsin(part), epsabs=0, epsrel=1e-13)  # fmt: skip
-    assert 0.002 < let_go < 0.018
-    for wheel in FRONT:
-        assert starts(run, wheel)[0] == pytest.approx(let_go, rel=INSTANT)
-    assert all(not starts(run, wheel).size or starts(run, wheel)[0] > 1.1 * let_go for wheel in BEHIND)
-    row = np.flatnonzero(np.abs(run.t / let_go - 1) <= INSTANT)[0]  # the row before they let go
-    carried = weight / 4 * (1 + lever * part)
-    assert run.ground_load[row, FRONT] == pytest.approx([carried] * 2, rel=1e-9)
-    assert run.ground_load[row, BEHIND] == pytest.approx([weight / 2 - carried] * 2, rel=1e-9)
-    assert np.abs(contact_torques(run)[row, FRONT]).max() <= breaks * (1 + 1e-11)
+    row = row_before_the_front_lets_go(run, starts, BREAKS / RHO)
+    assert np.abs(contact_torques(run)[row, FRONT]).max() <= BREAKS * (1 + 1e-11)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
