@@ -13,7 +13,7 @@ from omniroll.engine.motion import Motion
 from omniroll.engine.roller_deviations import RollerDeviations
 from tests.sensitivities import test_axles_on_the_ground as axles
 from tests.sensitivities import test_rollers_on_the_ground as rollers
-from tests.sensitivities.differences import SPINS, Case
+from tests.sensitivities.differences import SPINS, Case, sticking_at_random
 from tests.sensitivities.test_compiled import runs_in_c_and_python
 
 # Of the largest derivative. Free rollers in contact are light, so that their speeds decay within steps; what rounding
@@ -38,15 +38,7 @@ def at_random(kind, seed):
     """The paper's vehicle, of which some bearings stick; it starts near joints, and is driven more and more."""
     model, law, which, duration, _ = KINDS[kind]
     random = np.random.default_rng(seed)
-    numbers = {}
-    if which != "roller":
-        slides = random.uniform(0.01, 0.05)
-        numbers |= {"wheel_coulomb": slides, "wheel_break_away": slides * random.uniform(1.1, 2)}
-    if which != "wheel":
-        slides = 10.0 ** random.uniform(-5, -3)
-        numbers |= {"roller_coulomb": slides, "roller_break_away": slides * random.uniform(1.1, 2)}
-    if which == "both":
-        numbers["roller_viscous"] = 1e-6
+    numbers = sticking_at_random(random, which, 0.05)
     push = TorqueTable((0.0, 0.5 * duration, duration), 0.3 * random.uniform(-1, 1, (3, 3)) * [[0], [1], [1]])
     start = {"nu": random.uniform(-0.8, 0.8, 3), "chi": random.choice([-1, 1], 3) * random.uniform(0.61, 0.627, 3)}
     ground = Contact(**law) if seed % 2 else Contact(**law, wheel_rates=0.0)

@@ -13,7 +13,7 @@ from omniroll.engine.standing_deviations import StandingDeviations
 from tests.sensitivities import test_bearings_beside_contacts as beside
 from tests.sensitivities import test_standing_wheels as standing
 from tests.sensitivities.costs import AXLES, COULOMB, MOTOR, ROLLERS
-from tests.sensitivities.differences import SPINS, Case
+from tests.sensitivities.differences import SPINS, Case, sticking_at_random
 from tests.sensitivities.test_compiled import far_from_rest, runs_in_c_and_python
 
 CASES = {f"standing, {name}": own for name, own in standing.CASES.items()}
@@ -42,15 +42,7 @@ def at_random(kind, seed):
     motors."""
     model, further, which, duration, _ = KINDS[kind]
     random = np.random.default_rng(seed)
-    numbers = {}
-    if which != "roller":
-        slides = random.uniform(0.01, 0.1)
-        numbers |= {"wheel_coulomb": slides, "wheel_break_away": slides * random.uniform(1.1, 2)}
-    if which != "wheel":
-        slides = 10.0 ** random.uniform(-5, -3)
-        numbers |= {"roller_coulomb": slides, "roller_break_away": slides * random.uniform(1.1, 2)}
-    if which == "both":
-        numbers["roller_viscous"] = 1e-6
+    numbers = sticking_at_random(random, which, 0.1)
     push = TorqueTable((0.0, 0.5 * duration, duration), 0.6 * random.uniform(-1, 1, (3, 3)) * [[0], [1], [1]])
     start = {"nu": random.uniform(-0.8, 0.8, 3), "chi": random.choice([-1, 1], 3) * random.uniform(0.61, 0.627, 3)}
     rates = {"wheel_rates": random.uniform(-4, 4, 3)} if seed % 2 else {}
