@@ -76,7 +76,7 @@ def test_they_are_the_differences_of_runs(case, changes):
 BESIDE = Vehicle.paper().replace(center_of_mass=(0.03, -0.05))
 SKID = {"nu": (9.0, 2.5, 3.3)}
 BALANCE = {"height": 0.1, "wheel_mass": 0.15, "normal_gravity": 9.7, "platform_products": (0.002, -0.003)}
-OF_BALANCE = {"wheel_mass": 4e-2, "normal_gravity": 1e-1, "platform_products[0]": 2e-3, "platform_products[1]": 2e-3,
+OF_BALANCE = {"wheel_mass": 2e-2, "normal_gravity": 1e-1, "platform_products[0]": 2e-3, "platform_products[1]": 2e-3,
               "spin_inertia": 5e-5, "spin_inertia[1]": 5e-5}  # fmt: skip
 
 
@@ -88,7 +88,9 @@ def test_by_the_numbers_of_the_balance(roller_model, law):
         ground = Contact(**law, **BALANCE, loads="dynamic", spin_inertia=spin_inertia, wheel_rates=0.0)
         case = Case(roller_model, effects=(ground,), vehicle=BESIDE, start=SKID, duration=0.3)
         changes = {name: by for name, by in OF_BALANCE.items() if np.ndim(spin_inertia) == 0 or name != "spin_inertia"}
-        check(case, changes, switches=0, **_differences_of(case))
+        # Under the law coulomb runs at 1e-13 are rounded by more, some 1e-11, than runs at 1e-11.
+        options = _differences_of(case) | ({"accuracy": 1e-11} if law is COULOMB else {})
+        check(case, changes, switches=0, **options)
 
 
 @pytest.mark.long
