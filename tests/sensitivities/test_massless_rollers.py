@@ -7,11 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import omniroll
 from omniroll import Bearings, Contact, InvalidValueError, NoDerivativeError, TorqueTable
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import Case, derivative, differenced
+from tests.sensitivities.differences import Case, assert_the_same_backwards_and_in_sessions, derivative, differenced
 from tests.sensitivities.test_true_events import true
 
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
@@ -56,14 +55,8 @@ def test_beside_axles_that_stick_they_are_differences_of_runs(name):
 
 @pytest.mark.long
 @pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY], ids=["stops", "break-aways"])
-def test_backwards_they_are_the_same(case):
-    names, end = ("nu[2]", "mass", "roller_coulomb[1]"), case.duration
-    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([end / 3, end])
-    found = omniroll.gradient(run, names, times, pose=weights)
-    for name in names:
-        own = run.sensitivity(name, times).pose
-        growth = np.abs(run.sensitivity(name).pose).max()
-        assert found[name] == pytest.approx(np.sum(weights * own), abs=1e-11 * growth)
+def test_backwards_and_in_the_steps_of_a_session_they_are_the_same(case):
+    assert_the_same_backwards_and_in_sessions(case)
 
 
 def test_numbers_that_do_nothing_while_all_rollers_stick():

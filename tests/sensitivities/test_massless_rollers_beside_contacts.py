@@ -12,7 +12,15 @@ import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine import strip_deviations
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import SPINS, VEHICLE, Case, derivative, differenced, motion
+from tests.sensitivities.differences import (
+    SPINS,
+    VEHICLE,
+    Case,
+    assert_the_same_backwards_and_in_sessions,
+    derivative,
+    differenced,
+    motion,
+)
 from tests.sensitivities.test_true_events import true
 
 FLAT = Contact(law="coulomb", friction=(0.3, 0.25))
@@ -118,15 +126,9 @@ def test_free_rollers_tend_to_them_as_their_inertia_goes_to_zero():
 
 
 @pytest.mark.long
-def test_backwards_they_are_the_same():
-    names, end = ("nu[2]", "mass", "roller_coulomb[1]"), SLIPPING.duration
-    run, weights = SLIPPING.run(sensitivities=names, accuracy=1e-10), np.array([[1.0, 2, 3], [0.5, -1, 2]])
-    times = np.array([end / 3, end])
-    found = omniroll.gradient(run, names, times, pose=weights)
-    for name in names:
-        own = run.sensitivity(name, times).pose
-        growth = np.abs(run.sensitivity(name).pose).max()
-        assert found[name] == pytest.approx(np.sum(weights * own), abs=1e-11 * growth)
+@pytest.mark.parametrize("case", [SLIPPING, BREAKING_AWAY], ids=["rests", "break-aways"])
+def test_backwards_and_in_the_steps_of_a_session_they_are_the_same(case):
+    assert_the_same_backwards_and_in_sessions(case)
 
 
 def test_numbers_that_do_nothing():
