@@ -499,7 +499,7 @@ static void decide_semidefinite(cones_t *c)
             c->given[j] = given[j] - drawn[j]*before[j];
         }
         const int found = decide_cones(c, SET_STARTS_INSIDE || (SET_STANDS_BOTH_WAYS && round > 0));
-        if (SET_STARTS_INSIDE && !found) {      /* the start is nearer                                      */
+        if (SET_STARTS_INSIDE && !found) {      /* the forces before this round are nearer to the minimum      */
             memcpy(c->force, before, sizeof *before*(size_t)size);
             break;
         }

@@ -355,7 +355,7 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     lanes_t nu_dot[3];
     asked_t now;
     stand_at_end(run, work);
-    bearings_have_stuck(run, work);
+    bearings_have_stuck(run, work);         /* once more: nu has just lost what standing wheels take from it    */
     memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, &now);
