@@ -53,6 +53,7 @@ STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers c
 SLIP_SPINS = "slip_spins"  # of rollers in contact, where wheels slip and rollers stick
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
+REACHES = "contact_reaches"  # of rollers in contact, where wheels slip and rollers stick: their arms
 SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
 CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
@@ -301,6 +302,7 @@ class EngineSet:
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
         names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
         names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.strips else set()
+        names |= {REACHES} if self.stands and self.disks_stick else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
@@ -397,7 +399,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS)
+    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES)
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)
 

@@ -91,7 +91,7 @@ static int find_held(const variations_t *w, const own_change_t *e, held_t *held)
     return held->count <= 3 && find_only_forces(held->stand, held->count, at.held_force, held->force);
 }
 
-/* How a column moves a number of the wheels that may stand: radius, the rollers' arm, rows. */
+/* How a column moves a number of the wheels that may stand: radius, the rollers' distance from the ground, rows. */
 ALWAYS_INLINE double standing_moved(const variations_t *w, int column, int k)
 {
     return column < 0 ? 0 : w->run->standing_moved[column*(2 + 6*w->wheels) + k];
@@ -111,12 +111,12 @@ static void move_held(const variations_t *w, int column, held_t *held)
     find_only_forces(held->stand, held->count, asked, held->moved);
 }
 
-/* How much of a wheel's radius a force along a row takes, and how that moves. */
+/* With which arm a force along a row acts, and how that moves. */
 ALWAYS_INLINE double per_row_along(const variations_t *w, int column, int way, double *moved)
 {
     const double *const numbers = w->run->standing;
-    *moved = way ? -standing_moved(w, column, 0) : standing_moved(w, column, 0) - standing_moved(w, column, 1);
-    return way ? -numbers[0] : numbers[0] - numbers[1];
+    *moved = way ? -standing_moved(w, column, 0) : standing_moved(w, column, 1);
+    return way ? -numbers[0] : numbers[1];
 }
 
 /* How per_hold moves with a number of the vehicle, or without one. */
@@ -160,14 +160,13 @@ static double bearing_use_along(const variations_t *w, int column, const held_t 
                                 const point_t *along, double *moved)
 {
     const stand_t *const own = &held->stand[j];
-    const double angle = at->chi[own->wheel][0], turn = along->chi[own->wheel][0];
     const double most = w->run->own_most[own->bearing];
     const double most_moved = column < 0 ? 0 : w->run->own_most_moved[column*MOST_OWN(w) + own->bearing];
-    double per_row_moved, arm_moved = -standing_moved(w, column, 0);
+    lanes_t reach[MOST_WHEELS], moved_reach[MOST_WHEELS] = {{0}};
+    double per_row_moved;
+    put_reaches(w, column < 0 ? 0 : w->run->number[column], at->chi, along->chi, reach, moved_reach);
     const double per_row = per_row_along(w, column, own->way, &per_row_moved);
-    if (!own->way)
-        arm_moved = standing_moved(w, column, 0)*cos(angle) - w->run->standing[0]*sin(angle)*turn
-            - standing_moved(w, column, 1);
+    const double arm_moved = own->way ? -standing_moved(w, column, 0) : moved_reach[own->wheel][0];
     const double asked = own_asked(w, at, own->bearing)/most;
     const double asked_moved = own_asked(w, along, own->bearing)/most - asked*most_moved/most;
     const double grown = (arm_moved/most - own->per_bearing*per_row_moved)/per_row - own->per_bearing*most_moved/most;

@@ -32,18 +32,31 @@ ALWAYS_INLINE double per_hold(const variations_t *w, int i, int c)
     return sqrt(w->run->per_reach[2*i + c])/(SET_LOADS ? w->run->standing[2] : 1);
 }
 
+/* How far the axes of rollers are from the ground at these angles, and how a number of the vehicle and the angles move
+ * that. */
+static void put_reaches(const variations_t *w, int model, const lanes_t *chi, const lanes_t *chi_moved, lanes_t *reach,
+                        lanes_t *moved)
+{
+#if SET_DISKS_STICK
+    set_contact_reaches_along(OWN_WHEELS(w->wheels), &w->vehicle[model], chi, chi_moved, reach, moved);
+#else
+    (void)w, (void)model, (void)chi, (void)chi_moved, (void)reach, (void)moved;
+#endif
+}
+
 /* List the directions in one of the instants of a change, at whose state the point is. Returns how many. */
 static int list_stands(const variations_t *w, const own_change_t *e, int which, stand_t *to)
 {
-    const double *const numbers = w->run->standing, radius = numbers[0], arm = numbers[1];
+    const double *const numbers = w->run->standing, radius = numbers[0];
+    lanes_t still[MOST_WHEELS] = {{0}}, reach[MOST_WHEELS] = {{0}}, moved[MOST_WHEELS];
     int count = 0;
+    put_reaches(w, 0, w->point + point_chi(w), still, reach, moved);
     for (int i = 0; i < w->wheels; i++)
         for (int way = 0; way < 2; way++) {
             if (!stands_in(w, e, which, i, way))
                 continue;
             const int bearing = way ? i : roller_bearing(w, i, 0);
-            const double per_row = way ? -radius : radius - arm;
-            const double own = way ? -radius : radius*cos(w->point[point_chi(w) + i][0]) - arm;
+            const double per_row = way ? -radius : numbers[1], own = way ? -radius : reach[i][0];
             to[count++] = (stand_t){i, way, bearing, numbers + 3 + 3*(2*i + way), per_hold(w, i, way)/per_row,
                                     own/(per_row*w->run->own_most[bearing])};
         }

@@ -51,9 +51,10 @@ typedef struct {
                                              * each N of load where loads follow the motion; behind the first how they
                                              * move. Or null */
     const double *slip_rounding;            /* T x N: slips within these do not say where they go; or null */
-    const double *standing;                 /* where wheels may stand: radius, distance of the rollers' axles from the
-                                             * wheel's, the largest load at rest; N x 2 x 3: what wheels take from nu that
-                                             * stand along the axle, and along the rolling direction. Or null */
+    const double *standing;                 /* where wheels may stand: radius, distance of the rollers' axes from the
+                                             * ground in their middles, the largest load at rest; N x 2 x 3: what wheels
+                                             * take from nu that stand along the axle, and along the rolling direction.
+                                             * Or null */
     const double *standing_moved;           /* P x 2 + 6 N: how radius, distance and rows move. Or null */
     double all_loads;                       /* of the vehicle, in N, where loads follow the motion      */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,

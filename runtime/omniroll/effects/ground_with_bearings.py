@@ -109,8 +109,7 @@ class GroundWithBearings(GroundWithAxles):
 
     def _reach(self, chi: np.ndarray) -> np.ndarray:
         """(N,) in m, from the axes of the rollers in contact to the ground."""
-        vehicle = self.kernel.vehicle
-        return vehicle.wheel_radius * np.cos(chi) - vehicle.roller_axis_radius
+        return self.kernel.call("contact_reaches", chi)
 
     # What has happened
 

@@ -40,8 +40,9 @@ def given_in_rows(taken: np.ndarray, sticks: np.ndarray) -> dict[str, np.ndarray
 
 def rows_along_axles(kernel: Kernel) -> np.ndarray:
     """(N, 3) of nu, the speeds of the wheels along their axles."""
-    _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
-    return spins.T * (kernel.vehicle.wheel_radius - kernel.vehicle.roller_axis_radius)
+    middle = np.zeros(kernel.wheels)
+    _, spins = kernel.wheel_rates(np.eye(3), middle)
+    return (spins * kernel.call("contact_reaches", middle)).T
 
 
 def torque_rounding(asked: np.ndarray, holding: np.ndarray, rows: np.ndarray, nu: np.ndarray) -> np.ndarray:

@@ -84,9 +84,12 @@ class BearingsBesideContacts(BearingDeviations):
 
     @cached_property
     def numbers(self) -> tuple[np.ndarray, np.ndarray]:
-        """(3 + 6 N,) what C takes of the wheels that may stand: radius, the rollers' arm, the largest load; rows. And
-        (P, 2 + 6 N) how these move, but for the load."""
-        carried = [np.ravel(self.columns.kernel.constant(f"{name}_radius")) for name in ("wheel", "roller_axis")]
+        """(3 + 6 N,) what C takes of the wheels that may stand: radius; distance from the axes of rollers to the ground
+        in their middles, if these stick; the largest load; rows. And (P, 2 + 6 N) how these move, but for the load."""
+        kernel = self.columns.kernel
+        carried = [np.ravel(kernel.constant("wheel_radius"))] * 2
+        if self.rollers is not None:
+            carried[1] = kernel.call("contact_reaches", np.zeros(self.wheels))[..., 0]
         given = *(own[0].real for own in carried), self.contacts.grip.loads.max()
         moved = [tangent_of(own)[:, None] for own in carried] + [self.turning_rows.reshape(len(self.columns), -1)]
         return np.concatenate([given, self.standing.rows.ravel()]), np.concatenate(moved, axis=1)
@@ -413,9 +416,7 @@ class StandingDeviations(ContactDeviations):
         static, largest = np.broadcast_to(static, (count, self.wheels, 2)), grip.loads.max()
         measure = np.broadcast_to(largest, loads.shape) if self.contacts.loaded else loads
         reach = measure[..., None] * static
-        radius = _by_column(kernel, "wheel_radius")
-        per_row = np.where(ways == 0, reach_of(kernel, 0.0), -radius)
-        arms = np.where(ways == 0, reach_of(kernel, known["chi"])[..., wheels], -radius)
+        per_row, arms = (_arms(kernel, chi, wheels, ways) for chi in (np.zeros(self.wheels), known["chi"]))
         per_force, given = np.zeros((count, size, 2, len(wheels)), complex), np.zeros((count, size, 2), complex)
         places = np.arange(len(wheels))
         per_force[:, np.searchsorted(contacts, wheels), ways, places] = 1 / (per_row * reach[:, wheels, ways])
@@ -450,16 +451,13 @@ class StandingDeviations(ContactDeviations):
             raise self._none(row, reason, self._wheels_of(bounds.parts[edge].any(axis=0)))
 
 
-def reach_of(kernel: Kernel, chi: np.ndarray | float) -> np.ndarray:
-    """(..., N) in m, from the axes of the rollers in contact to the ground, at chi (..., N); of numbers that deviate in
-    columns (c,) first for each of these."""
-    return _by_column(kernel, "wheel_radius") * np.cos(chi) - _by_column(kernel, "roller_axis_radius")
-
-
-def _by_column(kernel: Kernel, name: str) -> np.ndarray:
-    """A number of the vehicle: (c, 1) where it deviates in columns."""
-    value = kernel.constant(name)
-    return value[..., None] if np.ndim(value) else value
+def _arms(kernel: Kernel, chi: np.ndarray, wheels: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """(..., m) in m, with which forces of the ground on wheels (m,) at chi (..., N) act on the bearings that hold them,
+    in ways (m,), along the axle (0) or the rolling direction (1)."""
+    rolling = np.repeat(-np.reshape(kernel.constant("wheel_radius"), (-1, 1)), len(ways), axis=1)
+    if ways.all():
+        return rolling
+    return np.where(ways == 0, kernel.call("contact_reaches", chi)[..., wheels], rolling)
 
 
 def _joined(one: Bounds, other: Bounds) -> Bounds:

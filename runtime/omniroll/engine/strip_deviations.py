@@ -25,7 +25,7 @@ from omniroll.engine.contact_modes import slips
 from omniroll.engine.events_beside import GRAZES, JUMPS
 from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.engine.standing import SAME
-from omniroll.engine.standing_deviations import BearingsBesideContacts, Modes, StandingDeviations, reach_of
+from omniroll.engine.standing_deviations import BearingsBesideContacts, Modes, StandingDeviations
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 
@@ -46,13 +46,14 @@ class BearingsInSeries(BearingsBesideContacts):
     @cached_property
     def inertias(self) -> np.ndarray:
         """(B,) in kg m^2; of rollers what the vehicle's mass is to a torque that holds it by the ground."""
-        vehicle = self.motion.plain.vehicle
-        reach = vehicle.wheel_radius - vehicle.roller_axis_radius
-        return self._all(np.full(self.wheels, vehicle.wheel_inertia), np.full(self.shape, vehicle.mass * reach**2))
+        plain = self.motion.plain
+        reach = plain.call("contact_reaches", np.zeros(self.wheels))
+        own = plain.vehicle.mass * reach[:, None] ** 2
+        return self._all(np.full(self.wheels, plain.vehicle.wheel_inertia), np.broadcast_to(own, self.shape))
 
     def dots(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
         """(..., B) in rad/s^2, accelerations of the wheels, and of the speeds along the axles over rho."""
-        reach = reach_of(self.motion.plain, np.asarray(known["chi"]).real)
+        reach = self.motion.plain.call("contact_reaches", np.asarray(known["chi"]).real)
         return self._all(known["rates_dot"], (known["slip_dot"][..., 0] / reach)[..., None])
 
     def asked(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -60,7 +61,8 @@ class BearingsInSeries(BearingsBesideContacts):
 
     def rates_in(self, views: Mapping[str, np.ndarray]) -> np.ndarray:
         """(..., B) the rates of wheels, and the speeds along the axles over rho, which may carry tangents."""
-        along = slips(self.columns.kernel, views)[..., 0] / reach_of(self.motion.plain, views["chi"].real)
+        reach = self.motion.plain.call("contact_reaches", views["chi"].real)
+        along = slips(self.columns.kernel, views)[..., 0] / reach
         return self._all(views["rates"], along[..., None])
 
     def stilled(self, row: int, moved: np.ndarray, stops: np.ndarray) -> np.ndarray:
