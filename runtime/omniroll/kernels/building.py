@@ -50,8 +50,13 @@ class CompilationError(RuntimeError):
 
 
 def compiler() -> list[str]:
-    """The command and its flags."""
-    return [*shlex.split(os.environ.get("CC", "cc")), *FLAGS, *shlex.split(os.environ.get("OMNIROLL_CFLAGS", ""))]
+    """The command and the flags that every library is compiled with."""
+    return [*shlex.split(os.environ.get("CC", "cc")), *FLAGS]
+
+
+def further_flags() -> list[str]:
+    """Those that the user adds. They must come behind all others: of two levels the compiler takes the last."""
+    return shlex.split(os.environ.get("OMNIROLL_CFLAGS", ""))
 
 
 def find_compiler() -> list[str]:
@@ -132,7 +137,7 @@ def _compile(sources: Sequence[Path], target: Path, folders: Sequence[Path], fla
     include = [f"-I{folder}" for folder in folders]
     try:
         done = subprocess.run(
-            [*command, *include, *map(str, sources), *flags, "-o", str(target)],
+            [*command, *include, *map(str, sources), *flags, *further_flags(), "-o", str(target)],
             capture_output=True, text=True, timeout=LONGEST,
         )  # fmt: skip
     except subprocess.TimeoutExpired:

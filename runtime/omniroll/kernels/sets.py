@@ -290,7 +290,7 @@ def _say(text: str) -> None:
 
 def c_folder(base: str, effects: tuple[str, ...]) -> Path:
     """The folder with a set's C and what this compiler makes of it; the C is written now where it is not there."""
-    flags = [*building.compiler(), *building.PAIR_FLAGS, *building.ENGINE_FLAGS]
+    flags = [*building.compiler(), *building.PAIR_FLAGS, *building.ENGINE_FLAGS, *building.further_flags()]
     key = hashlib.sha256("\0".join([*flags, platform.machine()]).encode()).hexdigest()[:16]
     place = folder(base, effects) / key
     _ensure(place, lambda: _texts(base, effects).c_files())
