@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable, Vehicle
+from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import Case, derivative, differenced
 from tests.sensitivities.test_loads_that_follow import STARTING, TALL
@@ -71,23 +71,16 @@ def test_beside_axles_that_stick_they_are_differences_of_runs(name):
 def test_a_drive_that_jumps_takes_rollers_along_through_loads():
     """The torques move the loads at once, and with these what the ground asks of rollers: one lets go then. When they
     come moves that."""
-    push = TorqueTable((0.0, 0.1), ((0.1, -0.05, 0.02), (1.5, -1.0, 0.5)), interpolation="hold")
-    ground, names = Contact(**REGULARISED, loads="dynamic", height=0.15), ("times[1]", "mass")
-    stuck = Case("massless", effects=(ground, Bearings(roller_coulomb=1.0), push), start=STILL, duration=0.1)
-    asked = np.abs(np.array(stuck.run(accuracy=1e-12).drive)[-2:])
-    taken = asked[:, stuck.run(accuracy=1e-12).effects.drives().index("contact_bearing")]
-    wheel = int(np.argmax(taken[1] - taken[0]))
-    assert taken[1, wheel] > 1.001 * taken[0, wheel]
-    most = np.full(3, 1.0)
-    most[wheel] = taken[:, wheel].mean()
-    held = Bearings(roller_coulomb=tuple(most / 2), roller_break_away=tuple(most))
-    case = replace(stuck, effects=(ground, held, push), duration=0.15)
-    run = case.run(sensitivities=names, accuracy=1e-12)
+    push = TorqueTable((0.0, 0.1), ((0.1, -0.05, 0.02), (-0.3, 0.4, 0.2)), interpolation="hold")
+    held = Bearings(roller_coulomb=0.012, roller_break_away=(1.0, 1.0, 0.0246))  # asked for 0.0197 and 0.0295 N m
+    ground, names = Contact(**REGULARISED, loads="dynamic", height=0.1), ("times[1]", "mass")
+    case = Case("massless", effects=(ground, held, push), start=STILL, duration=0.12)
+    run = case.run(sensitivities=names, accuracy=1e-11)
     row = np.flatnonzero((np.diff(Motion(run).massless.modes, axis=0) != 0).any(axis=1))[0]
     assert run.t[row] == run.t[row + 1] == 0.1
     for name in names:
-        wanted = differenced(case, name, 1e-5, accuracy=1e-12)
-        assert np.abs(derivative(run, name) - wanted).max() <= 1e-7 * np.abs(wanted).max()
+        wanted = differenced(case, name, 1e-4, accuracy=1e-11)
+        assert np.abs(derivative(run, name) - wanted).max() <= 1e-6 * np.abs(wanted).max()
 
 
 @pytest.mark.parametrize("law", SMOOTH)
@@ -140,17 +133,18 @@ def test_a_roller_that_sticks_by_all_its_friction_has_none():
 
 
 def test_rollers_that_let_go_together_have_none_by_what_parts_them():
-    """Straight ahead two wheels are alike. The mass keeps them so, and a speed of turning does not."""
-    push = TorqueTable((0.0, 0.3), ((0.0, 0.0, 0.0, 0.0), (0.5, 0.0, -0.5, 0.0)))
-    ground, cross = Contact(**REGULARISED, loads="dynamic", height=0.05), Vehicle.paper(4, 5)
-    start = {"nu": (0.0, 0.0, 0.0), "chi": (0.0,) * 4, "pose": (0.0, 0.0, 0.0)}
-    case = Case("massless", vehicle=cross, effects=(ground, HELD_LONGER, push), start=start, duration=0.2)
+    """Along the axle of the first wheel the other two are alike. The mass keeps them so, and a speed of turning does
+    not."""
+    push = TorqueTable((0.0, 0.3), ((0.0, 0.0, 0.0), (0.0, 0.5, -0.5)))
+    held = Bearings(roller_coulomb=0.001, roller_break_away=(1.0, 0.002, 0.002))
+    start = {"nu": (0.0, 0.0, 0.0), "chi": (0.0,) * 3, "pose": (0.0, 0.0, 0.0)}
+    case = Case("massless", effects=(Contact(**REGULARISED, **LOW), held, push), start=start, duration=0.05)
     run = case.run(sensitivities=("mass",), accuracy=1e-11)
     modes = Motion(run).massless.modes
     row = np.flatnonzero((modes[:-1] != modes[1:]).any(axis=1))[0]
     assert (modes[row] != modes[row + 1]).sum() == 2
-    wanted = differenced(case, "mass", 1e-4, accuracy=1e-12)
-    assert np.abs(derivative(run, "mass") - wanted).max() <= 1e-8 * np.abs(wanted).max()
+    wanted = differenced(case, "mass", 1e-3, accuracy=1e-11)
+    assert np.abs(derivative(run, "mass") - wanted).max() <= 1e-6 * np.abs(wanted).max()
     with pytest.raises(NoDerivativeError, match="together, and apart") as error:
         case.run(sensitivities=("nu[2]",), accuracy=1e-11)
     assert error.value.t == run.t[row] and set(error.value.wheels) == set(np.flatnonzero(modes[row + 1]))
