@@ -248,10 +248,8 @@ def test_samples_between_rows_are_those_of_finer_runs():
             assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)
 
 
-def test_sensitivities_and_sessions_are_refused():
+def test_sessions_are_refused():
     vehicle, options = scene(0)
-    with pytest.raises(InvalidValueError, match="sensitivities"):
-        simulate(vehicle, duration=0.01, sensitivities=["mass"], **options)
     del options["control"]
     with pytest.raises(OmnirollError, match="massless rollers that stick where wheels may slip, under loads"):
         Session(vehicle, driven=False, **options)

@@ -15,6 +15,7 @@ from flint import arb, arb_series
 import omniroll
 from hard.constrained import Row, Series, coefficient, coefficients, first_zero
 from hard.moving import CONSTANTS, larger, split
+from hard.on_springs import UNKNOWN, OnSprings
 from omniroll.engine.runs import Task
 from omniroll.kernels import sets
 from omniroll.studies.accuracy.acting import Acting
@@ -139,26 +140,17 @@ class Bearings:
         return [arb(value).mid() for value in flat([nu, after, known["pose"], spins])]
 
 
-class SlippingBearings(Bearings):
+class SlippingBearings(OnSprings, Bearings):
     """The same where wheels may slip under a smooth law, whose forces are those of the generated formulas: there the
-    state has the wheels' rates and all axial speeds, and no speed changes at a switch. Loads that follow the motion are
-    those of equal springs under a platform that sinks and tilts, by three unknown numbers `springs`; none vanishes."""
+    state has the wheels' rates and all axial speeds, and no speed changes at a switch. Of loads that follow the motion
+    none vanishes."""
 
     def __init__(self, task: Task, name: str, change: Any):
         super().__init__(task, name, change)
         contact = next(e for e in task.effects.effects if isinstance(e, omniroll.Contact))
-        self.unknown_loads = 3 * contact.is_loaded
+        self.unknown_loads = UNKNOWN * contact.is_loaded
         if contact.is_loaded:
-            height = arb(float(contact.height)) + (change if name == "height" else 0)
-            gravity = arb(omniroll.vocabulary.STANDARD_GRAVITY)
-            self.balance_numbers = {"normal_gravity": gravity, "height": height, "wheel_mass": arb(0)}
-            self.balance_numbers["platform_products"] = [arb(0)] * 2
-            self.balance_numbers["spin_inertia"] = [self.constants["wheel_inertia"]] * self.wheels
-            radius, angles = self.constants["platform_radius"], self.constants["wheel_angles"]
-            self.places = [[radius * a.cos(), radius * a.sin()] for a in angles]
-
-    def loads(self, springs: Row) -> Row:
-        return [springs[0] + springs[1] * x + springs[2] * y for x, y in self.places]
+            self.stand_on_springs(contact, name, change)
 
     def unbalanced(self, y: Row, torques: Row, rates: Row, springs: Row) -> Row:
         """The sums of the loads and of their moments, beyond what the loads have."""
@@ -170,8 +162,7 @@ class SlippingBearings(Bearings):
         known["bearing_momenta_dot"] = self.module.bearing_momenta(self.model, free)
         arguments = (known[argument.name] for argument in self.kernel.signatures["slip_load_balance"].inputs)
         sums, _ = self.module.slip_load_balance(self.model, *arguments)
-        own = [(load, load * x, load * y) for load, (x, y) in zip(self.loads(springs), self.places, strict=True)]
-        return [a - sum(column) for a, column in zip(sums, zip(*own, strict=True), strict=True)]
+        return self.beyond(sums, self.loads(springs))
 
     def _momenta(self, y: Row) -> Row:
         return self.module.momenta(self.model, self.parts(y)["axial"])

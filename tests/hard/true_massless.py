@@ -80,10 +80,15 @@ class Phase:
 class Run:
     """The motion from its start to the end; `log` says what happens."""
 
+    formulas = Rollers
+
     def __init__(self, task: Task, name: str, change: Any):
-        self.b = Rollers(task, name, change)
+        self.b = self.formulas(task, name, change)
         self.now, self.end, self.log = arb(0), arb(task.duration), []
         self.y, self.modes = self.b.start(), [0] * self.b.wheels
+        self._began()
+
+    def _began(self) -> None:
         self._decide(set(range(self.b.wheels)), set())
 
     def to_the_end(self) -> Row:
@@ -107,8 +112,11 @@ class Run:
     def _phase(self) -> Phase:
         return Phase(self.b, self.modes, signals_at(self.b.acting, self.now, self.y[:3]))
 
+    def _series(self, order: int) -> Series:
+        return Series(self._phase(), self.y, order)
+
     def _step(self) -> None:
-        series, known = Series(self._phase(), self.y, ORDER), self.b.acting.next_time()
+        series, known = self._series(ORDER), self.b.acting.next_time()
         goal = min(self.end, arb(known), key=float) if known < np.inf else self.end
         left = goal - self.now
         h = min(left, arb(series.length(ERROR)), key=float)
@@ -118,10 +126,18 @@ class Run:
         self.y, _ = series.at(h)
         arrived = found is None and float(left - h) <= 0
         self.now = goal if arrived else (self.now + h).mid()
-        if found is None:
-            return
+        if found is not None:
+            self._pass([margins[place][1:] for place in found[1]])
+        elif arrived:
+            self._drives_change()
+
+    def _drives_change(self) -> None:
+        """A drive may have jumped, which no roller feels at once."""
+
+    def _pass(self, events: list[tuple[int, Any]]) -> None:
+        """What has happened to wheels, as _margins says."""
         resting, released = set(), set()
-        for _, k, what in (margins[place] for place in found[1]):
+        for k, what in events:
             if what == "let go":
                 released.add(k)
             else:

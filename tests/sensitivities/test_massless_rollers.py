@@ -2,13 +2,11 @@
 differences of runs in 40 digits, which find those events by themselves (hard.true_massless)."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, InvalidValueError, NoDerivativeError, TorqueTable
-from omniroll.engine.drive_deviations import refuse_what_is_not_followed
+from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import Case, assert_the_same_backwards_and_in_sessions, derivative, differenced
 from tests.sensitivities.test_true_events import true
@@ -74,10 +72,3 @@ def test_a_roller_that_sticks_by_all_its_friction_has_none():
     with pytest.raises(NoDerivativeError, match="all its friction") as error:
         Case("massless", effects=(Contact(5.0), at_bound), duration=0.01).run(sensitivities=("mass",))
     assert error.value.wheels == (0, 1, 2) and error.value.t == 0
-
-
-def test_under_loads_that_follow_the_motion_they_are_refused():
-    """Such runs are refused, too: this waits for them."""
-    effects = ("contact", "roller_sticking", "contact_loads")
-    with pytest.raises(InvalidValueError, match="massless rollers stick"):
-        refuse_what_is_not_followed((), SimpleNamespace(signatures={"slip_contact_loss": None}, effects=effects))

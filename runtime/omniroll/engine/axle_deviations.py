@@ -35,7 +35,7 @@ class AxleDeviations(BearingDeviations):
 
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts: a wheel whose axle sticks has no rate beside it either."""
-        self._refuse_edges(0)
+        self.refuse_edges(0)
         found, rests = np.array(moved), self.modes[0] == 0
         if self.contacts is not None:  # loads that follow feel what takes its rate away
             found = self.rested(0, np.where(rests, 1, self.modes[0]), found, rests)
@@ -58,7 +58,7 @@ class AxleDeviations(BearingDeviations):
         stops, jumps = before[changed] != 0, self._jumps(row, changed, jump)
         if stops.any():
             times[stops] = self.times_of_stops(row, moved, changed[stops])
-        self._refuse_edges(row + 1)
+        self.refuse_edges(row + 1)
         if (~stops & jumps).any():
             times[~stops] = self._times_of_release(row, moved, changed[~stops], inputs)
         own = self.rates[changed]
@@ -78,7 +78,7 @@ class AxleDeviations(BearingDeviations):
         times = np.zeros((1, len(self.columns))) if knot is None else knot[None]
         if stops.size:
             times = np.concatenate([times, self.times_of_stops(row, moved, stops)])
-        self._refuse_edges(row + 1)
+        self.refuse_edges(row + 1)
         self.refuse_apart(row, times, changed)
         return moved + jump[:, None] * times[0]
 
@@ -128,6 +128,6 @@ class AxleDeviations(BearingDeviations):
             raise self.none(row, reason, axles)
         return -slopes[:, 1:] / slopes[:, :1]
 
-    def _refuse_edges(self, row: int) -> None:
+    def refuse_edges(self, row: int) -> None:
         """Raises NoDerivativeError where an axle sticks from a row on that is asked for all that it takes."""
         self.refuse_at_bound(row, self.modes[row] == 0, self._asked(row))

@@ -27,9 +27,6 @@ FOLLOWED = (Torque, TorqueTable, Motor, Controller)  # effects with a process wh
 
 def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> None:
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
-    if "slip_contact_loss" in plain.signatures and "contact_loads" in plain.effects:
-        bound = "is not followed where massless rollers stick and loads follow the motion; give it a roller_speed"
-        raise InvalidValueError("sensitivities", "Bearings", bound)
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         if not known:

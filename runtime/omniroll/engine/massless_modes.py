@@ -34,6 +34,8 @@ class MasslessModes:
         taken = trajectory.drive[:, drives.index(IN_CONTACT)]
         headings = trajectory.drive[:, drives.index(HEADING)] if HEADING in drives else None
         turns = ~holds(taken, self.sliding, headings)
+        if "carries" in drives:  # the roller of a contact that is off sticks
+            turns &= trajectory.drive[:, drives.index("carries")] > 0.5
         inside = turns[first] & turns[first + 1]  # one that sticks may have its sliding torque where it begins or ends
         turns[first + 1] = inside
         turns[first] = inside

@@ -30,6 +30,7 @@ from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.events_beside import TOGETHER
 from omniroll.engine.hold_deviations import HoldDeviations
+from omniroll.engine.loaded_massless_deviations import LoadedMasslessDeviations
 from omniroll.engine.massless_deviations import MasslessDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
@@ -86,7 +87,7 @@ def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | 
     if motion.standing is not None:
         return BearingsBesideContacts(motion, columns)
     if motion.massless is not None:
-        return MasslessDeviations(motion, columns)
+        return (MasslessDeviations if motion.contacts is None else LoadedMasslessDeviations)(motion, columns)
     if motion.rollers is not None:
         return RollerDeviations(motion, columns)
     return None if motion.axles is None else AxleDeviations(motion, columns)

@@ -20,6 +20,8 @@ from numpy.polynomial import legendre
 
 from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import BEARINGS, EffectSet
+from omniroll.effects.ground_loads import Carried
+from omniroll.effects.loads_beside_bearings import BesideBearings, settled
 from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
 from omniroll.engine.pieces_of_steps import PiecesOfSteps
@@ -98,6 +100,8 @@ class Deviations:
     axles_stick, rollers_stick  whether axles, and rollers, may stick where wheels may slip
     grips      whether contacts may stick on the ground
     loaded     whether loads follow the motion; coupled, whether the motion follows the loads as well
+    left       whether then bearings of massless rollers leave a part of the loads
+    at_rest    (N,) in N, the loads of the vehicle at rest; None where loads do not follow the motion
     functions  generated functions that give the rates, in the order in which they are called
     """
 
@@ -115,6 +119,8 @@ class Deviations:
         self.inputs |= {name: (bound.wheels,) for name in MODES if name in drives}  # which a phase holds
         self.grips, self.loaded = "sticks" in drives, "carries" in drives
         self.coupled = self.loaded and "contact_viscous" not in effects.names()
+        self.plain, self.left = bound, self.coupled and "left_loads" in bound.signatures
+        self.at_rest = effects.grip(bound.vehicle).loads if self.loaded else None
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
         self.spins_stick = bound.rollers_stick and bound.has_spins
@@ -205,18 +211,56 @@ class Deviations:
             known |= pushes(kernel, known)
         if self.coupled:
             known |= self.loads_among(kernel, known)
-            known["load_factor"] = known["loads"]
+            known |= self.pressed(known, known["loads"], known["loads"])
         elif self.loaded:
             known["load_factor"] = known["carries"]
         return self._called(kernel, known)
 
     def loads_among(self, kernel: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """(..., N) in N, `loads` that follow the motion, and `compression`, what the springs of all contacts have."""
+        """(..., N) in N, `loads` that follow the motion, and `compression`, what the springs of all contacts have.
+
+        Of a load the bearing of a massless roller that turns leaves what is in no proportion to it. There loads are
+        found by Newton's rule on numbers without tangents; with these one more round of it, at the solution, gives the
+        tangents, whatever those of the point about which it is linear are."""
+        about = self._about(known) if self.left else None
+        return dict(zip(("loads", "compression"), self._found_about(kernel, known, about), strict=True))
+
+    def _about(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(..., N) in N, loads that follow the motion, which carry no tangents."""
+        real = {name: np.real(value) for name, value in known.items()}
+
+        def solve(about: np.ndarray) -> Carried:
+            loads, compression = self._found_about(self.plain, real, about)
+            return Carried(loads, loads, compression, np.ones(loads.shape[:-1]))
+
+        return settled(solve, self.at_rest, float(self.at_rest.sum())).loads
+
+    def _found_about(
+        self, kernel: Kernel, known: Mapping[str, np.ndarray], about: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What loads_that_follow gives where friction beside bearings is linear about loads (..., N)."""
 
         def rates_under(loads: np.ndarray) -> dict[str, np.ndarray]:
-            return self._called(kernel, dict(known) | {"load_factor": loads if self.coupled else known["carries"]})
+            given = self.pressed(known, loads, about) if self.coupled else {"load_factor": known["carries"]}
+            return self._called(kernel, dict(known) | given)
 
-        return dict(zip(("loads", "compression"), loads_that_follow(kernel, known, rates_under), strict=True))
+        return loads_that_follow(kernel, known, rates_under)
+
+    def pressed(
+        self, known: Mapping[str, np.ndarray], loads: np.ndarray, about: np.ndarray | None
+    ) -> dict[str, np.ndarray]:
+        """What generated functions take of loads (..., N) by which friction goes; beside rollers that turn it is linear
+        about loads (..., N), whose tangents are none."""
+        if not self.left:
+            return {"load_factor": loads}
+
+        def left(there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            given = {name: np.real(known[name]) for name in ("chi", "contact_bearing")}
+            return call_named(self.plain, "left_loads", dict(known) | given | {"load_about": there})
+
+        turns = (np.real(known["contact_sticks"]) < 0.5) & (np.real(known["carries"]) > 0.5)
+        beside = BesideBearings.at(left, turns, np.real(about))
+        return {"load_factor": beside.factor(loads), "bearing_factor": 1 / beside.about}
 
     def _called(self, kernel: Kernel, known: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """With what the functions of the rates give."""
