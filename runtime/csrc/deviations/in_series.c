@@ -5,8 +5,8 @@
  *     d+ = d- + sum (f- - f+) dt,   dt = -d excess/excess'
  *
  * (runtime/omniroll/engine/massless_deviations.py). Where a roller comes to rest no rate jumps, and neither does one
- * where break-away and sliding torques are the same. Where something else happens at that instant, or what is asked of a
- * roller only just comes to its bound, the caller decides. */
+ * where break-away and sliding torques are the same. Where something else happens at that instant, or what is asked of
+ * a roller only just comes to its bound, the caller decides. */
 
 #if SET_IN_SERIES && !SET_GRIPS
 /* The bearing of a roller among all. */

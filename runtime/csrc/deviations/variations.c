@@ -21,8 +21,7 @@
 #define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS) /* whether slips have directions that turn, one for each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
-#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES) /* whether bearings may stick where wheels
-                                                                               * may slip */
+#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES)  /* whether bearings may stick then */
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
