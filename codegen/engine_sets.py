@@ -301,7 +301,7 @@ class EngineSet:
         """The functions that sensitivities call, in the set's order."""
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
         names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
-        names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.strips else set()
+        names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.in_series else set()
         names |= {REACHES} if self.stands and self.disks_stick else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from omniroll import Bearings, Contact, Motor, Vehicle
+from omniroll import Bearings, Contact, Motor, TorqueTable, Vehicle
 
 TWELVE = (
     "nu[0]", "nu[1]", "nu[2]", "chi[0]", "chi[1]", "pose[2]", "mass", "yaw_inertia", "wheel_inertia", "roller_inertia",
@@ -39,6 +39,15 @@ DRIVEN_ON_COULOMB = {
     "coulomb, rollers stick": {"roller_model": "free", "effects": [COULOMB, ROLLERS, MOTOR]},
     "loads, coulomb, rollers stick": {"roller_model": "free", "effects": [LOADED["coulomb"], ROLLERS, MOTOR]},
 }
+TO_AND_FRO = TorqueTable(
+    tuple(0.5 * k for k in range(21)), tuple(tuple((-1.0) ** k * x for x in (0.03, -0.02, 0.01)) for k in range(21))
+)  # N m, of each wheel
+HELD_LONGER = Bearings(roller_coulomb=0.005, roller_break_away=0.007)
+IN_SERIES = {
+    f"in series, {law}, {drive}": {"roller_model": "massless", "effects": [ground, HELD_LONGER, *given]}
+    for law, ground in (("viscous", VISCOUS), ("regularised", REGULARISED))
+    for drive, given in (("no drive", ()), ("torque", (TO_AND_FRO,)), ("motor", (MOTOR,)))
+}  # massless rollers that stick
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},
@@ -59,7 +68,7 @@ TASKS: dict[str, dict[str, Any]] = {
 } | {
     f"loads, {model}, {law}": {"roller_model": model, "effects": [ground]}
     for model in ("massless", "free") for law, ground in LOADED.items()
-} | SLIPPING | DRIVEN_ON_COULOMB  # fmt: skip
+} | SLIPPING | DRIVEN_ON_COULOMB | IN_SERIES  # fmt: skip
 
 
 def task(name: str) -> dict[str, Any]:

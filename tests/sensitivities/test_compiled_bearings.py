@@ -9,9 +9,11 @@ import pytest
 from omniroll import Bearings, Contact, OmnirollError, TorqueTable
 from omniroll.engine import sensitivities
 from omniroll.engine.axle_deviations import AxleDeviations
+from omniroll.engine.massless_deviations import MasslessDeviations
 from omniroll.engine.motion import Motion
 from omniroll.engine.roller_deviations import RollerDeviations
 from tests.sensitivities import test_axles_on_the_ground as axles
+from tests.sensitivities import test_massless_rollers as massless
 from tests.sensitivities import test_rollers_on_the_ground as rollers
 from tests.sensitivities.differences import SPINS, Case, sticking_at_random
 from tests.sensitivities.test_compiled import runs_in_c_and_python
@@ -28,6 +30,9 @@ OF_SPINS = ("spins[1][2]", "roller_inertia", *OF_ROLLERS)
 KINDS = {
     "massless, axles": ("massless", {"coefficient": 20.0}, "wheel", 1.0, OF_AXLES),
     "massless, axles, loads": ("massless", LOADED, "wheel", 0.5, ("height", *OF_AXLES)),
+    "massless, rollers": ("massless", {"coefficient": 20.0}, "roller", 0.8, ("coefficient", *OF_ROLLERS)),
+    "massless, rollers, regularised": ("massless", REGULARISED, "roller", 0.5, ("speed", *OF_ROLLERS)),
+    "massless, both": ("massless", {"coefficient": 20.0}, "both", 0.5, (*OF_AXLES, *OF_ROLLERS)),
     "free, rollers": ("free", {"coefficient": 15.0}, "roller", 0.05, OF_SPINS),
     "free, all, friction": ("free", REGULARISED, "both", 0.03, ("roller_viscous", *OF_AXLES, *OF_SPINS)),
     "free, rollers, loads": ("free", LOADED, "roller", 0.006, ("height", *OF_SPINS)),
@@ -39,6 +44,9 @@ def at_random(kind, seed):
     model, law, which, duration, _ = KINDS[kind]
     random = np.random.default_rng(seed)
     numbers = sticking_at_random(random, which, 0.05)
+    if model == "massless" and which != "wheel":  # as heavy as the ground's torque on a roller that sticks
+        numbers |= {name: 15 * numbers[name] for name in ("roller_coulomb", "roller_break_away")}
+        numbers.pop("roller_viscous", None)
     push = TorqueTable((0.0, 0.5 * duration, duration), 0.3 * random.uniform(-1, 1, (3, 3)) * [[0], [1], [1]])
     start = {"nu": random.uniform(-0.8, 0.8, 3), "chi": random.choice([-1, 1], 3) * random.uniform(0.61, 0.627, 3)}
     ground = Contact(**law) if seed % 2 else Contact(**law, wheel_rates=0.0)
@@ -46,14 +54,20 @@ def at_random(kind, seed):
     return Case(model, effects=(ground, Bearings(**numbers), push), start=start, duration=duration)
 
 
+def count(found, modes):
+    """Add how often bearings come to rest and break away from step to step, by their modes (S, ...)."""
+    found["rests"] += int(((modes[:-1] != 0) & (modes[1:] == 0)).sum())
+    found["breaks"] += int(((modes[:-1] == 0) & (modes[1:] != 0)).sum())
+
+
 def happened(run):
     """How often bearings have come to rest and have broken away, and wheels have switched."""
     motion, found = Motion(run), Counter(switches=len(run.switches))
     for own in (motion.axles, motion.rollers):
         if own is not None:
-            modes = own.of_steps.reshape(len(own.of_steps), -1)
-            found["rests"] += int(((modes[:-1] != 0) & (modes[1:] == 0)).sum())
-            found["breaks"] += int(((modes[:-1] == 0) & (modes[1:] != 0)).sum())
+            count(found, own.of_steps)
+    if motion.massless is not None:
+        count(found, motion.massless.modes[run.step_rows])
     return found
 
 
@@ -92,7 +106,12 @@ def noted(monkeypatch):
 
         return passed
 
-    for kind, names in ((AxleDeviations, ("passed",)), (RollerDeviations, ("passed", "turned"))):
+    passing = (
+        (AxleDeviations, ("passed",)),
+        (RollerDeviations, ("passed", "turned")),
+        (MasslessDeviations, ("passed",)),
+    )
+    for kind, names in passing:
         for name in names:
             monkeypatch.setattr(kind, name, counting(getattr(kind, name)))
     return found
@@ -100,6 +119,7 @@ def noted(monkeypatch):
 
 CASES = {f"axles, {name}": found[:2] for name, found in axles.CASES.items()}
 CASES |= {f"rollers, {name}": found for name, found in rollers.CASES.items()}
+CASES |= {f"massless, {name}": found[:2] for name, found in massless.CASES.items()}
 
 
 @pytest.mark.long

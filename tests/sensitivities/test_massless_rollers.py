@@ -19,6 +19,14 @@ RAMP = TorqueTable((0.0, 0.3), ((0, 0, 0), (0.3, -0.1, 0.2)))
 STILL = {"nu": (0.0, 0.0, 0.0)}
 STOPPING = Case("massless", effects=(Contact(5.0), RUBBING), duration=0.6)
 BREAKING_AWAY = Case("massless", effects=(Contact(5.0), HELD_LONGER, RAMP), start=STILL, duration=0.3)
+ON_REGULARISED = replace(BREAKING_AWAY, effects=(Contact(**REGULARISED), HELD_LONGER, RAMP))
+CASES = {
+    "stops and a switch": (STOPPING, ("mass", "roller_coulomb", "nu[0]", "wheel_radius"), {(1, 0)}),
+    "break-aways and switches": (
+        BREAKING_AWAY, ("mass", "roller_break_away", "roller_coulomb"), {(0, 1), (1, 0)}
+    ),
+    "regularised": (ON_REGULARISED, ("roller_break_away",), {(0, 1)}),
+}  # fmt: skip
 
 
 def changes(run):
@@ -27,11 +35,7 @@ def changes(run):
     return {(abs(int(a)), abs(int(b))) for a, b in zip(modes[:-1].ravel(), modes[1:].ravel(), strict=True) if a != b}
 
 
-@pytest.mark.parametrize("case, names, seen", [
-    (STOPPING, ("mass", "roller_coulomb", "nu[0]", "wheel_radius"), {(1, 0)}),
-    (BREAKING_AWAY, ("mass", "roller_break_away", "roller_coulomb"), {(0, 1), (1, 0)}),
-    (replace(BREAKING_AWAY, effects=(Contact(**REGULARISED), HELD_LONGER, RAMP)), ("roller_break_away",), {(0, 1)}),
-], ids=["stops and a switch", "break-aways and switches", "regularised"])  # fmt: skip
+@pytest.mark.parametrize("case, names, seen", CASES.values(), ids=CASES)
 def test_they_are_the_differences_of_runs_in_40_digits(case, names, seen):
     run = case.run(sensitivities=names, accuracy=1e-13)
     assert seen <= changes(run) and len(run.switches)

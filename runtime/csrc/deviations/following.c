@@ -37,6 +37,7 @@
 #include "deviations/spin_rests.c"
 #include "deviations/own_changes.c"
 #include "deviations/own_rests.c"
+#include "deviations/in_series.c"
 #include "deviations/holding.c"
 #include "deviations/side_by_side.c"
 
@@ -304,7 +305,13 @@ static int grazes(const variations_t *w, long long row, const int *direction)
  * how; else nothing has been done. */
 static int pass_bearings(variations_t *w, long long row)
 {
-    return !others_jump(w, row) && pass_own_change(w, &(own_change_t){row, row, row + 1});
+    if (others_jump(w, row))
+        return 0;
+#if SET_IN_SERIES && !SET_GRIPS
+    if (changes_in_series(w, row))
+        return !modes_differ(w, row, row + 1, 0, MOST_OWN(w)) && pass_in_series(w, row);
+#endif
+    return pass_own_change(w, &(own_change_t){row, row, row + 1});
 }
 
 /* Whether that happens. */

@@ -161,7 +161,7 @@ static double bearing_use_along(const variations_t *w, int column, const held_t 
 {
     const stand_t *const own = &held->stand[j];
     const double most = w->run->own_most[own->bearing];
-    const double most_moved = column < 0 ? 0 : w->run->own_most_moved[column*MOST_OWN(w) + own->bearing];
+    const double most_moved = column < 0 ? 0 : moved_most(w, column, own->bearing);
     lanes_t reach[MOST_WHEELS], moved_reach[MOST_WHEELS] = {{0}};
     double per_row_moved;
     put_reaches(w, column < 0 ? 0 : w->run->number[column], at->chi, along->chi, reach, moved_reach);

@@ -68,6 +68,9 @@ static void rates_of_change(const variations_t *w, const own_change_t *e, int wh
         put_held(w, which == AFTER ? e->after : e->before, -1);
 #endif
     put_modes_of(w, e, which);
+#if SET_IN_SERIES
+    put_modes_in_contact(w, e->row);
+#endif
     rates_at_point(w, row, rate);
     const point_t at = point_of(w, w->vehicle, w->point);
     for (int k = 0; k < MOST_OWN(w); k++)
@@ -97,13 +100,19 @@ static void put_turning(const variations_t *w, const int *of, int count, lanes_t
     }
 }
 
-/* For how long bearings have had the modes of a row; where they never had others, how long the run is. */
-static double time_of_own_modes(const variations_t *w, long long row)
+/* Whether some bearings, so many from one on, have other modes in another row. */
+static int modes_differ(const variations_t *w, long long row, long long other, int from, int count)
+{
+    const long long *const one = w->run->own_mode + row*WITH_SERIES(w) + from;
+    return memcmp(one, w->run->own_mode + other*WITH_SERIES(w) + from, count*sizeof *one) != 0;
+}
+
+/* For how long they have had the modes of a row; where they never had others, how long the run is. */
+static double time_of_own_modes(const variations_t *w, long long row, int from, int count)
 {
     const omniroll_variations_t *const run = w->run;
-    const long long size = MOST_OWN(w)*(long long)sizeof *run->own_mode;
     long long first = row;
-    while (first > 0 && !memcmp(run->own_mode + (first - 1)*MOST_OWN(w), run->own_mode + row*MOST_OWN(w), size))
+    while (first > 0 && !modes_differ(w, first - 1, row, from, count))
         first--;
     return first > 0 ? run->elapsed[row] - run->elapsed[first] : run->elapsed[run->rows - 1];
 }
@@ -130,14 +139,11 @@ static int some_turn_on(const variations_t *w, const own_change_t *e)
     return found;
 }
 
-/* Whether bearings change their modes between two rows. */
-static int own_modes_differ(const variations_t *w, long long row, long long other)
+/* Whether bearings change their modes between a row and the next. */
+static int changes_bearings(const variations_t *w, long long row)
 {
-    const long long *const one = w->run->own_mode + row*MOST_OWN(w);
-    return memcmp(one, w->run->own_mode + other*MOST_OWN(w), MOST_OWN(w)*sizeof *one) != 0;
+    return modes_differ(w, row, row + 1, 0, WITH_SERIES(w));
 }
-
-static int changes_bearings(const variations_t *w, long long row) { return own_modes_differ(w, row, row + 1); }
 
 /* Whether something else happens between a row and the next: a drive jumps, or a load vanishes or comes back. */
 static int others_jump(const variations_t *w, long long row)

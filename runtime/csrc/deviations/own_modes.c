@@ -2,17 +2,25 @@
  * rollers have speeds of their own, so that a bearing that sticks takes no direction from nu. */
 
 /* The bearings are those of the axles, if these may stick, then those of the rollers, if these may: wheel by wheel, of
- * each first that in contact. */
+ * each first that in contact. Massless rollers in contact stand in their place: they have no speeds of their own. */
 #define MOST_OWN(w) (SET_AXLES_STICK*(w)->wheels + SET_DISKS_STICK*(w)->wheels*(w)->rollers)
+#define WITH_SERIES(w) (MOST_OWN(w) + SET_IN_SERIES*(w)->wheels)
+#define OF_A_WHEEL(w) (SET_IN_SERIES ? 1 : (w)->rollers)    /* bearings of its rollers */
 ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
 {
-    return SET_AXLES_STICK*w->wheels + wheel*w->rollers + place;
+    return SET_AXLES_STICK*w->wheels + wheel*OF_A_WHEEL(w) + place;
 }
 
 /* In a row 0 where one sticks, else the sign of its rate. */
 ALWAYS_INLINE long long own_mode(const variations_t *w, long long row, int k)
 {
-    return w->run->own_mode[row*MOST_OWN(w) + k];
+    return w->run->own_mode[row*WITH_SERIES(w) + k];
+}
+
+/* How the largest torque of a bearing at rest moves with a column. */
+ALWAYS_INLINE double moved_most(const variations_t *w, int column, int k)
+{
+    return w->run->own_most_moved[column*WITH_SERIES(w) + k];
 }
 
 /* What the functions take and give of axles and of rollers in contact at a point, or as these move. */
@@ -25,36 +33,47 @@ ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t
 #if SET_AXLES_STICK
     point->axle_sticks = sticks, point->axle_holding = holding;
 #endif
+#if SET_DISKS_STICK || SET_IN_SERIES
+    point->contact_sticks = moves ? sticks : sticks + wheels;
+#endif
 #if SET_DISKS_STICK
-    point->contact_sticks = moves ? sticks : sticks + wheels, point->contact_holding = holding + wheels;
+    point->contact_holding = holding + wheels;
     point->contact_spin_dot = w->spin_dot + wheels*w->rollers*moves;
     point->spins_dot = point->contact_spin_dot + wheels;
     point->yaw_mass = w->yaw_mass + moves;
 #endif
 }
 
-/* The same as in a row, with the torques of those that turn. */
+/* Whether rollers in contact stick as in a row, with the torques of those that turn. */
+static void put_modes_in_contact(const variations_t *w, long long row)
+{
+    const int torque = SET_CONTACT_BEARING_INPUT*w->wheels;
+    const double *const drive = w->run->drive + row*SET_INPUTS*w->wheels + torque;
+    for (int i = 0; i < w->wheels; i++) {
+        w->own_sticks[w->wheels + i] = lanes_of(own_mode(w, row, roller_bearing(w, i, 0)) == 0);
+        w->point[point_inputs(w) + torque + i] = lanes_of(drive[i]);
+    }
+}
+
+/* The same of all bearings. */
 static void put_own_modes(const variations_t *w, long long row)
 {
-    const omniroll_variations_t *const run = w->run;
-    const double *const drive = run->drive + row*SET_INPUTS*w->wheels;
-    for (int i = 0; i < w->wheels; i++) {
 #if SET_AXLES_STICK
+    const double *const drive = w->run->drive + row*SET_INPUTS*w->wheels;
+    for (int i = 0; i < w->wheels; i++) {
         w->own_sticks[i] = lanes_of(own_mode(w, row, i) == 0);
         w->point[point_inputs(w) + SET_BEARING_INPUT*w->wheels + i] = lanes_of(drive[SET_BEARING_INPUT*w->wheels + i]);
-#endif
-#if SET_DISKS_STICK
-        const int torque = SET_CONTACT_BEARING_INPUT*w->wheels + i;
-        w->own_sticks[w->wheels + i] = lanes_of(own_mode(w, row, roller_bearing(w, i, 0)) == 0);
-        w->point[point_inputs(w) + torque] = lanes_of(drive[torque]);
-#endif
     }
+#endif
+#if SET_DISKS_STICK || SET_IN_SERIES
+    put_modes_in_contact(w, row);
+#endif
 }
 
 /* Of a list with a place for each axle, each roller in contact and each free roller that of a bearing. */
 ALWAYS_INLINE lanes_t *of_bearing(const variations_t *w, int k, lanes_t *axles, lanes_t *contact, lanes_t *free)
 {
-    const int roller = k - SET_AXLES_STICK*w->wheels, wheel = roller/w->rollers, place = roller%w->rollers;
+    const int roller = k - SET_AXLES_STICK*w->wheels, wheel = roller/OF_A_WHEEL(w), place = roller%OF_A_WHEEL(w);
     if (roller < 0)
         return axles + k;
     return place == 0 ? contact + wheel : free + wheel*(w->rollers - 1) + place - 1;

@@ -36,7 +36,8 @@ static int take_own_rests(variations_t *w, const int *of, int count, lanes_t *to
 static int put_times_of_break(variations_t *w, const own_change_t *e, const lanes_t *before, double *time)
 {
     const int wheels = OWN_WHEELS(w->wheels), count = MOST_OWN(w);
-    const double lasted = time_of_own_modes(w, e->before) + w->run->elapsed[e->row] - w->run->elapsed[e->before];
+    const double lasted = time_of_own_modes(w, e->before, 0, count) + w->run->elapsed[e->row]
+        - w->run->elapsed[e->before];
     double side[count], rises[count];
     if (step_before(w, e->row) < 0)
         return 0;
@@ -64,7 +65,7 @@ static int put_times_of_break(variations_t *w, const own_change_t *e, const lane
                     return take_way_back(w), 0;
                 continue;
             }
-            const double own = -(side[k]*own_asked(w, &along, k) - w->run->own_most_moved[p*count + k])/rises[k];
+            const double own = -(side[k]*own_asked(w, &along, k) - moved_most(w, p, k))/rises[k];
             least = fmin(least, own), most = fmax(most, own);
         }
         take_way_back(w);

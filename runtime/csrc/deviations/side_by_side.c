@@ -93,7 +93,7 @@ static double beyond_beside(const variations_t *w, long long row, int column, co
     if (k < 0)
         return beyond_along(w, row, model, of, &at, &along, moved);
     const double most = w->run->own_most[k], asked = own_asked(w, &at, k), side = asked < 0 ? -1 : 1;
-    const double grown = column < 0 ? 0 : w->run->own_most_moved[column*MOST_OWN(w) + k];
+    const double grown = column < 0 ? 0 : moved_most(w, column, k);
     *moved = (side*own_asked(w, &along, k) - fabs(asked)/most*grown)/most;
     return fabs(asked)/most - 1;
 }
@@ -118,7 +118,7 @@ static int pass_let_go(variations_t *w, const own_change_t *e, const lanes_t *be
         return 1;
     if (step_before(w, row) < 0 || !find_held(w, e, &held))
         return 0;
-    const double lasted = fmin(time_of_modes(w, e->before), time_of_own_modes(w, e->before))
+    const double lasted = fmin(time_of_modes(w, e->before), time_of_own_modes(w, e->before, 0, MOST_OWN(w)))
         + w->run->elapsed[row] - w->run->elapsed[e->before];
     move_beside(w, e, TIMES_ALONE, before, &held);
     for (int j = 0; j < all; j++)

@@ -21,7 +21,7 @@
 #define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS) /* whether slips have directions that turn, one for each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
-#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK)   /* whether bearings may stick where wheels may slip */
+#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES)  /* whether bearings may stick then */
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
@@ -415,6 +415,9 @@ static void put_point(const variations_t *w, long long step, long long row, int 
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->node.lanes[b]*(then[k] - first[k])
                                                                  : lanes_of(first[k]);
+#if SET_IN_SERIES
+    put_modes_in_contact(w, row);           /* of the step: in its last row may be those of the next one */
+#endif
     put_headings(w, SET_TURNS ? row + 1 : row, w->point);   /* a slip's rest knows where it went */
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);

@@ -32,7 +32,8 @@ typedef struct {
     const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
                                              * of its columns are absent, 3; how the directions move with each number */
     const long long *own_mode;              /* T x B: of bearings where wheels may slip 0 where one sticks, else its
-                                             * rate's sign: of axles, then of rollers by wheel and place; or null */
+                                             * rate's sign: of axles, then of rollers by wheel and place, of massless
+                                             * ones those in contact; or null */
     const double *own_sliding, *own_most, *own_most_moved, *own_inertia;    /* B, of these: torques of those that turn;
                                              * the largest at rest; P x B, how these move; B, inertias */
     const long long *free_mode;             /* T x N x (n-1): 0 where a free roller sticks, else its spin's sign; or null */

@@ -26,6 +26,8 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
         const double *const drive = run->drive + first*all;
         for (int k = 0; k < moving; k++)
             to[k] = lanes_of(column < 0 ? (drive[all + k] - drive[k])/h : own[k*columns] + h*rises[k*columns]);
+        for (int i = 0; i < SET_IN_SERIES*w->wheels && column < 0; i++)     /* torques that are constant in a step */
+            to[SET_CONTACT_BEARING_INPUT*w->wheels + i] = lanes_of(0);
 #if SET_DISKS_STICK
         for (int k = 0; k < FREE(w) && column >= 0; k++)
             w->bearing_along[k] = lanes_of(own[(all + k)*columns]);

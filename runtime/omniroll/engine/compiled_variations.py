@@ -37,7 +37,7 @@ OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "sp
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if motion.massless is not None:
+    if motion.strips is not None:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -288,6 +288,8 @@ class CompiledVariations:
             drive[:, names.index(TORQUE)] = motion.axles.torques
         if motion.rollers is not None:
             drive[:, names.index(IN_CONTACT)] = motion.rollers.torques[..., 0]
+        if motion.massless is not None:
+            drive[:, names.index(IN_CONTACT)] = motion.massless.torques
         return drive
 
     def _fill(self, holds: HoldDeviations | None, bearings: BearingDeviations | None) -> None:

@@ -13,16 +13,15 @@ into contact is at rest on its disk, at the time of the switch, which is told th
 There is no derivative where what the ground asks of a roller only just comes to its bound, or is at it in what begins.
 """
 
-from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
 
 from omniroll.engine.axle_deviations import AxleDeviations
 from omniroll.engine.axle_modes import TORQUE
-from omniroll.engine.bearing_deviations import torques_of
-from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED, no_derivative
-from omniroll.engine.massless_modes import MasslessModes
+from omniroll.engine.bearing_deviations import BearingDeviations
+from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
+from omniroll.engine.massless_modes import MasslessModes, StripModes
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.errors import NoDerivativeError
@@ -31,77 +30,46 @@ from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 
 
-class MasslessDeviations:
+class MasslessDeviations(BearingDeviations):
     """The deviations of one run in P columns, where its rollers break away, and axles beside them stop and do."""
 
     def __init__(self, motion: Motion, columns: Columns):
-        self.motion, self.columns, self.deviations = motion, columns, motion.deviations
-        self.rollers: MasslessModes = motion.massless
-        self.axles = None if motion.axles is None else AxleDeviations(motion, columns)
-        self.turns_alone = np.zeros(len(self.rollers.modes), bool)
-
-    @cached_property
-    def torques(self) -> tuple[np.ndarray, np.ndarray]:
-        """(P, N) deviations of the torques of rollers that turn, and of the largest at rest."""
-        return torques_of(self.columns, "roller", self.rollers.place)
+        super().__init__(motion, columns, motion.axles, StripModes(motion.massless))
+        self.massless: MasslessModes = motion.massless
+        self.beside = None if motion.axles is None else AxleDeviations(motion, columns)
 
     @cached_property
     def jumps(self) -> np.ndarray:
         """(N,) bool: rollers whose torques jump where they break away."""
-        return self.rollers.holding > (1 + JUMPS) * self.rollers.sliding
-
-    def given(self, rows: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Deviations of value and slope (S, P, N) of the bearings' torques in the steps from rows (S,), by the input's
-        name."""
-        moved = -self.rollers.modes[rows][:, None] * self.torques[0]
-        beside = {} if self.axles is None else self.axles.given(rows)
-        return beside | {IN_CONTACT: (moved, np.zeros_like(moved))}
-
-    def held(self, rows: np.ndarray) -> tuple[Mapping, Mapping]:
-        """What generated functions take of the bearings in rows (k,), by name; no number moves it."""
-        return self.carried(rows), self.carried(rows)
-
-    def carried(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """The same in rows (...), carrying the tangents of all columns."""
-        beside = {} if self.axles is None else self.axles.at(rows)
-        return beside | self.rollers.at(rows)
+        return self.massless.holding > (1 + JUMPS) * self.massless.sliding
 
     # When something happens
 
-    @cached_property
-    def changes(self) -> np.ndarray:
-        """(T - 1,) bool: whether bearings change their modes between a row and the next, where no time passes and no
-        wheel switches."""
-        modes = self.rollers.modes
-        found = (modes[:-1] != modes[1:]).any(axis=1) & ~self.motion.starts_step[:-1]
-        found[self.motion.switched - 1] = False
-        return found if self.axles is None else found | self.axles.changes
-
     def refuse_rests(self, row: int) -> None:
         """Raises NoDerivativeError where an axle comes to rest just as a wheel switches, behind a row."""
-        if self.axles is not None:
-            self.axles.refuse_rests(row)
+        if self.beside is not None:
+            self.beside.refuse_rests(row)
 
     def refuse_orders(self, row: int, wheels: np.ndarray) -> None:
         """Raises NoDerivativeError where wheels that switch together behind a row, and apart beside the run, change the
         modes of bearings."""
-        changed = np.flatnonzero(self.rollers.modes[row] != self.rollers.modes[row + 1])
+        changed = np.flatnonzero(self.massless.modes[row] != self.massless.modes[row + 1])
         if changed.size:
             reason = "wheels switch together, and rollers decide with them in more than one order"
             raise self._none(row, reason, changed)
-        if self.axles is not None:
-            self.axles.refuse_orders(row, wheels)
+        if self.beside is not None:
+            self.beside.refuse_orders(row, wheels)
 
     # What happens
 
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts."""
-        at_bound = self._excess(0)[0].real >= -REACHED * self.rollers.holding
-        edge = np.flatnonzero((self.rollers.modes[0] == 0) & at_bound)
+        at_bound = self._excess(0)[0].real >= -REACHED * self.massless.holding
+        edge = np.flatnonzero((self.massless.modes[0] == 0) & at_bound)
         if edge.size:
             reason = "a roller sticks by all its friction, so that a change however small lets it go"
             raise self._none(0, reason, edge)
-        return moved if self.axles is None else self.axles.began(moved)
+        return moved if self.beside is None else self.beside.began(moved)
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after bearings have changed their modes between a row and the next.
@@ -109,11 +77,11 @@ class MasslessDeviations:
         knot    (P,) by how much the time deviates at which a drive jumps there; None where none does
         inputs  (U, 1 + P) how fast the phase's inputs change, and their deviations
         """
-        before, after = self.rollers.modes[row : row + 2]
+        before, after = self.massless.modes[row : row + 2]
         changed = np.flatnonzero(before != after)
         if not changed.size:
-            return self.axles.passed(row, moved, knot, inputs)
-        if self.axles is not None and self.axles.changes[row]:
+            return self.beside.passed(row, moved, knot, inputs)
+        if self.beside is not None and self.beside.changes[row]:
             raise self._none(row, "a roller changes its mode just as an axle does", changed)
         if self.motion.drives_jump(row, (IN_CONTACT, TORQUE)):
             raise self._none(row, "a roller changes its mode just as a drive jumps", changed)
@@ -136,7 +104,7 @@ class MasslessDeviations:
 
     def _given(self, row: int, modes: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of rollers in modes (N,), by name."""
-        return self.rollers.where(modes, -modes * self.rollers.sliding)
+        return self.massless.where(modes, -modes * self.massless.sliding)
 
     def _excess(self, row: int) -> tuple[np.ndarray, np.ndarray]:
         """(N,) by how much more the ground asks of rollers than they hold, if they all stuck, and its sign."""
@@ -145,24 +113,25 @@ class MasslessDeviations:
     def _beyond(self, row: int, kernel: Kernel, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same in states y (..., size) which may carry tangents."""
         known = self.deviations.known_in(y, self.motion.inputs[row])
-        known |= self._given(row, np.zeros(len(self.rollers.sliding), int))
+        known |= self._given(row, np.zeros(len(self.massless.sliding), int))
         _, asked = call_named(kernel, "slip_spins", known)
         sign = np.sign(np.asarray(asked).real)
-        return asked * sign - self.rollers.holding, sign
+        return asked * sign - self.massless.holding, sign
 
     def _times_of_release(self, row: int, moved: np.ndarray, gone: np.ndarray) -> np.ndarray:
         """(k, P) by how much the times deviate at which what rollers are asked for comes to its bound."""
         columns = self.columns.behind_another(self.motion.trajectory)  # the first is that of the time
-        along = np.concatenate([self._rates(row, self.rollers.modes[row])[:, None], moved], axis=1)
+        along = np.concatenate([self._rates(row, self.massless.modes[row])[:, None], moved], axis=1)
         beyond, _ = self._beyond(row, columns.kernel, with_tangent(self.motion.y[row], self.motion.whole(along.T)))
         slopes = tangent_of(beyond)
-        slopes[1:] -= self.torques[1]
-        slopes, bounds = slopes[:, gone].T, self.rollers.holding[gone]
+        slopes[1:] -= self.torques[1][:, self.of_axles :]
+        slopes, bounds = slopes[:, gone].T, self.massless.holding[gone]
         reached = np.abs(beyond[0].real[gone]) <= REACHED * bounds
-        if not (reached & (slopes[:, 0] * self.motion.time_in_modes(self.rollers.modes, row) > GRAZES * bounds)).all():
+        if not (reached & (slopes[:, 0] * self.motion.time_in_modes(self.massless.modes, row) > GRAZES * bounds)).all():
             reason = "what a roller holds only just comes to its bound, so that a change however small lets it stay"
             raise self._none(row, reason, gone)
         return -slopes[:, 1:] / slopes[:, :1]
 
     def _none(self, row: int, reason: str, wheels: np.ndarray) -> NoDerivativeError:
-        return no_derivative(self.motion.trajectory.t[row], reason, wheels)
+        """The error, where this happens to the rollers of some wheels."""
+        return self.none(row, reason, self.of_axles + wheels)

@@ -80,7 +80,7 @@ def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | 
     return (ContactDeviations if motion.standing is None else StandingDeviations)(motion, columns)
 
 
-def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | MasslessDeviations | None:
+def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | None:
     """What deviations do where bearings may stick beside wheels that may slip; None where none may."""
     if motion.strips is not None:
         return BearingsInSeries(motion, columns)
