@@ -25,7 +25,6 @@ from omniroll.engine.axle_modes import TORQUE, AxleModes
 from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED, apart
 from omniroll.engine.massless_deviations import MasslessDeviations
 from omniroll.engine.massless_modes import MasslessModes
-from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import KEPT
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.kernel import Kernel
@@ -51,10 +50,6 @@ class Margins:
 
 class LoadedMasslessDeviations(MasslessDeviations):
     """The deviations of one run in P columns, where its rollers break away, and axles beside them stop and do."""
-
-    def __init__(self, motion: Motion, columns: Columns):
-        super().__init__(motion, columns)
-        self.contacts = motion.contacts
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after bearings, and with them contacts, have changed their modes between a row and the
@@ -94,7 +89,7 @@ class LoadedMasslessDeviations(MasslessDeviations):
         if self.motion.drives_jump(row, (TORQUE, *KEPT, "carries")):
             times.append(np.zeros((1, len(self.columns))) if knot is None else knot[None])
         if stops.size:
-            times.append(self.axles.times_of_stops(row, moved, stops))
+            times.append(self.beside.times_of_stops(row, moved, stops))
         ends = self._ends(row, moved, inputs)
         for own, changed in ends:
             reached = np.flatnonzero(changed & own.jumps & (np.abs(own.beyond) <= REACHED))
@@ -123,13 +118,14 @@ class LoadedMasslessDeviations(MasslessDeviations):
             known |= self.deviations.loads_among(columns.kernel, known)
         lifts = np.diff(self.contacts.carries[row : row + 2], axis=0)[0]
         asked = self._asked(columns.kernel, known)
+        first, (sliding, most) = self.of_axles, self.torques
         found = [
             (self._of_loads(row, known), lifts),
-            self._of_bearings(row, "a roller", self.rollers, asked, self.torques),
+            self._of_bearings(row, "a roller", self.massless, asked, (sliding[:, first:], most[:, first:])),
         ]
         if self.axles is not None:
-            own = self.axles
-            found.append(self._of_bearings(row, "an axle", own.axles, known["axle_holding"], own.torques))
+            torques = sliding[:, :first], most[:, :first]
+            found.append(self._of_bearings(row, "an axle", self.axles, known["axle_holding"], torques))
         return found
 
     @staticmethod
@@ -153,7 +149,7 @@ class LoadedMasslessDeviations(MasslessDeviations):
 
     def _time_in_modes(self, row: int) -> float:
         """For how long bearings and contacts have had the modes of a row."""
-        modes = [self.rollers.modes, self.contacts.carries] + ([] if self.axles is None else [self.axles.modes])
+        modes = [self.massless.modes, self.contacts.carries] + ([] if self.axles is None else [self.axles.modes])
         return self.motion.time_in_modes(np.concatenate(modes, axis=1), row)
 
     # What rollers are asked for
@@ -161,7 +157,7 @@ class LoadedMasslessDeviations(MasslessDeviations):
     def _asked(self, kernel: Kernel, known: dict[str, np.ndarray]) -> np.ndarray:
         """(..., N) in N m, what would hold rollers if they stuck, by what the functions of the rates take and give."""
         loads = known["loads"] if self.deviations.coupled else known["carries"]
-        stuck = self._given(0, np.zeros(len(self.rollers.sliding), int))
+        stuck = self._given(0, np.zeros(len(self.massless.sliding), int))
         return call_named(kernel, "slip_spins", known | stuck | {"load_factor": loads})[1]
 
     def _beyond(self, row: int, kernel: Kernel, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -170,7 +166,7 @@ class LoadedMasslessDeviations(MasslessDeviations):
         held = self.motion.held_at(np.array(row))
         asked = self._asked(kernel, self.deviations.known_of(kernel, y, self.motion.inputs[row], held))
         sign = np.sign(np.asarray(asked).real)
-        return asked * sign - self.rollers.holding, sign
+        return asked * sign - self.massless.holding, sign
 
     # What has no derivative
 
@@ -178,20 +174,20 @@ class LoadedMasslessDeviations(MasslessDeviations):
         """Raises NoDerivativeError where an axle comes to rest just as a wheel switches behind a row, or what is asked
         of a roller that breaks away comes to its bound by itself."""
         super().refuse_rests(row)
-        before, after = self.rollers.modes[row : row + 2]
+        before, after = self.massless.modes[row : row + 2]
         gone = (before == 0) & (after != 0) & (self.motion.directions[row + 1] == 0) & self.jumps
         if gone.any() and (gone & self._at_bound(row)).any():
             raise self._none(row, "a roller breaks away just as a wheel switches", np.flatnonzero(gone))
 
     def _at_bound(self, row: int) -> np.ndarray:
         """(N,) bool: rollers that are asked for what they hold, within what counts as that."""
-        return np.abs(self._excess(row)[0].real) <= REACHED * self.rollers.holding
+        return np.abs(self._excess(row)[0].real) <= REACHED * self.massless.holding
 
     def _refuse_edges(self, row: int) -> None:
         """Raises NoDerivativeError where a bearing sticks from a row on that is asked for all that it takes."""
-        edge = (self.rollers.modes[row] == 0) & self.jumps & self.contacts.carries[row] & self._at_bound(row)
+        edge = (self.massless.modes[row] == 0) & self.jumps & self.contacts.carries[row] & self._at_bound(row)
         if edge.any():
             reason = "a roller sticks by all its friction, so that a change however small lets it go"
             raise self._none(row, reason, np.flatnonzero(edge))
-        if self.axles is not None:
-            self.axles.refuse_edges(row)
+        if self.beside is not None:
+            self.beside.refuse_edges(row)
