@@ -301,7 +301,9 @@ def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
     def distance(inertia):
         from_disks = [replace(ground, contact_spins=0.0), *effects[1:]]  # where massless ones begin
         vehicle = replace(CROSS, roller_inertia=inertia)
-        run = simulate(vehicle, effects=from_disks, accuracy=1e-9, roller_model="free", **options | {"engine": "compiled"})
+        run = simulate(
+            vehicle, effects=from_disks, accuracy=1e-9, roller_model="free", **options | {"engine": "compiled"}
+        )
         return distance_at(run, limit, times)
 
     far, near = distance(1e-6), distance(1e-7)
