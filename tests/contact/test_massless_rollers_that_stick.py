@@ -214,7 +214,8 @@ def test_modes_agree_with_every_body(wheels, rollers, axles):
 # The convex problem
 
 
-def test_forces_of_cut_discs_have_the_most_power():
+@pytest.mark.parametrize("from_inside", [False, True])
+def test_forces_of_cut_discs_have_the_most_power(from_inside):
     """By chance, some of which feel fewer directions than they have: no force of an ellipse that is cut has more."""
     rng = np.random.default_rng(0)
     for number in range(100):
@@ -226,7 +227,7 @@ def test_forces_of_cut_discs_have_the_most_power():
         strip = reach[:, 0] * rng.uniform(0.1, 1.3, count)
         near = rng.random(count) < 0.2  # edge and circle are nearly one
         strip[near] = reach[near, 0] * rng.choice((1.0, 1 - 1e-16, 1 - 1e-12, 1 - 1e-9, 1 - 1e-7, 1e-14), near.sum())
-        found = cones.decide_semidefinite(matrix.reshape(count, 2, count, 2), given, reach, strip)
+        found = cones.decide_semidefinite(matrix.reshape(count, 2, count, 2), given, reach, strip, from_inside)
         for force, rate, own, most in zip(found.force, found.rate, reach, strip, strict=True):
             place, weighted, edge = force / own, rate * own, min(most / own[0], 1.0)
             scale = np.abs(weighted).sum() + np.abs(given * reach).max()

@@ -57,7 +57,7 @@ class Bearings(Effect):
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
     coefficients that is not N, for break_away below coulomb, and for massless rollers that stick where wheels may slip
-    under loads that follow the motion beside the law coulomb, or beside roller_viscous.
+    beside roller_viscous.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
@@ -130,12 +130,6 @@ class Bearings(Effect):
         ground = {name for effect in others for name in effect.kernel_effects()}
         if not self.rollers_stick or "contact" not in ground or roller_model != "massless":
             return
-        if {"contact_loads", "contact_coulomb"} <= ground:
-            bound = (
-                "must be given for massless rollers beside the law coulomb where loads follow the motion: the loads "
-                "are not found together with contacts and rollers that stick and have no inertia"
-            )
-            raise InvalidValueError("roller_speed", None, bound)
         if self.roller_viscous is not None:
             bound = (
                 "must not be given for massless rollers that stick where wheels may slip: how fast such a roller spins "

@@ -65,7 +65,7 @@ def decide(
     strip   (m,) positive, the largest first components of the forces; None: the discs set their bounds
     """
     shape = given.shape
-    width = None if strip is None else np.where(strip < reach[:, 0], strip / reach[:, 0], np.inf)
+    width = _widths(strip, reach)
     scaled, wanted, unit = _of_unit_discs(matrix, given, reach)
     start = None if near is None else (near / reach).ravel()
     place = _minimum(scaled / unit, wanted / unit, shape, start, width)
@@ -73,6 +73,11 @@ def decide(
     place = place.reshape(shape)
     pull = np.maximum(-(place * rate * reach).sum(axis=1), 0.0)
     return Decided(place * reach, pull, rate)
+
+
+def _widths(strip: np.ndarray | None, reach: np.ndarray) -> np.ndarray | None:
+    """(m,) of strips that cut unit discs, infinite where one is wider; None where there are none."""
+    return None if strip is None else np.where(strip < reach[:, 0], strip / reach[:, 0], np.inf)
 
 
 def _of_unit_discs(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
@@ -106,7 +111,7 @@ def decide_semidefinite(
     force, near = np.zeros(given.shape), None
     if from_inside:
         scaled, wanted, unit = _of_unit_discs(matrix, given, reach)
-        force = near = _from_inside(scaled / unit, wanted / unit, given.shape) * reach
+        force = near = _from_inside(scaled / unit, wanted / unit, given.shape, _widths(strip, reach)) * reach
     for _ in range(ROUNDS):
         before = force
         near = force = decide(shifted, given - part * before, reach, near, strip).force
@@ -146,28 +151,45 @@ def residuals(found: Decided, given: np.ndarray, reach: np.ndarray) -> tuple[flo
     return beyond, inside, less
 
 
-def _from_inside(matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """(m, c) the minimum over unit discs by an interior-point method: with slacks s = (1 - |y|^2)/2 and pulls p,
-    matrix y + wanted = -p y, and the products p s fall together. Of forces that are not unique it finds such as are
-    amid all that balance."""
+def _from_inside(
+    matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int], strip: np.ndarray | None = None
+) -> np.ndarray:
+    """(m, c) the minimum over unit discs, cut by strips (m,), by an interior-point method: with slacks
+    s = (1 - y^T W y)/2 of discs and strips and pulls p, matrix y + wanted = - sum p W y, and the products p s fall
+    together. Of forces that are not unique it finds such as are amid all that balance."""
     count, width = shape
+    owner, weights = np.arange(count), np.ones(shape)
+    if strip is not None:
+        cut = np.flatnonzero(np.isfinite(strip))
+        of_strips = np.zeros((len(cut), width))
+        of_strips[:, 0] = 1 / strip[cut] ** 2
+        owner, weights = np.append(owner, cut), np.concatenate([weights, of_strips])
     blocks = np.arange(count * width).reshape(shape)
     sizes = np.abs(wanted) + np.abs(matrix).sum(axis=1)
-    scale = np.maximum(sizes.reshape(shape).max(axis=1), LEAST_SCALE)
+    scale = np.maximum(sizes.reshape(shape).max(axis=1), LEAST_SCALE)[owner]
     steadies = STEADIES * np.maximum(np.diag(matrix), LEAST_SCALE)
-    place, pull, slack, falls = np.zeros(shape), scale.copy(), np.full(count, 0.5), FALLS
+    place, pull, slack, falls = np.zeros(shape), scale.copy(), np.full(len(owner), 0.5), FALLS
+
+    def of_contacts(values: np.ndarray) -> np.ndarray:
+        found = np.zeros(shape)
+        np.add.at(found, owner, values)
+        return found
+
     for _ in range(INSIDE_ROUNDS):
         left = float((pull * slack / scale).mean())
         if not (left > PRODUCTS_LEFT and slack.min() > LEAST_SLACK):
             break
-        aim, off = falls * left * scale, slack + ((place**2).sum(axis=1) - 1) / 2
+        normal = weights * place[owner]
+        aim, off = falls * left * scale, slack + ((normal * place[owner]).sum(axis=1) - 1) / 2
         along = (aim + pull * off) / slack - pull
-        system = matrix + np.diag(np.repeat(pull, width) + steadies)
-        system[blocks[:, :, None], blocks[:, None, :]] += np.einsum("k,ki,kj->kij", pull / slack, place, place)
-        right = -(matrix @ place.ravel() + wanted) - ((pull + along)[:, None] * place).ravel()
+        system = matrix + np.diag(of_contacts(pull[:, None] * weights).ravel() + steadies)
+        own = blocks[owner]
+        curves = np.einsum("k,ki,kj->kij", pull / slack, normal, normal)
+        np.add.at(system, (own[:, :, None], own[:, None, :]), curves)
+        right = -(matrix @ place.ravel() + wanted) - of_contacts((pull + along)[:, None] * normal).ravel()
         unit = 1 / np.sqrt(np.diag(system))
         step = (unit * np.linalg.solve(unit[:, None] * system * unit, unit * right)).reshape(shape)
-        slacks = -off - (place * step).sum(axis=1)
+        slacks = -off - (normal * step[owner]).sum(axis=1)
         pulls = (aim - pull * (slack + slacks)) / slack
         part = 1.0
         for value, change in ((slack, slacks), (pull, pulls)):
@@ -175,8 +197,12 @@ def _from_inside(matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int])
             part = min(part, float((-STAYS_INSIDE * value[falling] / change[falling]).min(initial=1.0)))
         place, slack, pull = place + part * step, slack + part * slacks, pull + part * pulls
         falls = FALLS if part > WHOLE else FALLS_LESS
-    length = np.linalg.norm(place, axis=1)
-    return place / np.where(pull > slack * scale, length, 1.0)[:, None]
+    bound = pull > slack * scale
+    place = place / np.where(bound[:count], np.linalg.norm(place, axis=1), 1.0)[:, None]
+    edges = owner[count:][bound[count:]]
+    if len(edges):
+        place[edges, 0] = np.copysign(strip[edges], place[edges, 0])
+    return place
 
 
 def _minimum(

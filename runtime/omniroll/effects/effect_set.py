@@ -26,6 +26,7 @@ from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
 from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearings
+from omniroll.effects.loaded_ground_with_massless_rollers import LoadedGroundWithMasslessRollers, LoadedStripFlow
 from omniroll.effects.loaded_massless_rollers import GroundBesideMasslessRollers
 from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.effects.registry import Quantity
@@ -276,6 +277,8 @@ class EffectRun:
                 bearings = MasslessSlippingBearings(self.kernel, of_axles, rollers)
                 if not grip.sticks:
                     return GroundBesideMasslessRollers(self.kernel, grip, bearings, self.bound_rates)
+                if grip.balance is not None:
+                    return LoadedGroundWithMasslessRollers(self.kernel, grip, bearings, self.bound_rates)
                 return GroundWithMasslessRollers(self.kernel, grip, bearings, self.bound_rates.buffers)
             bearings = SlippingBearings(self.kernel, of_axles, rollers)
             if not grip.sticks:
@@ -406,7 +409,7 @@ class EffectRun:
         none, turns = np.zeros(self.kernel.wheels, bool), np.zeros(len(ground.axles.modes), bool)
         kind = GroundFlow if ground.grip.balance is None else LoadedFlow
         if isinstance(ground, GroundWithMasslessRollers):
-            kind = StripFlow
+            kind = StripFlow if ground.grip.balance is None else LoadedStripFlow
         slip = kind(ground, rates, flow(none, turns, ground.axles.torques())).slip(y)
         try:
             ground.begin(slip, evaluate)

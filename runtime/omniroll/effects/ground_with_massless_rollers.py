@@ -160,7 +160,7 @@ class GroundWithMasslessRollers(GroundWithBearings):
             friction = np.where(slid[:, None], self.grip.sliding, self.grip.static)
             most = np.where(turned, bearings.sliding, bearings.holding)
             reach, strip = self._bounds_of(discs, rolls, axles, friction, most)
-            found = cones.decide_semidefinite(matrix, without, reach, strip)
+            found = cones.decide_semidefinite(matrix, without, reach, strip, self.from_inside)
             power = (np.abs(without) * reach).sum(axis=1) + np.einsum("ia,iajb,jb->i", reach, np.abs(matrix), reach)
             slips, yields = found.pull > MOVES * power, found.yields > MOVES * power
             begins = np.append(slips[second:], yields[:first])
@@ -168,7 +168,8 @@ class GroundWithMasslessRollers(GroundWithBearings):
                 break
             slid[contacts] |= slips[:second]
             turned[held] |= begins
-        begun = np.where((found.pull > MOVES * power)[:, None], found.rate, -found.force / reach**2)
+        by_rate = (found.pull > MOVES * power) & self.says_its_way(found.pull, power)
+        begun = np.where(by_rate[:, None], found.rate, -found.force / reach**2)
         taken = np.linalg.norm(found.force / reach, axis=1)[:second]
         slips[:second] |= self.released[contacts] & (taken >= 1 - USED)
         at_edge = np.abs(found.force[:first, 0]) >= strip[:first] * (1 - USED)

@@ -109,7 +109,7 @@ class LoadedGround(Ground):
     def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
         rests = self.resting | self.still  # also contacts that are off, which may carry from now on
         self.aim(slip, ~rests)
-        unit = self.sliding_forces(np.ones(len(self.sticks)))
+        unit = self.forces_per_load()
         at_rest = self._fails_at_rest(unit, rests, dynamics)
         self.resting = rests & ~self.off
         if not self.resting.any():
@@ -130,6 +130,7 @@ class LoadedGround(Ground):
             if fails.failure != NONE:
                 raise
             self.off = ~self.loads.carries | self.loads.dropped
+            self.trying(~self.off)
             self.load = np.where(self.off, 0.0, self.load)
             if not (rests & ~self.off).any():
                 raise
@@ -137,19 +138,31 @@ class LoadedGround(Ground):
         return None
 
     @property
+    def may_turn(self) -> np.ndarray:
+        """(N,) bool: contacts whose slips have directions that turn."""
+        return np.ones(len(self.sticks), bool)
+
+    @property
     def _slides(self) -> np.ndarray:
         return ~self.sticks & ~self.off
 
+    def forces_per_load(self) -> np.ndarray:
+        """(N, 2) the forces on contacts that slip, or begin to, by which factors() are multiplied."""
+        return self.sliding_forces(np.ones(len(self.sticks)))
+
+    def factors(self, loads: np.ndarray) -> np.ndarray:
+        """(N,) what the kernels take as load_factor under loads (N,) in N."""
+        return loads
+
     def _under(self, loads: np.ndarray, dynamics: Dynamics, sticks: np.ndarray, unit: np.ndarray) -> tuple:
         """The dynamics under loads (N,) and forces `unit` (N, 2) per load."""
-        self.factor[:] = loads
+        self.factor[:] = self.factors(loads)
         found = dynamics(sticks, unit)
         self.factor[:] = 1.0
         return found
 
     def _settle(self, rests: np.ndarray, dynamics: Dynamics) -> None:
         """Friction for the loads, and the loads for the friction; `rests` (N,) bool, those whose slip is zero."""
-        one = np.ones(len(rests))
         for turn in range(TURNS):
             before = self.load
             self.sticks = self.resting.copy()
@@ -157,7 +170,7 @@ class LoadedGround(Ground):
                 given = self.sliding_forces(self.load) * self._slides[:, None]
                 self.give_way(np.flatnonzero(self.resting), given, dynamics)
             holds = self.sticks | (rests & self.off)
-            found = self._carry(self.sliding_forces(one), holds, dynamics)
+            found = self._carry(self.forces_per_load(), holds, dynamics)
             self.resting = rests & ~self.off
             if np.abs(self.load - before).max() > SETTLED * self.loads.weight:
                 if turn % PATIENT == PATIENT - 1:
@@ -194,7 +207,7 @@ class LoadedGround(Ground):
         """Contacts that begin to slip, and what they do in directions that are turned."""
         if self.directions.start:  # massless rollers do not slip along their axles: their slips do not turn
             return
-        for contact in np.flatnonzero(rests & self._slides):
+        for contact in np.flatnonzero(rests & self._slides & self.may_turn):
 
             def turned(angle: float, contact: int = contact) -> tuple[float, float]:
                 kept = self.towards[contact].copy()
@@ -212,7 +225,7 @@ class LoadedGround(Ground):
 
     def _pushes(self) -> np.ndarray:
         """(N, 2) the forces of contacts that slip, per load."""
-        return self.sliding_forces(np.ones(len(self.sticks))) * self._slides[:, None]
+        return self.forces_per_load() * self._slides[:, None]
 
     def _sums_of_pushes(self, dynamics: Dynamics) -> SumsOf:
         """The sums of the loads in the present modes and directions, as `carried` asks for them."""
@@ -234,6 +247,7 @@ class LoadedGround(Ground):
         are the forces per load."""
 
         def sums_for(carries: np.ndarray):
+            self.trying(carries)
             sticks = holds & carries
 
             def sums_of(loads: np.ndarray) -> np.ndarray:
@@ -243,10 +257,14 @@ class LoadedGround(Ground):
             return sums_of
 
         found = self.loads.decide(sums_for, friction=True)
+        self.trying(self.loads.carries)
         self.off = ~self.loads.carries
         self.sticks = holds & ~self.off
         self.press(found)
         return found
+
+    def trying(self, carries: np.ndarray) -> None:
+        """Contacts (N,) bool that carry in what is looked at next."""
 
     def press(self, found: Carried) -> None:
         """These are the loads."""
@@ -264,13 +282,13 @@ class LoadedFlow(GroundFlow):
         ground, factor = self.ground, self.buffers["load_factor"]
 
         def sums_of(loads: np.ndarray) -> np.ndarray:
-            factor[:] = loads
+            factor[:] = ground.factors(loads)
             self.plain(time, y)
             return ground.balance()
 
         self.carried = ground.loads.solve(sums_of)
         ground.press(self.carried)
-        factor[:] = self.carried.loads
+        factor[:] = ground.factors(self.carried.loads)
         found = self.plain(time, y)
         factor[:] = 1.0
         return found

@@ -58,24 +58,27 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
             evaluate(sticks, self.axles.modes == 0, pushed, self.axles.torques())
             return self.held["ground_force"].copy(), self.held["slip_dot"].copy()
 
-        rests = self.resting | self.still
-        self.aim(slip, ~rests)
         self.axles.modes[self.axles.resting] = 0
-        unit = self.sliding_forces(np.ones(len(slip)))
-        with telling_what_tips(self._fails_at_rest(unit, rests, dynamics)):
+        rests = self._under_loads(slip, self.resting | self.still)
+        self.aim(slip, ~rests)
+        with telling_what_tips(self._fails_at_rest(self.forces_per_load(), rests, dynamics)):
             self._settle_beside_axles(slip, rests, evaluate, dynamics)
-        self._refuse_unless_determined(dynamics)
+        self._refuse_unless_determined(slip, dynamics)
+
+    def _under_loads(self, slip: np.ndarray, rests: np.ndarray) -> np.ndarray:
+        """(N,) bool: contacts whose slip (N, 2) in m/s is zero, `rests` so far, under the present loads."""
+        return rests
 
     def _settle_beside_axles(self, slip: np.ndarray, rests: np.ndarray, evaluate: Evaluate, dynamics: Dynamics) -> None:
         """Modes for the loads, and the loads for the modes; `rests` (N,) bool, contacts whose slip is zero."""
         let_go = self.released.copy(), self.axles.released.copy()
         for turn in range(TURNS):
             before = self.load
-            self.resting = rests & ~self.off
             self.released, self.axles.released = (own.copy() for own in let_go)
+            rests = self._under_loads(slip, rests)
+            self.resting = rests & ~self.off
             super().begin(slip, evaluate)
-            unit = self.sliding_forces(np.ones(len(rests)))
-            found = self._carry(unit, self.sticks | (rests & self.off), dynamics)
+            found = self._carry(self.forces_per_load(), self.sticks | (rests & self.off), dynamics)
             if np.abs(self.load - before).max() > SETTLED * self.loads.weight:
                 if turn % PATIENT == PATIENT - 1:
                     self.turn_on(rests, dynamics)
@@ -83,16 +86,20 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
                 return
         self.loads.refuse(UNSETTLED, found)
 
-    def _refuse_unless_determined(self, dynamics: Dynamics) -> None:
+    def _undecided(self, slip: np.ndarray) -> np.ndarray:
+        """Places of the bearings at rest, which turn or stick; contacts slip with (N, 2) in m/s."""
+        return self.axles.resting_on_ground()
+
+    def _refuse_unless_determined(self, slip: np.ndarray, dynamics: Dynamics) -> None:
         """Raises GroundFailsError where loads and axles need not determine each other (rule 3)."""
-        resting, modes = self.axles.resting_on_ground(), self.axles.modes
+        resting, modes = self._undecided(slip), self.axles.modes
         if len(resting) > MOST:
             return
         shares = self.loads.springs.shares(self.loads.carries)
-        sums_of = self._sums_of_pushes(dynamics)
         for choice in product((0, 1), repeat=len(resting)):
             self.axles.modes = modes.copy()
             self.axles.modes[resting] = choice
+            sums_of = self._sums_of_pushes(dynamics)
             found = carried(shares, self.loads.carries, sums_of, self.loads.start, self.loads.arm)
             if not found.determinant > DETERMINED:
                 self.loads.refuse(UNDETERMINED, found)

@@ -132,6 +132,10 @@ class LoadsAndBearingsGuards(AllBearingGuards, LoadedGuards):
     """Those of LoadedGuards, then those of bearings and the least use."""
 
 
+class LoadsAndStripGuards(StripGuards, LoadedGuards):
+    """The same of massless rollers."""
+
+
 class LoadGuards(MotionGuards):
     """The guards of a phase under a smooth law, then one of each load (N,) and one of the coupled matrix."""
 
@@ -186,7 +190,7 @@ def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards
         beside = isinstance(flow.ground, GroundBesideAxles)
         return LoadedAxleGuards(guards, flow) if beside else LoadGuards(guards, flow)
     if isinstance(flow, StripFlow):
-        return StripGuards(guards, flow)
+        return (LoadsAndStripGuards if isinstance(flow, LoadedFlow) else StripGuards)(guards, flow)
     if isinstance(flow.ground, GroundWithBearings):
         return (LoadsAndBearingsGuards if isinstance(flow, LoadedFlow) else AllBearingGuards)(guards, flow)
     if isinstance(flow.ground, GroundWithAxles):

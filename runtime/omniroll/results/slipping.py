@@ -60,7 +60,8 @@ class Contacts:
                 bound = "are not told without the rows of a run, where massless rollers stick and wheels may slip"
                 raise InvalidValueError("contact_spin", None, bound)
             if self.grip is not None:
-                values = self._pushed(nu, chi)[0] if self.grip.sticks else self._under_grip(nu, chi)[2]
+                given = self.grip.sticks and not self.grip.balance
+                values = self._pushed(nu, chi)[0] if given else self._under_grip(nu, chi)[2]
             return self._called("slip_spins", values)["contact_spin"]
         if not self.axial:
             return self.kernel.wheel_rates(nu, chi)[1]
@@ -107,9 +108,14 @@ class Contacts:
     def _in_modes(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """The same where they may stick."""
         values, slip, given, misled = self._pushed(nu, chi)
-        loads = self._loads("ground_dynamics", values, misled / AT_REST) if self.grip.balance else given
         taken = {"contact_bearing": values["contact_taken"]} if self._massless_stick else {}
-        return slip, loads, values | self._called("ground_dynamics", values | taken)
+        moving = values | taken
+        loads = self._loads("ground_dynamics", moving, misled / AT_REST) if self.grip.balance else given
+        values["load_factor"] = moving["load_factor"]
+        if self.grip.balance and self._massless_stick:
+            values["contact_taken"] = moving["contact_bearing"]
+            self._slip_in_corners(values, loads, slip)
+        return slip, loads, values | self._called("ground_dynamics", moving)
 
     def _pushed(self, nu: np.ndarray, chi: np.ndarray) -> Pushed:
         """What the accelerations take where contacts may stick, with the forces on those that slip; the slips (..., N,
@@ -135,25 +141,35 @@ class Contacts:
         force = self.grip.sliding_forces(self.kernel, towards, given)
         values["ground_push"] = np.where((sticks | (given == 0))[..., None], 0.0, force)
         if self._massless_stick:
-            self._cut(values, towards, ~sticks & (given > 0), slip)
+            values |= {"slips": ~sticks & (given > 0), "slip_direction": towards}
+            self._take(values)
+            if not self.grip.balance:
+                loads = np.where(self.grip.loads > 0, self.grip.loads, 1.0)
+                turns, corner = self._slip_in_corners(values, loads, slip)
+                values["ground_push"][..., 1] = np.where(turns, corner, values["ground_push"][..., 1])
         size = np.where(slips, np.linalg.norm(slip, axis=-1), 1.0)
         misled = np.where(slips & ~sticks, rounding / size, 0.0).max(axis=-1, keepdims=True)
         return values, slip, given, misled
 
-    def _cut(self, values: dict[str, np.ndarray], towards: np.ndarray, slips: np.ndarray, slip: np.ndarray) -> None:
-        """Where massless rollers may stick: puts the forces of contacts that slip on rollers which turn, and their
-        slips along the axles (maxima/effects/contact_strip.mac). `slips` (..., N) bool."""
+    def _take(self, values: dict[str, np.ndarray]) -> None:
+        """Where massless rollers may stick: puts what bearings of rollers that do take, whose contacts slip."""
         sticks = values["contact_sticks"] > 0.5
-        turns = slips & ~sticks
-        loads = np.where(self.grip.loads > 0, self.grip.loads, 1.0)
-        known = {"load": loads, "friction": self.grip.sliding, "slip_direction": towards}
-        corner = self._called("corner_forces", values | known)
-        values["ground_push"][..., 1] = np.where(turns, corner["corner_force"], values["ground_push"][..., 1])
-        values["ground_yield"] = np.where(turns, corner["corner_yield"], 0.0)
-        slip[turns] = self._called("slip_forces", values)["slip"][turns]
         values["contact_bearing"] = np.where(sticks, 0.0, values["contact_bearing"])
         holding = self._called("slip_spins", values)["contact_holding"]
-        values["contact_taken"] = np.where(slips & sticks, holding, values["contact_taken"])
+        values["held_by_load"] = np.where(values["slips"] & sticks, holding, 0.0)
+        values["contact_taken"] = np.where(values["slips"] & sticks, holding, values["contact_taken"])
+
+    def _slip_in_corners(
+        self, values: dict[str, np.ndarray], loads: np.ndarray, slip: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Which contacts (..., N) bool slip on rollers that turn, and the forces (..., N) in N on these along the
+        rolling direction; puts their slips along the axles (maxima/effects/contact_strip.mac)."""
+        turns = values["slips"] & ~(values["contact_sticks"] > 0.5)
+        known = {"load": np.where(turns, loads, 1.0), "friction": self.grip.sliding}
+        corner = self._called("corner_forces", values | known)
+        values["ground_yield"] = np.where(turns, corner["corner_yield"], 0.0)
+        slip[turns] = self._called("slip_forces", values)["slip"][turns]
+        return turns, corner["corner_force"]
 
     def _under_loads(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """The same under a smooth law whose loads follow the motion."""
@@ -226,10 +242,17 @@ class Contacts:
         if not self._left_of_loads:
             return
         turns = (values["contact_sticks"] < 0.5) & carries
+        given = values | {"friction": self.grip.sliding}
 
-        def left(there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            return call_named(self.kernel, "left_loads", values | {"load_about": there})
+        def left(there: np.ndarray) -> list[np.ndarray]:
+            name = "corner_loads" if self.grip.sticks else "left_loads"
+            return call_named(self.kernel, name, given | {"load_about": there})
 
-        beside = BesideBearings.at(left, turns, about)
+        beside = BesideBearings.at(lambda there: tuple(left(there)[:2]), turns, about)
         values["load_factor"] = np.where(turns, beside.factor(loads), values["load_factor"])
-        values["bearing_factor"] = 1 / beside.about
+        if not self.grip.sticks:
+            values["bearing_factor"] = 1 / beside.about
+            return
+        values["load_factor"] *= np.where(turns, left(beside.about)[2], 1.0)
+        by_load = values["slips"] & (values["contact_sticks"] > 0.5)
+        values["contact_bearing"] = np.where(by_load, loads * values["held_by_load"], values["contact_bearing"])
