@@ -1,15 +1,19 @@
 """What massless rollers cost whose bearings stick under loads that follow the motion, beside those that turn freely
 there, with every drive. `python -m costs.massless_rollers_under_loads` from tests/ prints the table."""
 
-from dataclasses import replace
-
-from omniroll import Bearings
+from omniroll import Bearings, Contact
 
 from . import massless_rollers
 from .counting import Count, counted
 from .massless_rollers import DRIVES
 
-GROUNDS = {name: replace(ground, loads="dynamic", height=0.05) for name, ground in massless_rollers.GROUNDS.items()}
+LOADS = {"loads": "dynamic", "height": 0.03}
+GROUNDS = {
+    "viscous, 30 N s/m": Contact(30.0, **LOADS),
+    "viscous, 1e4 N s/m": Contact(1e4, **LOADS),
+    "regularised, 1e-2 m/s": Contact(law="regularised", friction=0.5, speed=1e-2, **LOADS),
+    "regularised, 1e-4 m/s": Contact(law="regularised", friction=0.5, speed=1e-4, **LOADS),
+}
 BEARINGS = {"": 0.0, "stick": 0.5, "turn": 1e-3}  # N m: none, more than is asked for, and less
 
 
