@@ -115,8 +115,10 @@ def test_a_contact_that_neither_carries_nor_stays_off_stops_a_run():
 @pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
 @pytest.mark.parametrize("drive", DRIVES)
 def test_rollers_that_stick_against_rollers_that_turn_on_the_same_ground(drive):
-    for own in measured((drive,))[drive].values():
-        turn, stick, _ = own
-        assert 1e5 < turn.instructions
-        assert stick.evaluations <= 2 * turn.evaluations and stick.instructions <= 2 * turn.instructions
-    assert set(measured((drive,))[drive]) == set(GROUNDS)
+    """Dearest is a named speed of 1e-4 m/s under torques that jump; the table is in docs/bearings-on-the-ground.md."""
+    grounds = measured((drive,))[drive]
+    assert set(grounds) == set(GROUNDS)
+    for free, *bearings in grounds.values():
+        assert free.instructions > 1e5
+        for own in bearings:
+            assert own.evaluations <= 5 * free.evaluations and own.instructions <= 7 * free.instructions
