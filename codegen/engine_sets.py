@@ -12,6 +12,7 @@ from types import MappingProxyType
 from .along import SUFFIX
 from .filling import template
 from .programs import Array, EffectSet, Function
+from .python_alone import lacking
 from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
@@ -41,6 +42,7 @@ SPRINGS = "spring_loads"  # loads from their sums
 WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
 OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # inputs of LOAD_SUMS
+OF_LOADS = {"load_factor": "at->loads->factor", "bearing_factor": "at->loads->bearing_factor"}  # inputs under loads
 # Outputs, and the inputs of other functions that they are.
 ALIASES = {"coulomb_rates": "coulomb_momenta_dot", "bearing_rates": "bearing_momenta_dot"}
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
@@ -55,6 +57,7 @@ OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and a
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 REACHES = "contact_reaches"  # of rollers in contact, where wheels slip and rollers stick: their arms
 SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
+LEFT_LOADS = "left_loads"  # of loads that follow the motion, which friction goes with: what bearings of these leave
 CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
@@ -104,8 +107,8 @@ class EngineSet:
         self.loads = self.slips and effects.function(LOAD_SUMS[-1]) is not None
         self.inputs = [name for name in INPUTS if name in asked]
         self.inputs += ([HEADING_INPUT] if self.grips else []) + ([CARRIES_INPUT] if self.loads else [])
-        moments = (self.stands or self.loads) and self.disks_stick  # of massless rollers rows have 0
-        self.inputs += MOMENT_INPUTS if moments or self.strips else ()
+        moments = (self.stands or self.loads) and (self.disks_stick or self.in_series)  # of massless rollers 0
+        self.inputs += MOMENT_INPUTS if moments else ()
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
@@ -118,6 +121,8 @@ class EngineSet:
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
         further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
         further += [CORNERS] * self.strips
+        self.leaves_loads = self.loads and effects.function(LEFT_LOADS) is not None
+        further += [LEFT_LOADS] * self.leaves_loads
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -353,7 +358,7 @@ class EngineSet:
         known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS, *OF_STRIPS)}
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
-        known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | {"load_factor": "at->loads->factor"} | given
+        known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | OF_LOADS | given
         calls = []
         for function in functions:
             own, arguments = [], [known[array.name] for array in function.inputs]
@@ -380,16 +385,12 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-# The Python engine alone runs a set that has both functions of such a pair: where massless rollers stick under loads
-# that follow the motion.
-NOT_RUN = ((SERIES, SPRINGS),)
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    lacks = any(all(map(effects.function, together)) for together in NOT_RUN)
-    runs = all(map(effects.function, MOTION)) and not lacks
+    runs = all(map(effects.function, MOTION)) and not lacking(effects.function)
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

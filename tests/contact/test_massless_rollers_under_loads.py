@@ -18,7 +18,7 @@ from contact.test_axles_under_loads import (
     run_or_stop,
     slide_downhill,
 )
-from contact.test_massless_rollers import MASSLESS, contact_torques, first_row
+from contact.test_massless_rollers import BOTH, MASSLESS, contact_torques, first_row
 from contact.test_massless_rollers import scene as scene_of_given_loads
 from contact.test_moving_loads import HEIGHT, LONG, numbers
 from contact.test_newton_euler import nu_dot, slipping_case
@@ -27,7 +27,6 @@ from omniroll import (
     Bearings,
     Contact,
     InvalidValueError,
-    OmnirollError,
     Session,
     SimulationStopped,
     Slope,
@@ -44,18 +43,22 @@ BLOCKED = {"wheel_coulomb": 3.0}  # N m, of axles that never turn
 # ---- closed forms ----------------------------------------------------------------------------------------------------
 
 
-def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first():
+@BOTH
+def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first(engine):
     bearings = Bearings(roller_coulomb=0.6 * BREAKS, roller_break_away=BREAKS, **BLOCKED)
-    row_before_the_front_lets_go(slide_downhill(bearings, ACROSS, **MASSLESS), starts, BREAKS / RHO)
+    run = slide_downhill(bearings, ACROSS, engine=engine, **MASSLESS)
+    assert run.stats["engine"] == engine
+    row_before_the_front_lets_go(run, starts, BREAKS / RHO)
 
 
-def test_rollers_that_turn_brake_a_vehicle_evenly_until_they_stop():
+@BOTH
+def test_rollers_that_turn_brake_a_vehicle_evenly_until_they_stop(engine):
     """On a viscous ground M v' = -4 T/rho until rho c v is T, then -4 c v; each load changes by h F/(4 L)."""
     c, speed, end = 3.0, 0.6, 0.5
     torque = 0.4 * RHO * c * speed
     ground = Contact(c, loads="dynamic", height=HEIGHT, wheel_rates=0)
     run = simulate(ACROSS, nu=(speed / ACROSS.platform_radius, 0, 0), duration=end, accuracy=1e-11, **MASSLESS,
-                   effects=[ground, Bearings(roller_coulomb=torque, **BLOCKED)])  # fmt: skip
+                   engine=engine, effects=[ground, Bearings(roller_coulomb=torque, **BLOCKED)])  # fmt: skip
     force, rate = torque / RHO, 4 * c / ACROSS.mass
     stops = (speed - force / c) * ACROSS.mass / (4 * force)
     assert 0.1 < stops < 0.9 * end
@@ -69,12 +72,13 @@ def test_rollers_that_turn_brake_a_vehicle_evenly_until_they_stop():
     assert run.ground_load == pytest.approx(ACROSS.mass * GRAVITY / 4 + moved, rel=1e-9)
 
 
-def test_the_load_of_one_wheel_of_four_vanishes_as_the_vehicle_slides():
+@BOTH
+def test_the_load_of_one_wheel_of_four_vanishes_as_the_vehicle_slides(engine):
     """All axles and rollers stick: M v' = M g sin b - 4 c v, and loads change by h F_x/(4 L) and by h F_y/(4 W)."""
     c, height, mass = 6.0, 0.2, ACROSS.mass
     ground = Contact(c, loads="dynamic", height=height, normal_gravity=GRAVITY * np.cos(TILT))
     options = {"nu": (0, 0, 0), "accuracy": 1e-11, "effects": [ground, PARKED, Slope(TILT, DOWN, gravity=GRAVITY)]}
-    run, _ = run_or_stop(ACROSS, options | MASSLESS, "compiled", 0.3)
+    run, _ = run_or_stop(ACROSS, options | MASSLESS, engine, 0.3)
     force = mass * GRAVITY * np.cos(TILT) / 4 / (height * (0.8 / (4 * LONG) + 0.6 / (4 * WIDE)))
     rate = 4 * c / mass
     instant = -np.log(1 - force / (4 * c) * rate / (GRAVITY * np.sin(TILT))) / rate
@@ -251,8 +255,8 @@ def test_samples_between_rows_are_those_of_finer_runs():
 def test_sessions_are_refused():
     vehicle, options = scene(0)
     del options["control"]
-    with pytest.raises(OmnirollError, match="massless rollers that stick where wheels may slip, under loads"):
-        Session(vehicle, driven=False, **options)
+    with pytest.raises(InvalidValueError, match="sensitivities"):
+        Session(vehicle, driven=False, sensitivities=["mass"], **options)
 
 
 # ---- loads beside bearings -------------------------------------------------------------------------------------------

@@ -13,11 +13,18 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
+#if SET_LOADED_IN_SERIES
+#define UNDER(loads) , loads
+#else
+#define UNDER(loads)
+#endif
+
 #if SET_ROLLERS_TURN
 /* The rates of bearings in these states, with which rollers turn on their disks, and axles; of massless rollers, in
  * their modes, with what holds those that stick. Beside contacts that stick the last evaluation has found these. */
 ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t *v, const int wheels,
-                                      const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates)
+                                      const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates
+                                      UNDER(const loads_t *loads))
 {
     const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + own->rollers_at;
     for (int k = 0; k < own->rollers_at; k++)
@@ -25,6 +32,16 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
 #if SET_STRIPS
     (void)v, (void)nu, (void)chi, (void)contact;
     memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
+#elif SET_LOADED_IN_SERIES && SET_LEAVES_LOADS
+    const int at = own->rollers_at;
+    (void)contact;
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, loads->factor, own->sticks + at,
+                   loads->bearing_factor, rates + at, own->holding + at);
+#elif SET_LOADED_IN_SERIES
+    const int at = own->rollers_at;
+    (void)contact;
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, loads->factor, own->sticks + at,
+                   rates + at, own->holding + at);
 #elif SET_IN_SERIES
     const int at = own->rollers_at;
     (void)contact;
@@ -65,7 +82,7 @@ static void own_rates_there(const omniroll_run_t *run, const work_t *work, insta
 ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
     own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
-                       work->own.rate);
+                       work->own.rate UNDER(now->point.loads));
 }
 #endif
 

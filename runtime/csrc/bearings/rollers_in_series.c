@@ -48,6 +48,9 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
     }
     for (int c = 0; c < work->core; c++)
         work->core_here[c][1] += time*work->core_dot[c][0];
+#if SET_LOADS
+    core_rates(run->wheels, &now.point, nu_dot);
+#endif
     own_rates_there(run, work, &now);
 }
 
@@ -76,7 +79,7 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-#if !SET_STRIPS                     /* else strips.c                                                         */
+#if !SET_STRIPS && !SET_LOADS       /* else strips.c, or with the loads loaded_bearings.c                     */
 /* Modes of those at rest (rules 1 and 3). One that has come to rest at this instant takes what it is asked for there:
  * where its spin is zero that is its sliding torque, as near as the event is located. */
 static void decide_in_series(const omniroll_run_t *run, const work_t *work)

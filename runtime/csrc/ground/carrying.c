@@ -84,8 +84,9 @@ static int stands(const omniroll_run_t *run, const int *carries)
 }
 
 /* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of bearings those that
- * each set has. */
-static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
+ * each set has. With one of `rounds` friction beside bearings is linear about the last loads. */
+static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count,
+                          int rounds)
 {
     const int wheels = run->wheels;
     instant_t now;
@@ -106,7 +107,8 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
 #endif
 #if SET_LOADED_BEARINGS
     for (int lane = 0; lane < LANES; lane++)
-        put_bearings_of_set(run, work, &sets[lane < count ? lane : 0].bearings, lane, now.arrays.input);
+        put_bearings_of_set(run, work, sets[lane < count ? lane : 0].carries, &sets[lane < count ? lane : 0].bearings,
+                            lane, now.arrays.input);
 #endif
     for (int lane = 0; lane < LANES; lane++)
         for (int i = 0; i < wheels; i++) {
@@ -133,7 +135,13 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
         stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->mode, lane, &now);
     }
 #endif
+#if SET_NEARLY_LINEAR
+    now.point.loads->rounds = rounds;
+#endif
     core_rates(wheels, &now.point, nu_dot);
+#if SET_LOADED_IN_SERIES
+    own_rates_there(run, work, &now);
+#endif
     for (int lane = 0; lane < count; lane++) {
         for (int i = 0; i < wheels; i++)
             sets[lane].compression[i] = now.point.loads->compression[i][lane];
@@ -141,14 +149,14 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
             sets[lane].sums[k] = now.point.loads->sums[k][lane];
         sets[lane].determinant = now.point.loads->determinant[lane];
 #if SET_LOADED_BEARINGS
-        get_bearings_of_set(run, work, &sets[lane].bearings, lane);
+        get_bearings_of_set(run, work, sets[lane].carries, &sets[lane].bearings, lane);
 #endif
 #if SET_GRIPS
         for (int k = 0; k < 2*wheels; k++)
             sets[lane].ground_force[k] = work->ground_force[k][lane];
 #endif
     }
-    (void)holds;
+    (void)holds, (void)rounds;
 }
 
 /* The same, with the bearings at rest of each set in their modes. */
@@ -167,7 +175,7 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
             sets[k].mode[i] = own_bearings(run)[i].mode;
 #endif
     do {
-        evaluate_sets(run, work, holds, sets, count);
+        evaluate_sets(run, work, holds, sets, count, MOST_ROUNDS);
 #if SET_LOADED_BEARINGS
         turned = 0;
         for (int k = 0; k < count; k++)
@@ -294,12 +302,15 @@ static void try_present_set(const omniroll_run_t *run, const work_t *work, carry
 
 #if SET_LOADED_BEARINGS && SET_FRICTION
 /* In the set that fits with the fewest changes the coupled matrix must have a positive determinant whichever of the
- * bearings at rest turn that touch the ground (rule 3 of loaded_axles.py). */
-static void look_at_bearings(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
+ * bearings at rest turn that touch the ground (rule 3 of loaded_axles.py; rule 4 of loaded_massless_rollers.py). */
+static void look_at_bearings(omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
 {
     int resting[2*MOST_WHEELS], tried = 0;
-    const int count = resting_on_ground(run, resting);
+    const int count = may_turn_on_ground(run, &search->nearest.bearings, search->nearest.carries, resting);
     carrying_t sets[LANES];
+#if SET_NEARLY_LINEAR
+    memcpy(run->ground.sums, search->nearest.sums, sizeof run->ground.sums);     /* about these loads           */
+#endif
     for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
         carrying_t *const set = sets + tried;
         give_bearings(run, work, tried++, &set->bearings);
@@ -308,7 +319,7 @@ static void look_at_bearings(const omniroll_run_t *run, const work_t *work, cons
             set->bearings.mode[resting[k]] = choice >> k & 1;
         if (tried < LANES && choice + 1 < 1 << count)
             continue;
-        evaluate_sets(run, work, holds, sets, tried);
+        evaluate_sets(run, work, holds, sets, tried, 1);
         for (; tried > 0; tried--)
             if (sets[tried - 1].determinant < search->least_determinant)
                 search->fit = sets[tried - 1], search->least_determinant = search->fit.determinant;
@@ -341,6 +352,16 @@ static void leave_forces(const omniroll_run_t *run, const work_t *work, const ca
     (void)run, (void)work, (void)set;
 }
 
+/* Whether a contact has gone off at this instant whose spring is compressed then, and not just at its bound: it cannot
+ * carry, and it cannot stay off. */
+static int comes_back_at_once(const omniroll_run_t *run, const carrying_t *set)
+{
+    int found = 0;
+    for (int i = 0; i < run->wheels; i++)
+        found |= run->grips[i].dropped && !set->carries[i] && set->compression[i] > AT_EVENT*run->ground.weight;
+    return found;
+}
+
 /* The contacts that carry from now on, and their loads, where those of them stick that `holds` says. */
 static void decide_loads(omniroll_run_t *run, const work_t *work, const int *holds)
 {
@@ -361,7 +382,7 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
 #endif
     if (!search.tried)                          /* the vehicle does not stand on those that are left       */
         try_present_set(run, work, &search.first);
-    if (!search.fits)
+    if (!search.fits || (SET_LOADED_IN_SERIES && comes_back_at_once(run, &search.nearest)))
         fail(run, OMNIROLL_LOADS_NONE, &search.first);
     else if (search.several)
         fail(run, OMNIROLL_LOADS_SEVERAL, &search.other);
@@ -466,7 +487,9 @@ static void loads_at_start(const work_t *work, step_t *s, const int wheels)
     const double sums[3] = {now->sums[0][0], now->sums[1][0], now->sums[2][0]};
     for (int b = 0; b < BLOCKS; b++) {
         seek_loads(s->loads_at + b, sums);
-#if SET_GRIPS
+#if SET_NEARLY_LINEAR
+        s->loads_at[b].rounds = 1;              /* sweeps go on with it                                          */
+#elif SET_GRIPS
         s->loads_at[b].responds = s->sliding;
 #endif
     }

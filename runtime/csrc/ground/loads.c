@@ -3,18 +3,58 @@
  *
  * The ground's friction is linear in the two moments of the loads, and the moments that the motion then asks for are
  * linear in the accelerations: two equations in each lane. What the moments do to the rates is the response; once it is
- * known about, an evaluation with moments that are nearly right needs no other to correct them. */
+ * known about, an evaluation with moments that are nearly right needs no other to correct them.
+ *
+ * Bearings of massless rollers that turn leave of loads what is in no proportion to them. There the friction is linear
+ * about some loads, and these are found by Newton's rule: runtime/omniroll/effects/loads_beside_bearings.py. */
 #if SET_LOADS
+#define SET_NEARLY_LINEAR (SET_LOADED_IN_SERIES && SET_LEAVES_LOADS)
 #define LOADS_RESPOND 3             /* evaluations with which the response is found                           */
+#define TIP 1e-12                   /* of the load that a bearing takes: nearer to it hardly anything is left   */
+#define LEAST_ABOUT 1e-9            /* N, about which friction is linear at least; where a bearing takes nothing */
+#define MOST_ROUNDS 50
+#define LOADS_SETTLED 1e-14         /* of the weight                                                           */
+#define LOADS_ROUNDED 1e-11         /* of the weight: steps below this that do not fall any more are rounding    */
+#define SURE 0.1                    /* of LOADS_SETTLED: where the next step would be that falls as its square   */
 
-/* Loads and what the ground's forces are in proportion to, from the sums. */
-ALWAYS_INLINE void put_loads(const int wheels, const point_t *at)
+/* What the ground's forces are in proportion to, under the loads that have been found. */
+ALWAYS_INLINE void put_factors(const int wheels, const point_t *at)
 {
     loads_t *const loads = at->loads;
     const lanes_t *const carries = at->inputs + SET_CARRIES_INPUT*wheels;
-    loads_of_sums(wheels, at, loads->sums, loads->compression);
     for (int i = 0; i < wheels; i++)
         loads->factor[i] = SET_FRICTION ? carries[i]*loads->compression[i] : carries[i];
+#if SET_NEARLY_LINEAR
+    for (int i = 0; i < wheels; i++)        /* about 0 without a bearing: it is the load                     */
+        loads->factor[i] = loads->about[i] + loads->gain[i]*(loads->factor[i] - loads->about[i]);
+#endif
+}
+
+#if SET_NEARLY_LINEAR
+/* Friction beside bearings of rollers that turn is linear about the loads with these sums. */
+ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
+{
+    loads_t *const loads = at->loads;
+    lanes_t taken[MOST_WHEELS], gain[MOST_WHEELS];
+    loads_of_sums(wheels, at, loads->sums, loads->compression);
+    set_left_loads(wheels, at->vehicle, at->chi, at->inputs + SET_CONTACT_BEARING_INPUT*wheels, loads->compression,
+                   taken, gain);
+    for (int i = 0; i < wheels; i++) {
+        const lanes_t least = lanes_max(lanes_abs(taken[i])*(1 + TIP), lanes_of(LEAST_ABOUT));
+        const lanes_t load = loads->compression[i];
+        const lane_mask_t turns = at->contact_sticks[i] == 0, leaves = load >= least;
+        loads->about[i] = lanes_select(turns, lanes_select(leaves, load, least), lanes_of(0));
+        loads->gain[i] = lanes_select(turns, lanes_select(leaves, gain[i], lanes_of(0)), lanes_of(1));
+        loads->bearing_factor[i] = lanes_select(turns, 1/loads->about[i], lanes_of(1));
+    }
+}
+#endif
+
+/* Loads and that, from the sums. */
+ALWAYS_INLINE void put_loads(const int wheels, const point_t *at)
+{
+    loads_of_sums(wheels, at, at->loads->sums, at->loads->compression);
+    put_factors(wheels, at);
 }
 
 /* The rates under the ground's forces, and the sums of the loads that they ask for. */
@@ -126,10 +166,13 @@ NEVER_INLINE void find_load_response(const int wheels, const point_t *at, const 
     loads->knows_response = 1;
 }
 
-/* Rates that respond to the loads, and the loads with them. */
-static void rates_that_respond(const int wheels, const point_t *at, lanes_t *nu_dot)
+/* Rates that respond to the loads, and the loads with them: by one correction. */
+static void correct_loads(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
     loads_t *const loads = at->loads;
+#if SET_NEARLY_LINEAR
+    put_about(wheels, at);
+#endif
 #if SET_DISKS_STICK
     lanes_t *const all = loads->rates, off[2];
 #else
@@ -148,6 +191,61 @@ static void rates_that_respond(const int wheels, const point_t *at, lanes_t *nu_
     loads->determinant = determinant;
     loads->sums[1] += first, loads->sums[2] += second;
 }
+
+#if SET_NEARLY_LINEAR
+/* How far carried loads have moved that were these, which become what they are. */
+ALWAYS_INLINE lanes_t moved_loads(const int wheels, const point_t *at, lanes_t *before)
+{
+    lanes_t most = lanes_of(0), now[MOST_WHEELS];
+    loads_of_sums(wheels, at, at->loads->sums, now);
+    for (int i = 0; i < wheels; i++) {
+        const lanes_t load = at->inputs[SET_CARRIES_INPUT*wheels + i]*now[i];
+        most = lanes_max(most, lanes_abs(load - before[i]));
+        before[i] = load;
+    }
+    return most;
+}
+
+/* The loads about which the friction is linear are those that are found; not a number where that does not end. */
+NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+    loads_t *const loads = at->loads;
+    lanes_t before[MOST_WHEELS], last = lanes_of(INFINITY);
+    int found[LANES] = {0}, left = LANES;
+    for (int i = 0; i < wheels; i++)
+        before[i] = lanes_of(0);
+    moved_loads(wheels, at, before);
+    for (int round = 0; round < loads->rounds && left; round++) {
+        loads->knows_response = 0;
+        correct_loads(wheels, at, nu_dot);
+        const lanes_t step = moved_loads(wheels, at, before), weight = loads->sums[0];
+        left = 0;
+        for (int k = 0; k < LANES; k++) {
+            const double fallen = step[k]/last[k];
+            found[k] |= !(step[k] > LOADS_SETTLED*weight[k])
+                || (last[k] < INFINITY && step[k]*fallen*fallen <= SURE*LOADS_SETTLED*weight[k])
+                || (last[k] <= step[k] && step[k] <= LOADS_ROUNDED*weight[k]);
+            left += !found[k];
+        }
+        last = step;
+    }
+    for (int k = 0; k < LANES && loads->rounds > 1; k++)
+        if (!found[k])
+            loads->sums[1][k] = loads->sums[2][k] = NAN;
+}
+#endif
+
+/* Rates that respond to the loads, and the loads with them. Where the response is known, loads near these are, too. */
+ALWAYS_INLINE void rates_that_respond(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+#if SET_NEARLY_LINEAR
+    if (!at->loads->knows_response) {
+        settle_loads(wheels, at, nu_dot);
+        return;
+    }
+#endif
+    correct_loads(wheels, at, nu_dot);
+}
 #endif
 
 /* Rates of nu and of the core with the loads that they ask for; at->loads has these. */
@@ -164,7 +262,12 @@ NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_do
             loads->factor[i] = at->inputs[SET_CARRIES_INPUT*wheels + i];
         rates_and_sums(wheels, at, nu_dot, loads->sums);
     }
+#if SET_NEARLY_LINEAR
+    put_about(wheels, at);
+    put_factors(wheels, at);
+#else
     put_loads(wheels, at);
+#endif
 }
 
 /* The same where nothing of the loads is known but sums near them, in `loads`. */
@@ -173,5 +276,8 @@ ALWAYS_INLINE void seek_loads(loads_t *loads, const double *sums)
     for (int k = 0; k < 3; k++)
         loads->sums[k] = lanes_of(sums[k]);
     loads->responds = SET_FRICTION, loads->knows_response = 0;
+#if SET_NEARLY_LINEAR
+    loads->rounds = MOST_ROUNDS;
+#endif
 }
 #endif

@@ -67,6 +67,9 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
     const double sums[3] = {s->loads_at[m/LANES].sums[0][m%LANES], s->loads_at[m/LANES].sums[1][m%LANES],
                             s->loads_at[m/LANES].sums[2][m%LANES]};
     seek_loads(s->loads_aside, sums);
+#if SET_NEARLY_LINEAR
+    s->loads_aside->rounds = 1;
+#endif
     point.loads = s->loads_aside;
 #endif
     return point;

@@ -306,7 +306,8 @@ ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
     const int contact = s->landing - wheels - s->guards;
     return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
 #elif SET_IN_SERIES                 /* the spin is no number that can be set to zero there                    */
-    return s->landing - wheels - s->guards >= s->own->rollers_at && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
+    const int bearing = s->landing - wheels - s->guards;
+    return bearing >= s->own->rollers_at && bearing < s->own_count && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
 #else
     (void)s, (void)wheels;
     return 0;

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.codegen import python_alone
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
@@ -54,11 +55,6 @@ REASONS = {
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
-# Pairs of generated functions: a set that has both runs on the Python engine alone, for what stands beside them.
-MASSLESS = "massless rollers that stick where wheels may slip, "
-NOT_COMPILED = {
-    ("slip_contact_loss", "spring_loads"): MASSLESS + "under loads that follow the motion",
-}
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
@@ -66,8 +62,7 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    lacks = (lack for names, lack in NOT_COMPILED.items() if all(name in kernel.signatures for name in names))
-    return next(lacks, "")
+    return python_alone.lacking(kernel.signatures.__contains__)
 
 
 def can_run(task: Task) -> bool:

@@ -180,7 +180,10 @@ class SteppedRun(CompiledRun):
         bearings = {name: torques[end - self.wheels : end] for name, end in ends.items() if name in present}
         recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]
         recorded += [name for name in MOMENTS if name in present]
-        return bearings | {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in recorded}
+        modes = {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in recorded}
+        if "carries" in modes and not run.started:  # as at rest: what carries has not been decided yet
+            modes["carries"] = (self.task.effects.grip(self.task.vehicle).loads > 0).astype(float)
+        return bearings | modes
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects integrate, by name, where the rest of the core is `core`."""
