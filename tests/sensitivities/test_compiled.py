@@ -11,7 +11,7 @@ from omniroll import Bearings, Contact, OmnirollError, Slope, TorqueTable
 from omniroll.engine import sensitivities, variations
 from omniroll.engine.compiled_variations import library_of
 from omniroll.engine.contact_deviations import ContactDeviations
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Motion, columns_beside
 from omniroll.kernels import sets
 from omniroll.results.dense import weights_at
 from tests.costs import counting
@@ -242,7 +242,7 @@ def test_a_knot_just_before_a_rest_leaves_the_sign_of_what_is_lost_there(monkeyp
 def derivatives_of_slip(run, row):
     """(2,) those of the contact that comes to rest behind a row, by the first number."""
     contact = np.flatnonzero(run.sticks[row + 1] & ~run.sticks[row])[0]
-    deviations = ContactDeviations(Motion(run), Columns(run, run.followed.names))
+    deviations = ContactDeviations(Motion(run), columns_beside(run, run.followed.names))
     return deviations._slips(row, run.followed.rows[row])[0, contact]
 
 
@@ -292,7 +292,7 @@ def with_other_roundings(run, names, trial):
 
     with pytest.MonkeyPatch.context() as context:
         context.setattr(variations, "values_at", summed)
-        sweep = sensitivities.Sweep(motion, Columns(run, names))
+        sweep = sensitivities.Sweep(motion, columns_beside(run, names))
         sweep.run()
     object.__setattr__(run, "followed", sweep.followed())  # a trajectory is frozen
     return run
