@@ -7,15 +7,17 @@ from functools import partial
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, OmnirollError, Slope, TorqueTable
+from omniroll import Bearings, Contact, OmnirollError, Slope, TorqueTable, Vehicle, simulate
 from omniroll.engine import sensitivities, variations
-from omniroll.engine.compiled_variations import library_of
+from omniroll.engine.compiled_variations import Models, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Columns, Motion, columns_beside
+from omniroll.engine.variations import Deviations
 from omniroll.kernels import sets
+from omniroll.kernels.tangent_kernel import TangentKernel
 from omniroll.results.dense import weights_at
 from tests.costs import counting
-from tests.sensitivities.costs import TASKS
+from tests.sensitivities.costs import TASKS, task
 from tests.sensitivities.differences import Case, derivative
 from tests.sensitivities.spies import rows_passed
 from tests.sensitivities.test_ground import FOUR, FOUR_START, MOTOR, REGULARISED
@@ -242,7 +244,7 @@ def test_a_knot_just_before_a_rest_leaves_the_sign_of_what_is_lost_there(monkeyp
 def derivatives_of_slip(run, row):
     """(2,) those of the contact that comes to rest behind a row, by the first number."""
     contact = np.flatnonzero(run.sticks[row + 1] & ~run.sticks[row])[0]
-    deviations = ContactDeviations(Motion(run), Columns(run, run.followed.names))
+    deviations = ContactDeviations(Motion(run), columns_beside(run, run.followed.names))
     return deviations._slips(row, run.followed.rows[row])[0, contact]
 
 
@@ -292,7 +294,7 @@ def with_other_roundings(run, names, trial):
 
     with pytest.MonkeyPatch.context() as context:
         context.setattr(variations, "values_at", summed)
-        sweep = sensitivities.Sweep(motion, Columns(run, names))
+        sweep = sensitivities.Sweep(motion, columns_beside(run, names))
         sweep.run()
     object.__setattr__(run, "followed", sweep.followed())  # a trajectory is frozen
     return run
@@ -331,6 +333,26 @@ def test_a_run_that_is_asked_for_no_derivative_needs_none_of_it(monkeypatch):
         library_of(Motion(run))
 
 
+@pytest.mark.parametrize("kind", ["massless", "free", "massless, coulomb, axles stick, no drive"])
+def test_what_follows_from_effects_and_names_is_made_once(kind, monkeypatch):
+    """A second run with the same vehicle, effects and names makes no columns, kernels with tangents or models in C."""
+    made = []
+    for own in (Deviations, Columns, TangentKernel, Models):
+
+        def counted(self, *given, make=own.__init__, name=own.__name__, **named):
+            made.append(name)
+            make(self, *given, **named)
+
+        monkeypatch.setattr(own, "__init__", counted)
+    given = task(kind) | {"vehicle": Vehicle.paper().replace(mass=3.25), "duration": 0.1}
+    first = simulate(**given)
+    assert {"Deviations", "Columns", "Models"} <= set(made)
+    made.clear()
+    second = simulate(**given)
+    assert made == []
+    assert (first.sensitivity("mass").nu == second.sensitivity("mass").nu).all()
+
+
 # Times the instructions of the run with its control, and the same with what Python does, where that is held.
 MOST = dict.fromkeys(TASKS, 5.0) | {"coulomb": 5.5}
 WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
@@ -338,6 +360,7 @@ WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "loads, massless, regularised": 3.1, "loads, massless, coulomb": 5.1, "loads, free, coulomb": 3.5,
          "loads, free, viscous": 3.8,
          "massless, coulomb": 5.9, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2,
+         "massless, coulomb, axles stick, no drive": 6.0,
          "massless, viscous, axles stick": 3.8, "loads, massless, regularised, axles stick": 4.0,
          "regularised, axles stick": 4.0, "viscous, rollers stick": 2.9,
          "loads, regularised, rollers stick": 2.6, "regularised, all stick": 4.2,

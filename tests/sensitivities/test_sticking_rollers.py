@@ -7,7 +7,7 @@ import omniroll
 from omniroll import Bearings, InvalidValueError, NoDerivativeError, Slope, Torque, TorqueTable
 from omniroll.engine import sensitivities, variations
 from omniroll.engine.hold_deviations import HoldDeviations
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Motion, columns_beside
 from tests.sensitivities.differences import Case, derivative
 from tests.sensitivities.spies import rows_passed
 from tests.sensitivities.test_compiled import NAMES, ROUNDINGS, runs_in_c_and_python, same_as_in_python
@@ -197,7 +197,7 @@ def test_c_gives_what_python_gives_in_random_scenes(monkeypatch):
 def rests_alone(run, names):
     """Rows in which a step ends and free rollers come to rest, and nothing else happens."""
     motion = Motion(run)
-    modes, left = motion.holds.spins.modes, HoldDeviations(motion, Columns(run, names)).left_to_do > 0
+    modes, left = motion.holds.spins.modes, HoldDeviations(motion, columns_beside(run, names)).left_to_do > 0
     before = np.concatenate([modes[:1], modes[:-1]])
     ends = np.append(False, motion.starts_step[:-1])
     turns_on = ((before != modes) & (modes != 0)).any(axis=(1, 2))

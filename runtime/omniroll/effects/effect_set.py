@@ -5,9 +5,10 @@ EffectRun's.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import TypeVar
 
 import numpy as np
 
@@ -46,6 +47,7 @@ BEARINGS = ("bearing_torque", "contact_bearing")  # of axles, of rollers in cont
 DRIVES = ("torque", "damping", *BEARINGS)
 # Where rows have MOMENTS beside them: where rollers stick and the ground's forces depend on the accelerations.
 ON_ACCELERATIONS = {"contact_coulomb", "contact_loads"}
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,11 @@ class EffectSet:
                 raise InvalidValueError("effects", effect, f"{min(twice)} is given twice")
             constants |= own
         return constants
+
+    @kept
+    def made(self, make: Callable[..., Made], *arguments: Hashable) -> Made:
+        """What `make` gives for this set and further arguments: that which an engine knows of them before it runs."""
+        return make(self, *arguments)
 
     def kernel(self, vehicle: Vehicle, roller_model: str, backend: str, also: tuple[str, ...] = ()) -> Kernel:
         """The kernel with these effects, and no others but `also`: effects of the registry that only have functions."""

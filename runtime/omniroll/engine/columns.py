@@ -44,10 +44,15 @@ class Column:
     signals: Mapping[tuple[int, str], np.ndarray] = field(default_factory=dict)
 
 
-def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -> tuple[Column, ...]:
-    """The columns of these names. Raises InvalidValueError for a name that stands for no number of the run."""
+def check_are_names(names: Sequence[str]) -> None:
+    """Raises InvalidValueError for what is no sequence of names."""
     if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(n, str) for n in names):
         raise InvalidValueError("sensitivities", names, "must be a sequence of names")
+
+
+def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -> tuple[Column, ...]:
+    """The columns of these names. Raises InvalidValueError for a name that stands for no number of the run."""
+    check_are_names(names)
     if len(set(names)) < len(names):
         raise InvalidValueError("sensitivities", names, "must name each number once")
     of_vehicle = values_of(plain, ())
@@ -188,11 +193,13 @@ def _with_places(number: str, moved: np.ndarray, plain: Kernel) -> dict[str, np.
 
 
 def stacked(columns: Sequence[Column], tangents: Callable[[Column], Mapping], shapes: Mapping) -> dict:
-    """(P, ...) tangents by key, 0 in the columns that have none; `shapes` of all keys."""
+    """(P, ...) tangents by key, 0 in the columns that have none, for reading alone; `shapes` of all keys."""
     found: dict = {}
     for place, column in enumerate(columns):
         for key, tangent in tangents(column).items():
             if key not in found:
                 found[key] = np.zeros((len(columns), *shapes[key]))
             found[key][place] = tangent
+    for array in found.values():
+        array.flags.writeable = False
     return found

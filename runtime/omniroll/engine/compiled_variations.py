@@ -5,7 +5,7 @@ asked for none needs none.
 """
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -78,8 +78,8 @@ class Models:
     """The constants of a vehicle in C with their slopes by numbers: the first in which nothing deviates, then the
     numbers, one after the other."""
 
-    def __init__(self, module, plain: Kernel, tangents: Mapping[str, np.ndarray], numbered: np.ndarray):
-        self.ffi, self.lib, self.plain = module.ffi, module.lib, plain
+    def __init__(self, ffi, lib, plain: Kernel, tangents: Mapping[str, np.ndarray], numbered: np.ndarray):
+        self.ffi, self.lib, self.plain = ffi, lib, plain
         self.kept: list = []
         fields = {name for name, _ in self.ffi.typeof("omniroll_vehicle").fields}
         own = {n: v for n, v in zip(plain.constant_names, plain.constants, strict=True) if n in fields}
@@ -116,6 +116,12 @@ class Models:
         return model
 
 
+@lru_cache(maxsize=16)
+def _models_of(columns: Columns, ffi, lib) -> Models:
+    """The models of a run's columns, which C only reads."""
+    return Models(ffi, lib, columns.plain, columns.constants, columns.numbered)
+
+
 class CompiledVariations:
     """The deviations of one run in P columns.
 
@@ -139,7 +145,7 @@ class CompiledVariations:
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
-        self.models = Models(module, motion.plain, columns.constants, columns.numbered)
+        self.models = _models_of(columns, module.ffi, module.lib)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
         decays = "contact_omega" in motion.deviations.rates  # slips along the axles, which do so fast within steps

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Motion, columns_beside
 from omniroll.engine.sensitivities import Followed, Sweep
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
@@ -74,7 +74,7 @@ class Chain(Sweep):
         samplers = sum(hasattr(effect, "proportional") for effect in motion.trajectory.effects.effects)
         self.sizes["controllers"] = 2 * plain.wheels * samplers
         self.handed_on = sum(self.sizes.values())
-        super().__init__(motion, Columns(motion.trajectory, names, self.handed_on))
+        super().__init__(motion, columns_beside(motion.trajectory, names, self.handed_on))
         self.maps: list[np.ndarray] = []  # (W, W + P) of each phase's start, by the start of that before it
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
@@ -14,6 +15,7 @@ from omniroll.engine.massless_modes import MasslessModes, StripModes
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing import Standing
 from omniroll.engine.variations import NO_ANGLE, Deviations, Held, Variations
+from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
@@ -31,7 +33,7 @@ class Motion:
     def __init__(self, trajectory: Trajectory):
         self.trajectory = trajectory
         self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
-        self.deviations = Deviations(trajectory.effects, self.plain)
+        self.deviations = trajectory.effects.made(Deviations, self.plain)
         self.vector = self.deviations.vector
         self.starts_step = np.zeros(len(trajectory), bool)
         self.starts_step[trajectory.step_rows] = True
@@ -200,13 +202,17 @@ class Motion:
 class Columns:
     """The columns of a run: what each of its numbers moves; before them `others`, in which no number deviates.
 
+    They depend on effects, kernel and names alone: all runs that have these share them (columns_beside).
+
+    plain  Kernel of the run, with Python's functions
     nodes  inside each step where deviations are computed; None: as many as the run's polynomials ask for
     """
 
-    def __init__(self, trajectory: Trajectory, names: tuple[str, ...], others: int = 0, nodes: int | None = None):
+    def __init__(
+        self, effects: EffectSet, plain: Kernel, names: tuple[str, ...], others: int = 0, nodes: int | None = None
+    ):
         self.nodes = nodes
-        self.effects = trajectory.effects.effects
-        self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
+        self.effects, self.plain = effects.effects, plain
         self.columns: tuple[Column, ...] = (Column(""),) * others + columns_of(names, self.plain, self.effects)
         shapes = {name: value.shape for name, value in values_of(self.plain, self.effects).items()}
         self.constants = stacked(self.columns, lambda column: column.constants, shapes)
@@ -224,7 +230,7 @@ class Columns:
     def behind_another(self, trajectory: Trajectory) -> "Columns":
         """The same of this run behind one more column in which no number deviates."""
         names = tuple(name for name in self.names if name)
-        return Columns(trajectory, names, others=1 + len(self) - len(names))
+        return columns_beside(trajectory, names, others=1 + len(self) - len(names))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -266,3 +272,12 @@ class Columns:
             motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
             held, motion.contacts, NO_ANGLE / self.sizes,
         )  # fmt: skip
+
+
+def columns_beside(
+    trajectory: Trajectory, names: tuple[str, ...], others: int = 0, nodes: int | None = None
+) -> Columns:
+    """The columns of a run by the numbers of these names."""
+    effects = trajectory.effects
+    plain = effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
+    return effects.made(Columns, plain, names, others, nodes)

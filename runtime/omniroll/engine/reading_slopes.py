@@ -10,7 +10,7 @@ import numpy as np
 
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES
-from omniroll.engine.motion import Columns
+from omniroll.engine.motion import columns_beside
 from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.engine.sensitivities import Followed, bearing_deviations
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -35,7 +35,7 @@ class _Slopes:
         self.followed: Followed = run.followed
         look = self.followed.look_at(run, times)
         self.motion, self.y, self.row = look.motion, look.y, look.row
-        self.columns = Columns(run, self.followed.names, others=1)  # the first is that of the time
+        self.columns = columns_beside(run, self.followed.names, others=1)  # the first is that of the time
         self.drives = {name: value for name, value in run.drives_at(times).items() if name not in MODES}
         self.drive_slopes = self._drive_slopes()
         self.inputs = self._inputs()

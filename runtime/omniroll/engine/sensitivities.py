@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.engine.axle_deviations import AxleDeviations
 from omniroll.engine.bearing_deviations import BearingDeviations
-from omniroll.engine.columns import columns_of
+from omniroll.engine.columns import check_are_names
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.contact_modes import MODES
@@ -32,7 +32,7 @@ from omniroll.engine.events_beside import TOGETHER
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.loaded_massless_deviations import LoadedMasslessDeviations
 from omniroll.engine.massless_deviations import MasslessDeviations
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Columns, Motion, columns_beside
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.roller_deviations import RollerDeviations
 from omniroll.engine.roller_modes import FREE
@@ -62,7 +62,8 @@ def with_sensitivities(trajectory: Trajectory, names: Sequence[str], nodes: int 
 def check_names(task: Task, names: Sequence[str]) -> None:
     """Raises InvalidValueError for names and effects that have no sensitivities."""
     plain = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")
-    columns_of(names, plain, task.effects.effects)
+    check_are_names(names)
+    task.effects.made(Columns, plain, tuple(names), 0, None)
     refuse_what_is_not_followed(task.effects.effects, plain)
 
 
@@ -146,7 +147,7 @@ class Followed:
 
     @classmethod
     def along(cls, trajectory: Trajectory, names: tuple[str, ...], nodes: int | None = None) -> "Followed":
-        sweep = Sweep(Motion(trajectory), Columns(trajectory, names, nodes=nodes))
+        sweep = Sweep(Motion(trajectory), columns_beside(trajectory, names, nodes=nodes))
         sweep.run()
         return sweep.followed()
 
@@ -174,7 +175,7 @@ class Followed:
         look = self.look
         if look is not None and look.rows == (t is None) and np.array_equal(look.times, times):
             return look
-        motion, columns = Motion(trajectory), Columns(trajectory, self.names, nodes=self.nodes)
+        motion, columns = Motion(trajectory), columns_beside(trajectory, self.names, nodes=self.nodes)
         y, row = (motion.y, np.arange(len(trajectory))) if t is None else trajectory.state_and_row(times)
         moved = np.array(self.rows[row])  # a copy: at one time alone it would be a view
         between = trajectory.t[row] < times
@@ -227,7 +228,8 @@ class Sweep:
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
         self.holds, self.contacts = hold_deviations(motion, columns), contact_deviations(motion, columns)
-        self.bearings = bearing_deviations(motion, columns)
+        beside = isinstance(self.contacts, StandingDeviations)
+        self.bearings = self.contacts.bearings if beside else bearing_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
             self.compiled = CompiledVariations(

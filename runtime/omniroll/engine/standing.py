@@ -6,6 +6,7 @@ left are the columns of A.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,13 +21,16 @@ from omniroll.kernels.kernel import Kernel
 SAME = 1e-9  # relative: directions that are nearer to each other are the same
 
 
+@lru_cache(maxsize=64)
 def rows_of_standing(kernel: Kernel) -> np.ndarray:
     """(..., N, 2, 3) for each of nu the spins of rollers in contact whose wheels roll along their axles, and the rates
-    of rolling wheels; the former have this direction whatever chi is."""
+    of rolling wheels; the former have this direction whatever chi is. For reading alone."""
     still, units = np.zeros(kernel.wheels), np.eye(3)
     along = np.stack([kernel.call("wheel_rates", unit, still)[1] for unit in units], axis=-1)
     rolling = np.stack([kernel.call("wheel_speeds", unit) for unit in units], axis=-1)
-    return np.stack([along, rolling], axis=-2)
+    found = np.stack([along, rolling], axis=-2)
+    found.flags.writeable = False
+    return found
 
 
 class Standing:

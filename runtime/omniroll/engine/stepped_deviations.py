@@ -13,7 +13,7 @@ import numpy as np
 from omniroll import validation
 from omniroll.engine.columns import columns_of, start_shapes
 from omniroll.engine.drive_deviations import DriveDeviations
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Columns, Motion, columns_beside
 from omniroll.engine.runs import Task
 from omniroll.engine.sensitivities import Sweep
 from omniroll.errors import NoDerivativeError
@@ -57,7 +57,7 @@ class SteppedDeviations:
     def follow(self, piece: Trajectory, held: Mapping[str, list[np.ndarray]]) -> None:
         """Go on along a piece, in which these values have been held that steps give."""
         if self.columns is None:
-            self.columns = Columns(piece, self.names)
+            self.columns = columns_beside(piece, self.names)
         if self.reached is not None and self.reached.none is not None:
             return
         drives = None if self.reached is None else self.drives

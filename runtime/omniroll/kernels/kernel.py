@@ -432,10 +432,12 @@ class Kernel:
             lead = np.broadcast_shapes(*leads)
         except ValueError:
             raise InvalidValueError(name, leads, "leading axes of the arguments must broadcast") from None
-        return lead, [
-            np.array(np.broadcast_to(array, lead + argument.shape), order="C")
-            for argument, array in zip(inputs, arrays, strict=True)
-        ]
+        return lead, [_copy(array, lead + argument.shape) for argument, array in zip(inputs, arrays, strict=True)]
+
+
+def _copy(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """A contiguous copy of an array, broadcast to a shape."""
+    return np.array(array if array.shape == shape else np.broadcast_to(array, shape), order="C")
 
 
 class PythonKernel(Kernel):
@@ -456,9 +458,7 @@ class PythonKernel(Kernel):
         signature = self._signature(name)
         lead, arrays = self._broadcast(name, values, np.float64)
         # Components come first in the generated code; without leading axes they are floats, which are fast.
-        inputs = [np.moveaxis(array, range(len(lead)), range(array.ndim - len(lead), array.ndim)) for array in arrays]
-        if not lead:
-            inputs = [array.tolist() for array in inputs]
+        inputs = components_first(arrays, len(lead)) if lead else [array.tolist() for array in arrays]
         try:
             with np.errstate(all="ignore"):
                 found = getattr(self._module, self.form(name))(self._model, *inputs)
@@ -505,6 +505,14 @@ class PythonKernel(Kernel):
         return call
 
 
+def components_first(arrays: Sequence[np.ndarray], lead: int) -> list[np.ndarray]:
+    """Arrays with so many leading axes, these behind the others."""
+    return [
+        array if array.ndim == lead else np.moveaxis(array, range(lead), range(array.ndim - lead, array.ndim))
+        for array in arrays
+    ]
+
+
 def _components_last(output, shape: tuple[int, ...], lead: tuple[int, ...]) -> np.ndarray:
     """A nested list of components, each a number or an array of shape `lead`, as one array lead + shape."""
     result = np.empty(shape + lead)
@@ -513,6 +521,8 @@ def _components_last(output, shape: tuple[int, ...], lead: tuple[int, ...]) -> n
         for index in place:
             component = component[index]
         result[place] = component
+    if not (lead and shape):
+        return result
     return np.array(np.moveaxis(result, range(len(shape)), range(len(lead), result.ndim)), order="C")
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.kernels.kernel import Kernel, PythonKernel
+from omniroll.kernels.kernel import Kernel, PythonKernel, components_first
 
 STEP = 2.0**-300  # a power of two: scaling by it rounds nothing
 
@@ -52,7 +52,7 @@ class TangentKernel(PythonKernel):
     def call(self, name: str, *values: ArrayLike):
         signature = self.signatures[name]
         lead, arrays = self._broadcast(name, values, np.complex128)
-        inputs = [np.moveaxis(array, range(len(lead)), range(array.ndim - len(lead), array.ndim)) for array in arrays]
+        inputs = components_first(arrays, len(lead)) if lead else arrays
         with np.errstate(all="ignore"):
             found = getattr(self._module, self.form(name))(self._model, *inputs)
         found = found if len(signature.outputs) > 1 else (found,)
