@@ -315,3 +315,11 @@ def test_a_session_is_the_run_and_goes_back_to_the_bit():
 def test_a_sweep_ends_where_its_runs_end(engine):
     vehicle, own = rubbing(2)
     assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"engine": engine, "duration": DURATION})
+
+
+def test_beside_bearings_that_do_not_stick_contacts_do_not_slip_along_their_axles():
+    constants = (("ground_damping", DAMPING), ("roller_damping", DAMPER))
+    effects = ("contact", "contact_viscous", "roller_viscous")
+    bound = kernel(CROSS, "massless", "python", constants=constants, effects=effects)
+    slip, _ = call(bound, "slip_forces", {"nu": np.array([0.3, -0.2, 0.1]), "chi": np.zeros(4), "rates": np.zeros(4)})
+    assert not slip[:, 0].any() and slip[:, 1].all()
