@@ -19,6 +19,8 @@ RAMP = TorqueTable((0.0, 0.3), ((0, 0, 0), (0.3, -0.1, 0.2)))
 STILL = {"nu": (0.0, 0.0, 0.0)}
 STOPPING = Case("massless", effects=(Contact(5.0), RUBBING), duration=0.6)
 BREAKING_AWAY = Case("massless", effects=(Contact(5.0), HELD_LONGER, RAMP), start=STILL, duration=0.3)
+STOPPING_SOONER = replace(STOPPING, effects=(Contact(5.0), replace(RUBBING, roller_viscous=2e-4)))
+BRAKED = replace(BREAKING_AWAY, effects=(Contact(5.0), replace(HELD_LONGER, roller_viscous=2e-5), RAMP))
 ON_REGULARISED = replace(BREAKING_AWAY, effects=(Contact(**REGULARISED), HELD_LONGER, RAMP))
 CASES = {
     "stops and a switch": (STOPPING, ("mass", "roller_coulomb", "nu[0]", "wheel_radius"), {(1, 0)}),
@@ -26,6 +28,8 @@ CASES = {
         BREAKING_AWAY, ("mass", "roller_break_away", "roller_coulomb"), {(0, 1), (1, 0)}
     ),
     "regularised": (ON_REGULARISED, ("roller_break_away",), {(0, 1)}),
+    "braked": (STOPPING_SOONER, ("roller_viscous", "mass"), {(1, 0)}),
+    "braked break-aways": (BRAKED, ("roller_viscous", "roller_break_away"), {(0, 1)}),
 }  # fmt: skip
 
 
@@ -56,7 +60,7 @@ def test_beside_axles_that_stick_they_are_differences_of_runs(name):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY], ids=["stops", "break-aways"])
+@pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY, BRAKED], ids=["stops", "break-aways", "viscous"])
 def test_backwards_and_in_the_steps_of_a_session_they_are_the_same(case):
     assert_the_same_backwards_and_in_sessions(case)
 
