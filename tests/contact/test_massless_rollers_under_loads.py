@@ -27,7 +27,6 @@ from omniroll import (
     Bearings,
     Contact,
     InvalidValueError,
-    Session,
     SimulationStopped,
     Slope,
     Torque,
@@ -250,13 +249,6 @@ def test_samples_between_rows_are_those_of_finer_runs():
         for name in ("slip", "ground_force", "ground_load", "contact_spin"):
             scale = np.abs(getattr(run, name)).max()
             assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)
-
-
-def test_sessions_are_refused():
-    vehicle, options = scene(0)
-    del options["control"]
-    with pytest.raises(InvalidValueError, match="sensitivities"):
-        Session(vehicle, driven=False, sensitivities=["mass"], **options)
 
 
 # ---- loads beside bearings -------------------------------------------------------------------------------------------

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import Case, derivative, differenced
+from tests.sensitivities.differences import Case, assert_the_same_backwards_and_in_sessions, derivative, differenced
 from tests.sensitivities.test_loads_that_follow import STARTING, TALL
 from tests.sensitivities.test_massless_rollers import BESIDE_AXLES, HELD_LONGER, RAMP, REGULARISED, STILL, changes
 from tests.sensitivities.test_true_events import true
@@ -86,14 +85,8 @@ def test_a_drive_that_jumps_takes_rollers_along_through_loads():
 
 
 @pytest.mark.parametrize("law", SMOOTH)
-def test_backwards_they_are_the_same(law):
-    case, names = breaking_away(law), ("mass", "roller_break_away", "torque[1][0]", "nu[2]")
-    run, weights = case.run(sensitivities=names, accuracy=1e-11), np.array([[1.0, 2, 3], [0.5, -1, 2]])
-    times = np.array([0.33, 0.9]) * case.duration
-    found = omniroll.gradient(run, names, times, pose=weights)
-    for name in names:
-        own = run.sensitivity(name, times).pose
-        assert found[name] == pytest.approx((weights * own).sum(), abs=1e-11 * np.abs(own).max())
+def test_backwards_and_in_the_steps_of_a_session_they_are_the_same(law):
+    assert_the_same_backwards_and_in_sessions(breaking_away(law))
 
 
 def test_numbers_that_do_nothing_have_none():
