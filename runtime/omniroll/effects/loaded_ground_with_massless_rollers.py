@@ -206,6 +206,3 @@ class LoadedStripFlow(LoadedFlow, StripFlow):
 
     def _slide_or_turn(self) -> None:
         self._ellipse()
-
-
-__all__ = ["LoadedGroundWithMasslessRollers", "LoadedStripFlow"]
