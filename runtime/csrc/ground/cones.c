@@ -5,6 +5,7 @@
 #define NEWTON 30
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
+#define HOLDS 4                     /* roundings of what makes a condition: it is met                       */
 #define SET_STARTS_INSIDE (SET_STANDS_BOTH_WAYS && SET_LOADS)
 #if SET_STANDS_BOTH_WAYS            /* contacts, and all bearings beside them: their number is not known beforehand */
 #define ARRAY_OF(type, name, size) type *name
@@ -262,17 +263,33 @@ static void conditions(const discs_t *d, const int *slipping, int slips, double 
 #endif
 }
 
+/* What is missing in conditions on rates that are met within rounding: nothing. Where all that slips is pulled by next
+ * to nothing, such a rounding would turn the forces by far more. */
+static void drop_rounding(const discs_t *d, double *missing)
+{
+    for (int k = 0; k < d->size; k++) {
+        double sum = fabs(d->wanted[k]);
+        for (int l = 0; l < d->size; l++)
+            sum += fabs(d->matrix[k*d->size + l]*d->place[l]);
+        if (fabs(missing[k]) <= HOLDS*EPS*sum)
+            missing[k] = 0;
+    }
+}
+
 /* Newton's rule on these conditions: whether it has ended. */
 static int with_slipping(discs_t *d, const int *slipping, int slips)
 {
     double *const system = d->newton.system, *const step = d->newton.step, last = INFINITY, change = INFINITY;
     const int size = d->size;
+    int stays = 0;                                  /* whether what changes has not fallen in some round     */
     for (int i = 0; i < d->count; i++)
         d->pull[i] = 0;
     for (int s = 0; s < slips; s++)
         d->pull[slipping[s]] = pull_of(d, slipping[s]);
     for (int round = 0; round < NEWTON; round++) {
         conditions(d, slipping, slips, system, step);
+        if (stays)
+            drop_rounding(d, step);
         solve_rows(system, size + slips, step);
         change = 0;
         for (int k = 0; k < size + slips; k++)
@@ -283,6 +300,7 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
             d->pull[slipping[s]] -= step[size + s];
         if (!(change < INFINITY) || change <= CONE_SETTLED || (change >= last && change < ON_THE_EDGE))
             break;
+        stays |= change >= last;
         last = change;
     }
     return change < ON_THE_EDGE;
