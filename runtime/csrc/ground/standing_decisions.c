@@ -380,7 +380,7 @@ static int is_determined(omniroll_run_t *run, const work_t *work)
             set->mode[resting[k]] = choice >> k & 1;
         if (tried < LANES && choice + 1 < 1 << count)
             continue;
-        evaluate_sets(run, work, holds, sets, tried);
+        evaluate_sets(run, work, holds, sets, tried, 1);
         for (; tried > 0; tried--)
             if (!(sets[tried - 1].determinant > DETERMINED)) {
                 fail(run, OMNIROLL_LOADS_UNDETERMINED, sets + tried - 1);
