@@ -460,6 +460,29 @@ def test_the_compiled_engine_goes_on_where_a_contact_lets_go_with_a_jump():
     assert run.t[-1] == 0.016 and not reason
 
 
+@pytest.mark.parametrize("engine", EACH)
+def test_a_contact_lets_go_where_loads_feel_more_of_its_direction_than_it_has_turned(engine):
+    """Scene 566: contact 2 has just used its friction up, beside two that slip. From turn to turn its direction was off
+    by three times more, till it stuck, from where that began anew; both engines stopped."""
+    vehicle, options = scene(566)
+    run, reason = assert_scene_obeys(vehicle, options | {"duration": 0.0279}, engine)
+    assert run.t[-1] == 0.0279 and not reason
+    assert run.sticks[-1].tolist() == [False, False, False]
+
+
+def test_a_contact_that_cannot_go_aside_slips_forward():
+    """Scene 1309: contact 0 lets go while its roller sticks, and two standing wheels leave the vehicle one way, along
+    the rolling direction of contact 0. Rounding turned its direction aside, where its roller would be asked for too
+    much: the step became too small."""
+    vehicle, options = scene(1309)
+    run, reason = assert_scene_obeys(vehicle, options)
+    assert run.t[-1] == options["duration"] and not reason
+    alone = (run.slip[:, 0] != 0).any(axis=1) & (run.quantity("rates")[:, 1:] == 0).all(axis=1)
+    assert alone.any() and (run.contact_spin[alone, 0] == 0).all()
+    across, along = run.ground_force[alone, 0].T
+    assert np.abs(across).max() <= 1e-12 * along.min()
+
+
 def test_axles_that_are_at_their_bound_together_break_away_together():
     """All four are there at the end of one step, and nothing pulls at any of them yet. Where a round of the proximal
     point found no minimum its forces were taken, under which all contacts seemed to slip: loads and modes went to and

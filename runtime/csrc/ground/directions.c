@@ -437,6 +437,24 @@ static void respond_together(step_t *s, const int wheels)
         find_own_responses(s, wheels, ask);
 }
 
+#if SET_STANDS_BOTH_WAYS
+/* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there, more than
+ * rounding, since other wheels keep the vehicle from going that way. */
+ALWAYS_INLINE int cannot_go_aside(const step_t *s, int i)
+{
+    const double *const aside = response_to_force(s, i, 0, i), *const forward = response_to_force(s, i, 1, i);
+    return s->own->sticks[s->own->rollers_at + i][0] > 0.5
+        && fabs(aside[0]) + fabs(aside[1]) <= ROUNDED_SLIP*EPS*forward[1];
+}
+
+/* The turn to its rolling direction. A slip that has not begun, and the first guesses of it, say nothing about that. */
+ALWAYS_INLINE void turn_forward(const step_t *s, int i, nodes_t *turn)
+{
+    for (int b = 0; b < BLOCKS; b++)
+        turn->lanes[b] = s->toward[2*i].lanes[b]/s->toward[2*i + 1].lanes[b];
+}
+#endif
+
 /* New directions of one contact, from the slips at the nodes, and its forces. */
 static void find_direction(step_t *s, const int wheels, int i)
 {
@@ -444,6 +462,11 @@ static void find_direction(step_t *s, const int wheels, int i)
     along_and_across(s, i, &along, &across);
     response_to_turn(s, i, i, response);
     const int is_near = is_near_rest(s, response, &along);
+#if SET_STANDS_BOTH_WAYS
+    if (cannot_go_aside(s, i))
+        turn_forward(s, i, &turn);
+    else
+#endif
     if (is_near) {
         response_near_rest(s, wheels, i, response);
         turn_by_newton(s, i, response, &along, &across, &turn);

@@ -93,8 +93,9 @@ static void take_turned(omniroll_run_t *run, int contact, const turned_t *turned
             run->grips[i].load = fmax(turned->load[i][lane], LEAST_LOAD*run->ground.weight);
 }
 
-/* Directions and loads find each other slowly where two solutions are near each other. Contacts that let go, `rests`,
- * turn to the next steady direction on the side to which their slips are turned, if they grow along it. */
+/* Directions and loads find each other slowly where two solutions are near each other, and not at all where loads feel
+ * more of a direction than it has turned. Contacts that let go, `rests`, turn to the next steady direction on the side
+ * to which their slips are turned, if these do not fall along it: where friction is just used up they have no rate. */
 static void turn_on(omniroll_run_t *run, const work_t *work, const int *rests)
 {
     for (int i = 0; i < run->wheels; i++) {
@@ -105,7 +106,7 @@ static void turn_on(omniroll_run_t *run, const work_t *work, const int *rests)
         const double way = next_steady(run, work, i, turned.across[0] > 0 ? 1 : -1, &turned);
         turned.turn[0] = way;
         find_turned(run, work, i, &turned);
-        if (way != 0 && turned.along[0] > run->ground.settles)
+        if (way != 0 && turned.along[0] >= -run->ground.settles)
             take_turned(run, i, &turned, 0);
     }
 }

@@ -195,12 +195,13 @@ class LoadedGround(Ground):
         return False
 
     def turn_on(self, rests: np.ndarray, dynamics: Dynamics) -> None:
-        """Directions and loads find each other slowly where two solutions are near each other. Contacts that let go,
-        `rests` (N,) bool, turn to the next steady direction on the side to which their slips are turned, if they grow
-        along it."""
+        """Directions and loads find each other slowly where two solutions are near each other, and not at all where
+        loads feel more of a direction than it has turned. Contacts that let go, `rests` (N,) bool, turn to the next
+        steady direction on the side to which their slips are turned, if these do not fall along it: where friction
+        is just used up they have no rate."""
         for contact, turned in self._begin(rests, dynamics):
             way = next_steady(turned, 1 if turned(0.0)[1] > 0 else -1)
-            if way is not None and turned(way)[0] > self.settles:
+            if way is not None and turned(way)[0] >= -self.settles:
                 self._take_way(contact, way, dynamics)
 
     def _begin(self, rests: np.ndarray, dynamics: Dynamics) -> Iterator[tuple[int, Turned]]:
