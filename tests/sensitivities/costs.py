@@ -45,6 +45,7 @@ TO_AND_FRO = TorqueTable(
 HELD_LONGER = Bearings(roller_coulomb=0.005, roller_break_away=0.007)
 ON_DISKS = Bearings(roller_coulomb=2e-5, roller_break_away=3e-5)
 FREE_ON_COULOMB = {
+    "coulomb, axles stick, no drive": {"roller_model": "free", "effects": [COULOMB, AXLES]},
     "coulomb, rollers held longer, no drive": {"roller_model": "free", "effects": [COULOMB, ON_DISKS]},
     "coulomb, rollers held longer, torque": {"roller_model": "free", "effects": [COULOMB, ON_DISKS, TO_AND_FRO]},
     # From most starts contacts change their modes together, and apart beside the run: not from this one.
