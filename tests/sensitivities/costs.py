@@ -43,6 +43,17 @@ TO_AND_FRO = TorqueTable(
     tuple(0.5 * k for k in range(21)), tuple(tuple((-1.0) ** k * x for x in (0.03, -0.02, 0.01)) for k in range(21))
 )  # N m, of each wheel
 HELD_LONGER = Bearings(roller_coulomb=0.005, roller_break_away=0.007)
+ON_DISKS = Bearings(roller_coulomb=2e-5, roller_break_away=3e-5)
+FREE_ON_COULOMB = {
+    "coulomb, axles stick, no drive": {"roller_model": "free", "effects": [COULOMB, AXLES]},
+    "coulomb, rollers held longer, no drive": {"roller_model": "free", "effects": [COULOMB, ON_DISKS]},
+    "coulomb, rollers held longer, torque": {"roller_model": "free", "effects": [COULOMB, ON_DISKS, TO_AND_FRO]},
+    # From most starts contacts change their modes together, and apart beside the run: not from this one.
+    "coulomb, rollers stick, torque": {
+        "roller_model": "free", "effects": [COULOMB, ROLLERS, TO_AND_FRO],
+        "nu": (0.56, 0.21, 0.42), "chi": (-0.33, 0.1, 0.38), "duration": 5.0,
+    },
+}  # fmt: skip
 IN_SERIES = {
     f"in series, {law}, {drive}": {"roller_model": "massless", "effects": [ground, HELD_LONGER, *given]}
     for law, ground in (("viscous", VISCOUS), ("regularised", REGULARISED))
@@ -68,7 +79,7 @@ TASKS: dict[str, dict[str, Any]] = {
 } | {
     f"loads, {model}, {law}": {"roller_model": model, "effects": [ground]}
     for model in ("massless", "free") for law, ground in LOADED.items()
-} | SLIPPING | DRIVEN_ON_COULOMB | IN_SERIES | {
+} | SLIPPING | DRIVEN_ON_COULOMB | FREE_ON_COULOMB | IN_SERIES | {
     # 17 steps: what is done once for a run counts
     "massless, coulomb, axles stick, no drive": {"roller_model": "massless", "effects": [COULOMB, AXLES]},
 }  # fmt: skip

@@ -364,9 +364,11 @@ WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "massless, viscous, axles stick": 3.8, "loads, massless, regularised, axles stick": 4.0,
          "regularised, axles stick": 4.0, "viscous, rollers stick": 2.9,
          "loads, regularised, rollers stick": 2.6, "regularised, all stick": 4.2,
-         "in series, viscous, no drive": 4.2, "in series, viscous, torque": 2.5,
-         "in series, viscous, motor": 3.0,
-         "in series, regularised, no drive": 5.0, "in series, regularised, torque": 2.5}  # fmt: skip
+         "coulomb, rollers held longer, no drive": 5.2, "coulomb, rollers held longer, torque": 2.4,
+         "coulomb, rollers stick, torque": 2.7, "coulomb, axles stick, no drive": 6.0,
+         "in series, viscous, no drive": 4.2, "in series, viscous, torque": 3.3,
+         "in series, viscous, motor": 4.7, "in series, regularised, motor": 4.2,
+         "in series, regularised, no drive": 5.0, "in series, regularised, torque": 2.8}  # fmt: skip
 
 
 @pytest.mark.long

@@ -148,7 +148,8 @@ class CompiledVariations:
         self.models = _models_of(columns, module.ffi, module.lib)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
-        decays = "contact_omega" in motion.deviations.rates  # slips along the axles, which do so fast within steps
+        # Slips along the axles decay fast within steps, and massless rollers that stick have such slips, too.
+        decays = "contact_omega" in motion.deviations.rates or motion.massless is not None
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked, self.turns = 0, np.zeros(len(rows), np.int32)
