@@ -438,13 +438,14 @@ static void respond_together(step_t *s, const int wheels)
 }
 
 #if SET_STANDS_BOTH_WAYS
-/* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there, more than
- * rounding, since other wheels keep the vehicle from going that way. */
+/* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there by more than
+ * rounding, since other wheels keep the vehicle from going that way. One whose load only just comes back has no force
+ * yet that could move it either way. */
 ALWAYS_INLINE int cannot_go_aside(const step_t *s, int i)
 {
     const double *const aside = response_to_force(s, i, 0, i), *const forward = response_to_force(s, i, 1, i);
     return s->own->sticks[s->own->rollers_at + i][0] > 0.5
-        && fabs(aside[0]) + fabs(aside[1]) <= ROUNDED_SLIP*EPS*forward[1];
+        && fabs(aside[0]) + fabs(aside[1]) < ROUNDED_SLIP*EPS*forward[1];
 }
 
 /* The turn to its rolling direction. A slip that has not begun, and the first guesses of it, say nothing about that. */
