@@ -2,7 +2,10 @@
  * plane. runtime/omniroll/effects/cones.py says what is solved here; the names are the same. */
 #define SWEEPS 400                  /* rounds over the contacts                                             */
 #define BETWEEN 8                   /* of them, before each try of Newton's rule                            */
-#define NEWTON 30
+#define NEWTON 30                   /* rounds of Newton's rule                                              */
+/* And then those in which conditions within rounding are met. Loads that follow the motion move with the forces that are
+ * found, and would not settle: forces are found from elsewhere then. */
+#define FURTHER (SET_LOADS ? 0 : 10)
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
 #define HOLDS 4                     /* roundings of what makes a condition: it is met                       */
@@ -281,14 +284,13 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
 {
     double *const system = d->newton.system, *const step = d->newton.step, last = INFINITY, change = INFINITY;
     const int size = d->size;
-    int stays = 0;                                  /* whether what changes has not fallen in some round     */
     for (int i = 0; i < d->count; i++)
         d->pull[i] = 0;
     for (int s = 0; s < slips; s++)
         d->pull[slipping[s]] = pull_of(d, slipping[s]);
-    for (int round = 0; round < NEWTON; round++) {
+    for (int round = 0; round < NEWTON + FURTHER; round++) {
         conditions(d, slipping, slips, system, step);
-        if (stays)
+        if (round >= NEWTON)
             drop_rounding(d, step);
         solve_rows(system, size + slips, step);
         change = 0;
@@ -300,7 +302,6 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
             d->pull[slipping[s]] -= step[size + s];
         if (!(change < INFINITY) || change <= CONE_SETTLED || (change >= last && change < ON_THE_EDGE))
             break;
-        stays |= change >= last;
         last = change;
     }
     return change < ON_THE_EDGE;

@@ -25,7 +25,6 @@ SWEEPS, BETWEEN = 400, 8  # rounds over the contacts, and how many before each t
 NEWTON = 30
 SETTLED = 1e-14
 ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
-HOLDS = 4  # roundings of what makes a condition: it is met
 INSIDE_ROUNDS, PRODUCTS_LEFT = 80, 1e-18  # from inside: at most so many rounds, and what they leave of p s
 LEAST_SLACK = 1e-14  # of a disc: the rounds end there, since with less rounding hides how its force may turn
 FALLS, FALLS_LESS, WHOLE = 0.1, 0.5, 0.5  # what a round leaves of p s; behind one of which less than WHOLE was made
@@ -319,13 +318,10 @@ def _with_slipping(
     disc, pull = place.reshape(shape), np.zeros(count)
     pull[slipping] = -(disc * (matrix @ place + wanted).reshape(shape)).sum(axis=1)[slipping]
     place, last, kept = place.copy(), np.inf, width * np.flatnonzero(at_edge)
-    stays = False  # whether what changes has not fallen in some round
     for _ in range(NEWTON):
         disc = place.reshape(shape)
         missing = matrix @ place + wanted + (pull[:, None] * disc).ravel()
         missing[kept] = 0.0
-        if stays:  # where all is pulled by next to nothing, a rounding of rates would turn the forces by far more
-            missing[np.abs(missing) <= HOLDS * EPS * (np.abs(matrix) @ np.abs(place) + np.abs(wanted))] = 0.0
         over = ((disc**2).sum(axis=1)[slipping] - 1) / 2
         system = np.zeros((size + len(slipping),) * 2)
         system[:size, :size] = matrix + np.diag(np.repeat(pull, width))
@@ -342,6 +338,5 @@ def _with_slipping(
         pull[slipping] -= step[size:]
         if not np.isfinite(change) or change <= SETTLED or (change >= last and change < ON_THE_EDGE):
             break
-        stays |= change >= last
         last = change
     return place, pull, change < ON_THE_EDGE
