@@ -252,7 +252,7 @@ def test_both_engines_make_the_same_motion(number):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", range(6, 36))
+@pytest.mark.parametrize("number", range(6, 18))
 def test_both_engines_make_the_same_motion_in_many_scenes(number):
     assert_same_motion(number)
 
