@@ -5,7 +5,7 @@ test_massless_rollers_under_loads.py."""
 import numpy as np
 import pytest
 from costs.counting import missing
-from costs.massless_rollers_under_loads import DRIVES, GROUNDS, measured
+from costs.massless_rollers_under_loads import GROUNDS, measured
 
 from contact.in_steps import (
     assert_a_session_goes_back_to_the_bit,
@@ -115,10 +115,9 @@ def test_a_contact_that_neither_carries_nor_stays_off_stops_a_run():
 
 @pytest.mark.long
 @pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-@pytest.mark.parametrize("drive", DRIVES)
-def test_rollers_that_stick_against_rollers_that_turn_on_the_same_ground(drive):
+def test_rollers_that_stick_against_rollers_that_turn_on_the_same_ground():
     """Dearest is a named speed of 1e-4 m/s under torques that jump; the table is in docs/bearings-on-the-ground.md."""
-    grounds = measured((drive,))[drive]
+    grounds = measured(("torque",))["torque"]
     assert set(grounds) == set(GROUNDS)
     for free, *bearings in grounds.values():
         assert free.instructions > 1e5
