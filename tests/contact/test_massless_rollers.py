@@ -293,7 +293,6 @@ def test_what_is_not_solved_is_refused():
         with pytest.raises(InvalidValueError, match=match):
             simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings])
 
-    refused("loads follow", Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.1), stick)
     rubs = replace(stick, roller_viscous=1e-5)
     refused("roller_viscous", Contact(law="coulomb", friction=0.5), rubs)
     refused("roller_viscous", Contact(law="regularised", friction=0.5, speed=0.1), rubs)

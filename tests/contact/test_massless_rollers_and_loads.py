@@ -326,5 +326,5 @@ def test_sensitivities_and_sessions_are_refused():
     with pytest.raises(InvalidValueError, match="sensitivities"):
         simulate(vehicle, duration=0.001, sensitivities=["mass"], **options)
     del options["control"]
-    with pytest.raises(OmnirollError, match="massless rollers that stick where wheels may slip, under loads"):
+    with pytest.raises(OmnirollError, match="massless rollers that stick beside contacts that stick, under loads"):
         Session(vehicle, driven=False, **options)

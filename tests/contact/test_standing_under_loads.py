@@ -271,8 +271,8 @@ def test_the_accelerations_are_those_of_all_modes_that_obey_the_laws(number, mon
     fits, taken = [], {}
     check = LoadedGroundWithAxles._refuse_unless_determined
 
-    def noted(self, dynamics):
-        check(self, dynamics)
+    def noted(self, slip, dynamics):
+        check(self, slip, dynamics)
         modes, towards, springs = self.axles.modes, self.towards, self.loads.springs
         taken["contacts"], taken["axles"] = np.where(self.sticks, 0, towards[:, 1]), modes.copy()
         self.towards = towards.copy()

@@ -2,13 +2,9 @@
  * plane. runtime/omniroll/effects/cones.py says what is solved here; the names are the same. */
 #define SWEEPS 400                  /* rounds over the contacts                                             */
 #define BETWEEN 8                   /* of them, before each try of Newton's rule                            */
-#define NEWTON 30                   /* rounds of Newton's rule                                              */
-/* And then those in which conditions within rounding are met. Loads that follow the motion move with the forces that are
- * found, and would not settle: forces are found from elsewhere then. */
-#define FURTHER (SET_LOADS ? 0 : 10)
+#define NEWTON 30
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
-#define HOLDS 4                     /* roundings of what makes a condition: it is met                       */
 #define SET_STARTS_INSIDE (SET_STANDS_BOTH_WAYS && SET_LOADS)
 #if SET_STANDS_BOTH_WAYS            /* contacts, and all bearings beside them: their number is not known beforehand */
 #define ARRAY_OF(type, name, size) type *name
@@ -266,19 +262,6 @@ static void conditions(const discs_t *d, const int *slipping, int slips, double 
 #endif
 }
 
-/* What is missing in conditions on rates that are met within rounding: nothing. Where all that slips is pulled by next
- * to nothing, such a rounding would turn the forces by far more. */
-static void drop_rounding(const discs_t *d, double *missing)
-{
-    for (int k = 0; k < d->size; k++) {
-        double sum = fabs(d->wanted[k]);
-        for (int l = 0; l < d->size; l++)
-            sum += fabs(d->matrix[k*d->size + l]*d->place[l]);
-        if (fabs(missing[k]) <= HOLDS*EPS*sum)
-            missing[k] = 0;
-    }
-}
-
 /* Newton's rule on these conditions: whether it has ended. */
 static int with_slipping(discs_t *d, const int *slipping, int slips)
 {
@@ -288,10 +271,8 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
         d->pull[i] = 0;
     for (int s = 0; s < slips; s++)
         d->pull[slipping[s]] = pull_of(d, slipping[s]);
-    for (int round = 0; round < NEWTON + FURTHER; round++) {
+    for (int round = 0; round < NEWTON; round++) {
         conditions(d, slipping, slips, system, step);
-        if (round >= NEWTON)
-            drop_rounding(d, step);
         solve_rows(system, size + slips, step);
         change = 0;
         for (int k = 0; k < size + slips; k++)
