@@ -1,8 +1,11 @@
-"""What a run is beside others: in the steps of a session, which are random, lead back, or end beside its events; and
-as one of a sweep."""
+"""What a run is beside others: in the steps of a session, which are random, lead back, or end beside its events; as one
+of a sweep; and between its rows, beside one with finer steps."""
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from omniroll import Session, Trajectory, Vehicle, simulate, simulate_many
 
@@ -76,3 +79,16 @@ def assert_a_sweep_ends_where_its_runs_end(vehicle: Vehicle, options: dict) -> N
         np.testing.assert_array_equal(many.end.nu[k], run.nu[-1])
         np.testing.assert_allclose(many.end.contact_spin[k], run.contact_spin[-1], rtol=1e-12, atol=1e-12)
         assert many.end.energy[k] == pytest.approx(run.energy[-1], rel=1e-12)
+
+
+def assert_samples_are_those_of_finer_runs(
+    vehicle: Vehicle, options: Mapping, times: ArrayLike, names: Sequence[str], accuracy: float
+) -> None:
+    """Quantities of these names between the rows of a run with this accuracy are those of a run that is a hundred times
+    as accurate, to 1e-6 of their largest values; options are arguments of simulate."""
+    run, finer = (simulate(vehicle, **{**options, "accuracy": own}) for own in (accuracy, accuracy / 100))
+    for t in times:
+        one, other = run.sample(t), finer.sample(t)
+        for name in names:
+            scale = np.abs(getattr(run, name)).max()
+            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)

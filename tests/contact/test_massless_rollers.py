@@ -11,6 +11,7 @@ from reactions.test_newton_euler import call
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from contact.in_steps import assert_samples_are_those_of_finer_runs
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LAWS, LOAD, RELATIVE, nu_dot, slipping_case
 from omniroll import Bearings, Contact, InvalidValueError, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
@@ -247,20 +248,14 @@ def test_the_laws_hold_in_every_row(number, engine):
 def test_samples_between_rows_are_those_of_finer_runs(engine):
     vehicle, options = scene(2)
     options |= {"duration": 0.3, "engine": engine}
-    run, finer = (simulate(vehicle, **options | {"accuracy": accuracy}) for accuracy in (1e-10, 1e-12))
-    for t in np.linspace(0.01, 0.29, 57):
-        one, other = run.sample(t), finer.sample(t)
-        for name in ("slip", "ground_force", "contact_spin"):
-            scale = np.abs(getattr(run, name)).max()
-            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)
+    names = ("slip", "ground_force", "contact_spin")
+    assert_samples_are_those_of_finer_runs(vehicle, options, np.linspace(0.01, 0.29, 57), names, 1e-10)
 
 
-@pytest.mark.parametrize("number", [0, 2, 3, 5])
-def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
-    """At first order: nothing of massless rollers has a part in those runs."""
-    vehicle, options = scene(number)
-    options |= {"effects": [options["effects"][0], replace(options["effects"][1], roller_break_away=None),
-                            *options["effects"][2:]]}  # fmt: skip
+def assert_free_rollers_tend_to_it(vehicle, options):
+    """At first order of their inertia: nothing of massless rollers has a part in those runs."""
+    contact, bearings, *others = options["effects"]
+    options |= {"effects": [contact, replace(bearings, roller_break_away=None), *others]}
     limit, times = simulate(vehicle, duration=0.1, **options), np.linspace(0, 0.1, 21)
 
     def distance(inertia):
@@ -271,6 +266,11 @@ def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
     far, near = distance(1e-8), distance(1e-9)
     assert far < 1e-2
     assert 0.9 <= np.log10(far / near) <= 1.1
+
+
+@pytest.mark.parametrize("number", [0, 2, 3, 5])
+def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
+    assert_free_rollers_tend_to_it(*scene(number))
 
 
 @pytest.mark.parametrize("number", [0, 2])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from contact.in_steps import assert_samples_are_those_of_finer_runs
 from contact.test_axles_under_loads import run_or_stop
 from contact.test_massless_rollers import contact_torques, first_row
 from contact.test_massless_rollers_that_stick import (
@@ -21,6 +22,8 @@ from contact.test_massless_rollers_that_stick import (
     RHO,
     WEIGHT,
     WHEEL,
+    assert_free_rollers_tend_to_it,
+    residuals,
 )
 from contact.test_massless_rollers_that_stick import scene as scene_of_given_loads
 from contact.test_massless_rollers_under_loads import by_bodies
@@ -40,7 +43,6 @@ from omniroll import (
     simulate,
 )
 from omniroll.kernels.kernel import kernel
-from omniroll.results.comparison import distance_at
 
 RELATIVE = 1e-10
 
@@ -221,49 +223,6 @@ def scene(number, highest=0.12):
     return vehicle, options | {"effects": [ground, *others], "accuracy": 1e-9}
 
 
-def residuals(vehicle, effects, run):
-    """The largest residual of each part of the laws, by name: forces and loads by the weight, torques by what they are
-    at most, speeds by the largest so far."""
-    contact, bearings = effects[:2]
-    sliding, static = (np.array(v) for v in (contact.friction, contact.static_friction))
-    weight = vehicle.mass * GRAVITY
-    rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
-    most = np.array(bearings.roller_coulomb)
-    holding = most if bearings.roller_break_away is None else np.array(bearings.roller_break_away)
-    slip, force, spins, taken, load = (
-        run.slip, run.ground_force, run.contact_spin, contact_torques(run), run.ground_load)  # fmt: skip
-    rates, along = kernel(vehicle, "massless", "python").wheel_rates(run.nu, run.chi)
-    pair = np.stack([rho * along, vehicle.wheel_radius * (run.quantity("rates") - rates)], axis=-1)
-    platform = vehicle.platform_radius * np.abs(run.nu * [1, 1, 1 / vehicle.yaw_scale]).sum(axis=1)
-    speeds = np.maximum.accumulate(platform + vehicle.wheel_radius * np.abs(run.quantity("rates")).max(axis=1))[:, None]
-    speeds = np.where(speeds > 0, speeds, 1.0)
-    carries = load > 0
-    sticks, slides = run.sticks & carries, ~run.sticks & carries
-    used, slid = (np.linalg.norm(force / mu, axis=-1) for mu in (static, sliding))
-    normal = force / sliding**2
-    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
-    turns = np.abs(spins) * rho > 1e-9 * speeds
-
-    def where(modes, values):
-        return float(np.where(modes, values, 0.0).max())
-
-    return {
-        "one force": where(True, np.abs(force[..., 0] * rho - taken) / most),
-        "off": where(~carries, np.abs(force).sum(axis=-1) / weight),
-        "load": where(True, -load / weight),
-        "weight": float(np.abs(load.sum(axis=1) / weight - 1).max()),
-        "cone": where(sticks, (used - load) / weight),
-        "strip": where(True, np.abs(taken) / holding - 1),
-        "no slip": where(sticks, np.linalg.norm(slip, axis=-1) / speeds),
-        "ellipse": where(slides, np.abs(slid - load) / weight),
-        "normal": where(slides, np.abs(slip[..., 0] * normal[..., 1] - slip[..., 1] * normal[..., 0]) / speeds),
-        "against the slip": where(slides, (slip * normal).sum(axis=-1) / speeds),
-        "against the spin": where(turns, np.abs(taken + np.sign(spins) * most) / most),
-        "speeds": where(carries, np.abs(slip[..., 0] + rho * spins - pair[..., 0]) / speeds),
-        "slip": where(True, np.abs(slip[..., 1] - pair[..., 1]) / speeds),
-    }
-
-
 def assert_the_laws_hold(number, duration=0.006):
     vehicle, options = scene(number)
     run, why = run_or_stop(vehicle, options, "python", duration)
@@ -288,37 +247,15 @@ def test_the_laws_hold_in_every_row_of_more_scenes():
 
 
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
-    """At first order, of a vehicle whose contacts all slip and whose rollers begin to turn."""
-    torque, end = 0.04, 0.02
-    ground = Contact(law="coulomb", friction=0.4, wheel_rates=0, loads="dynamic", height=0.08)
-    effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
-    options = {"nu": (1.0 / DISTANCE, 0.8 / DISTANCE, 3.0), "duration": end, "control": False, "engine": "python"}
-    limit = simulate(CROSS, effects=effects, accuracy=1e-10, roller_model="massless", **options)
-    assert (np.abs(limit.contact_spin[-1]) > 1).any() and not limit.sticks[-1].all()
+    limit = assert_free_rollers_tend_to_it(0.02, loads="dynamic", height=0.08)
     assert np.ptp(limit.ground_load[-1]) > 0.1 * WEIGHT
-    times = np.linspace(0, end, 11)
-
-    def distance(inertia):
-        from_disks = [replace(ground, contact_spins=0.0), *effects[1:]]  # where massless ones begin
-        vehicle = replace(CROSS, roller_inertia=inertia)
-        run = simulate(
-            vehicle, effects=from_disks, accuracy=1e-9, roller_model="free", **options | {"engine": "compiled"}
-        )
-        return distance_at(run, limit, times)
-
-    far, near = distance(1e-6), distance(1e-7)
-    assert far < 1e-2
-    assert 0.9 <= np.log10(far / near) <= 1.1
 
 
 def test_samples_between_rows_are_those_of_finer_runs():
     vehicle, options = scene(2)
-    run, finer = (simulate(vehicle, duration=0.006, **options | {"accuracy": own}) for own in (1e-9, 1e-11))
-    for t in np.linspace(0.0005, 0.0055, 11):
-        one, other = run.sample(t), finer.sample(t)
-        for name in ("slip", "ground_force", "ground_load", "contact_spin"):
-            scale = np.abs(getattr(run, name)).max()
-            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)
+    names = ("slip", "ground_force", "ground_load", "contact_spin")
+    options |= {"duration": 0.006}
+    assert_samples_are_those_of_finer_runs(vehicle, options, np.linspace(0.0005, 0.0055, 11), names, 1e-9)
 
 
 def test_sensitivities_and_sessions_are_refused():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from reactions.test_newton_euler import call
 
+from contact.in_steps import assert_samples_are_those_of_finer_runs
 from contact.test_massless_rollers import BOTH, by_bodies
 from contact.test_newton_euler import slipping_case
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
@@ -268,11 +269,11 @@ def scene(number, break_away=True):
 
 
 def residuals(vehicle, effects, run):
-    """The largest residual of each part of the laws, by name: forces by coefficient times load, torques by what they
-    are at most, speeds by the largest so far."""
+    """The largest residual of each part of the laws, by name: loads, and forces over their coefficients, by a wheel's
+    share of the weight, torques by what they are at most, speeds by the largest so far."""
     contact, bearings = effects[:2]
     sliding, static = (np.array(v) for v in (contact.friction, contact.static_friction))
-    load = vehicle.mass * GRAVITY / vehicle.wheels
+    weight, share, load = vehicle.mass * GRAVITY, vehicle.mass * GRAVITY / vehicle.wheels, run.ground_load
     rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
     most = np.array(bearings.roller_coulomb)
     holding = most if bearings.roller_break_away is None else np.array(bearings.roller_break_away)
@@ -282,8 +283,9 @@ def residuals(vehicle, effects, run):
     platform = vehicle.platform_radius * np.abs(run.nu * [1, 1, 1 / vehicle.yaw_scale]).sum(axis=1)
     speeds = np.maximum.accumulate(platform + vehicle.wheel_radius * np.abs(run.quantity("rates")).max(axis=1))[:, None]
     speeds = np.where(speeds > 0, speeds, 1.0)
-    slides = ~run.sticks
-    used, slid = (np.linalg.norm(force / mu, axis=-1) / load for mu in (static, sliding))
+    carries = load > 0
+    sticks, slides = run.sticks & carries, ~run.sticks & carries
+    used, slid = (np.linalg.norm(force / mu, axis=-1) for mu in (static, sliding))
     normal = force / sliding**2
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
     turns = np.abs(spins) * rho > 1e-9 * speeds
@@ -293,14 +295,17 @@ def residuals(vehicle, effects, run):
 
     return {
         "one force": where(True, np.abs(force[..., 0] * rho - taken) / most),
-        "cone": where(~slides, used - 1),
+        "off": where(~carries, np.abs(force).sum(axis=-1) / share),
+        "load": where(True, -load / share),
+        "weight": float(np.abs(load.sum(axis=1) / weight - 1).max()),
+        "cone": where(sticks, (used - load) / share),
         "strip": where(True, np.abs(taken) / holding - 1),
-        "no slip": where(~slides, np.linalg.norm(slip, axis=-1) / speeds),
-        "ellipse": where(slides, np.abs(slid - 1)),
+        "no slip": where(sticks, np.linalg.norm(slip, axis=-1) / speeds),
+        "ellipse": where(slides, np.abs(slid - load) / share),
         "normal": where(slides, np.abs(slip[..., 0] * normal[..., 1] - slip[..., 1] * normal[..., 0]) / speeds),
         "against the slip": where(slides, (slip * normal).sum(axis=-1) / speeds),
         "against the spin": where(turns, np.abs(taken + np.sign(spins) * most) / most),
-        "speeds": where(True, np.abs(slip[..., 0] + rho * spins - pair[..., 0]) / speeds),
+        "speeds": where(carries, np.abs(slip[..., 0] + rho * spins - pair[..., 0]) / speeds),
         "slip": where(True, np.abs(slip[..., 1] - pair[..., 1]) / speeds),
     }
 
@@ -325,11 +330,11 @@ def test_the_laws_hold_in_every_row_of_more_scenes():
         assert_the_laws_hold(number)
 
 
-def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
-    """At first order, of a vehicle whose contacts all slip and whose rollers begin to turn."""
-    torque, end = 0.04, 0.03
-    ground = Contact(law="coulomb", friction=0.4, wheel_rates=0)
-    effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
+def assert_free_rollers_tend_to_it(end, **of_loads):
+    """At first order of their inertia, of a vehicle whose contacts all slip and whose rollers begin to turn, until the
+    time `end` in s. Returns the run with massless ones."""
+    ground = Contact(law="coulomb", friction=0.4, wheel_rates=0, **of_loads)
+    effects = [ground, Bearings(roller_coulomb=0.04, wheel_coulomb=30.0)]
     options = {"nu": (1.0 / DISTANCE, 0.8 / DISTANCE, 3.0), "duration": end, "control": False, "engine": "python"}
     limit = simulate(CROSS, effects=effects, accuracy=1e-10, roller_model="massless", **options)
     assert (np.abs(limit.contact_spin[-1]) > 1).any() and not limit.sticks[-1].all()
@@ -338,19 +343,23 @@ def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
     def distance(inertia):
         from_disks = [replace(ground, contact_spins=0.0), *effects[1:]]  # where massless ones begin
         vehicle = replace(CROSS, roller_inertia=inertia)
-        run = simulate(vehicle, effects=from_disks, accuracy=1e-9, roller_model="free", **options)
+        own = options | {"accuracy": 1e-9, "roller_model": "free", "engine": "compiled"}
+        run = simulate(vehicle, effects=from_disks, **own)
         return distance_at(run, limit, times)
 
     far, near = distance(1e-6), distance(1e-7)
     assert far < 1e-2
     assert 0.9 <= np.log10(far / near) <= 1.1
+    return limit
+
+
+def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
+    assert_free_rollers_tend_to_it(0.03)
 
 
 def test_samples_between_rows_are_those_of_finer_runs():
     vehicle, options = scene(8)
-    run, finer = (simulate(vehicle, duration=0.2, **options | {"accuracy": accuracy}) for accuracy in (1e-10, 1e-12))
-    for t in np.linspace(0.011, 0.191, 19):
-        one, other = run.sample(t), finer.sample(t)
-        for name in ("slip", "contact_spin"):
-            scale = np.abs(getattr(run, name)).max()
-            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)
+    options |= {"duration": 0.2}
+    assert_samples_are_those_of_finer_runs(
+        vehicle, options, np.linspace(0.011, 0.191, 19), ("slip", "contact_spin"), 1e-10
+    )

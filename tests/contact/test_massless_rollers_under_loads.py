@@ -9,6 +9,7 @@ import pytest
 from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting, position, solve
 
+from contact.in_steps import assert_samples_are_those_of_finer_runs
 from contact.test_axles_under_loads import (
     GRAVITY,
     INSTANT,
@@ -243,12 +244,9 @@ def test_a_roller_that_comes_to_rest_beside_others_that_turn_stays_there():
 
 def test_samples_between_rows_are_those_of_finer_runs():
     vehicle, options = scene(2)
-    run, finer = (simulate(vehicle, duration=0.02, **options | {"accuracy": own}) for own in (1e-9, 1e-11))
-    for t in np.linspace(0.001, 0.019, 19):
-        one, other = run.sample(t), finer.sample(t)
-        for name in ("slip", "ground_force", "ground_load", "contact_spin"):
-            scale = np.abs(getattr(run, name)).max()
-            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)
+    names = ("slip", "ground_force", "ground_load", "contact_spin")
+    options |= {"duration": 0.02}
+    assert_samples_are_those_of_finer_runs(vehicle, options, np.linspace(0.001, 0.019, 19), names, 1e-9)
 
 
 # ---- loads beside bearings -------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from contact.in_steps import (
     assert_steps_may_end_beside,
 )
 from contact.test_axles_under_loads import ENGINES, run_or_stop
-from contact.test_massless_rollers_compiled import changes
+from contact.test_massless_rollers_compiled import assert_phases_agree, changes
 from contact.test_massless_rollers_under_loads import assert_laws_hold, scene
 from omniroll import simulate
 from omniroll.engine.simulate import checked_task
@@ -31,10 +31,7 @@ def assert_same_motion(number, low=True, duration=SHORT):
     assert bool(why) == bool(same) and own.t[-1] == pytest.approx(other.t[-1], rel=1e-8)
     if own.t[-1] == 0:  # loads and friction do not determine each other where it stands (tall scene 19)
         return
-    assert own.stats["phases"] == other.stats["phases"]
-    for (instants, modes), (theirs, those) in zip(changes(own), changes(other), strict=True):
-        assert modes == those
-        np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-10)
+    assert_phases_agree(own, other, 1e-10)
     end = min(own.t[-1], other.t[-1])
     assert distance_at(own, other, np.linspace(0, end, 7)) < 1e-9
     size = own.energy.max() + sum(map(abs, own.ledger.contributions.values()))

@@ -14,6 +14,7 @@ from contact.in_steps import (
     assert_a_sweep_ends_where_its_runs_end,
     assert_steps_may_end_beside,
 )
+from contact.test_axles_under_loads import ENGINES
 from contact.test_massless_rollers import (
     BOTH,
     CROSS,
@@ -24,13 +25,14 @@ from contact.test_massless_rollers import (
     MASS,
     MASSLESS,
     RHO,
+    assert_free_rollers_tend_to_it,
     by_bodies,
     contact_torques,
     first_row,
     scene,
     viscous,
 )
-from contact.test_massless_rollers_compiled import DURATION, changes
+from contact.test_massless_rollers_compiled import DURATION, assert_runs_agree, changes
 from contact.test_newton_euler import DAMPING, RELATIVE, slipping_case
 from omniroll import Bearings, Contact, Slope, simulate
 from omniroll.kernels.kernel import kernel
@@ -237,13 +239,7 @@ def assert_laws(vehicle, options, run, bound=1e-12):
 
 def assert_same_motion(number):
     vehicle, options = rubbing(number)
-    own, other = (simulate(vehicle, duration=DURATION, engine=e, **options) for e in ("compiled", "python"))
-    assert own.switches.wheel.tolist() == other.switches.wheel.tolist()
-    assert own.stats["phases"] == other.stats["phases"]
-    for (instants, modes), (theirs, those) in zip(changes(own), changes(other), strict=True):
-        assert modes == those
-        np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-9 * DURATION)
-    assert distance_at(own, other, np.linspace(0, DURATION, 7)) < own.accuracy
+    assert_runs_agree(*(simulate(vehicle, duration=DURATION, engine=engine, **options) for engine in ENGINES))
 
 
 @pytest.mark.parametrize("number", range(6))
@@ -268,19 +264,7 @@ def test_hundreds_of_scenes_run_to_their_ends():
 
 @pytest.mark.parametrize("number", [0, 3])
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
-    """At first order: nothing of massless rollers has a part in those runs."""
-    vehicle, options = rubbing(number)
-    contact, bearings, *others = options["effects"]
-    options |= {"effects": [contact, replace(bearings, roller_break_away=None), *others]}
-    limit, times = simulate(vehicle, duration=0.1, **options), np.linspace(0, 0.1, 21)
-
-    def distance(inertia):
-        own = options | {"roller_model": "free", "accuracy": 1e-9}
-        return distance_at(simulate(replace(vehicle, roller_inertia=inertia), duration=0.1, **own), limit, times)
-
-    far, near = distance(1e-8), distance(1e-9)
-    assert far < 1e-2
-    assert 0.9 <= np.log10(far / near) <= 1.1
+    assert_free_rollers_tend_to_it(*rubbing(number))
 
 
 @pytest.mark.parametrize("number", [0, 3])

@@ -13,10 +13,18 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
+/* What is taken beside other arguments where the rates of massless rollers follow from loads that follow the motion. */
 #if SET_LOADED_IN_SERIES
 #define UNDER(loads) , loads
+#define FACTOR(loads) (loads)->factor,
 #else
 #define UNDER(loads)
+#define FACTOR(loads)
+#endif
+#if SET_LOADED_IN_SERIES && SET_LEAVES_LOADS
+#define BEARING_FACTOR(loads) (loads)->bearing_factor,
+#else
+#define BEARING_FACTOR(loads)
 #endif
 
 #if SET_ROLLERS_TURN
@@ -32,21 +40,11 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
 #if SET_STRIPS
     (void)v, (void)nu, (void)chi, (void)contact;
     memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
-#elif SET_LOADED_IN_SERIES && SET_LEAVES_LOADS
-    const int at = own->rollers_at;
-    (void)contact;
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, loads->factor, own->sticks + at,
-                   loads->bearing_factor, rates + at, own->holding + at);
-#elif SET_LOADED_IN_SERIES
-    const int at = own->rollers_at;
-    (void)contact;
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, loads->factor, own->sticks + at,
-                   rates + at, own->holding + at);
 #elif SET_IN_SERIES
     const int at = own->rollers_at;
     (void)contact;
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, own->sticks + at, rates + at,
-                   own->holding + at);
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, FACTOR(loads) own->sticks + at,
+                   BEARING_FACTOR(loads) rates + at, own->holding + at);
 #else
     set_slip_spins(wheels, v, nu, chi, contact, rates + own->rollers_at);
     set_spins_from_axial(wheels, v, nu, chi, contact + wheels, rates + own->rollers_at + wheels);
