@@ -483,6 +483,14 @@ def test_a_contact_that_cannot_go_aside_slips_forward():
     assert np.abs(across).max() <= 1e-12 * along.min()
 
 
+def test_a_contact_whose_load_comes_back_may_go_aside():
+    """Scene 475: at 0.7 ms the load of contact 0, which slips, comes back from zero. No force moves its slip there yet,
+    and its roller sticks; it was taken for one that cannot go aside."""
+    vehicle, options = scene(475)
+    run = assert_engines_agree(vehicle, options | {"duration": 0.002})
+    assert run.t[-1] == 0.002 and run.ground_load[0, 0] == 0 and run.ground_load[-1, 0] > 0
+
+
 def test_axles_that_are_at_their_bound_together_break_away_together():
     """All four are there at the end of one step, and nothing pulls at any of them yet. Where a round of the proximal
     point found no minimum its forces were taken, under which all contacts seemed to slip: loads and modes went to and
