@@ -628,7 +628,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     }
 #endif
 #if SET_STANDS_BOTH_WAYS
-    s->shared_system = work->shared_system;
+    s->shared_rows = work->shared_rows, s->shared_row = work->shared_row, s->shared_turn = work->shared_turn;
 #endif
     if (s->sliding)
         slips_now(run, work, s->slip_start);

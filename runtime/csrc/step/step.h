@@ -256,7 +256,7 @@ typedef struct {
     asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
 #endif
 #if SET_STANDS_BOTH_WAYS
-    double *shared_system;                      /* scratch of shared_directions.c                            */
+    nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
     int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
