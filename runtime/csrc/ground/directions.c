@@ -486,6 +486,7 @@ static void find_direction(step_t *s, const int wheels, int i)
 }
 
 #include "ground/shared_directions.c"
+#include "ground/slow_rests.c"
 
 /* The slips of all contacts, from the states at the nodes. */
 ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)

@@ -14,6 +14,7 @@
 #define SET_FIRST_DIRECTION 1
 #endif
 #define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS && !SET_LOADS)     /* approach.c */
+#define SET_LOCATES_SLOW_RESTS (SET_STANDS_BOTH_WAYS && !SET_LOADS)        /* slow_rests.c */
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
  * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
