@@ -82,6 +82,12 @@ def test_several_hundred_scenes_run_through():
         assert_the_laws_hold(number, 1e-9)
 
 
+def test_slips_that_keep_their_direction_come_to_rest_together():
+    """Two contacts come to rest at once, each in the direction that it has kept: 4e-11 m/s are left of one where the
+    other rests. In that row its direction was that of what is left, and a force 36 % beyond its ellipse."""
+    assert_the_laws_hold(601)
+
+
 # Cost
 
 
