@@ -392,12 +392,16 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
         }
 }
 
-/* Whether what forces do to a slip at the nodes is another than at the start, and not known: rollers change their
- * radius, loads follow. */
+/* Whether what forces do to a slip at the nodes is another than at the start, and not known: loads follow, or rollers
+ * that have an inertia change their radius. */
 ALWAYS_INLINE int asks_response(const step_t *s, int i)
 {
-    const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
-    return !s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint);
+#ifdef SET_HAS_CONTACT_SPEEDS
+    const int changes = SET_LOADS || fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint;
+#else
+    const int changes = SET_LOADS;
+#endif
+    return changes && !s->knows_response[i];
 }
 
 /* The same by what forces do at the nodes, where that is another; and in the clock of the step. */
@@ -482,6 +486,7 @@ static void find_direction(step_t *s, const int wheels, int i)
 }
 
 #include "ground/shared_directions.c"
+#include "ground/slow_rests.c"
 
 /* The slips of all contacts, from the states at the nodes. */
 ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)

@@ -534,11 +534,14 @@ static int ends_mode(const step_t *s, int i)
 
 /* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,),
  * from which it differs by rounding. The forces of contacts that share their motion balance in the former; and loads have
- * located an event in the direction that push_at_end() takes. */
+ * located an event in the direction that push_at_end() takes. One that has kept its direction may have left as much
+ * across it as is left along it, where others come to rest with it. */
 static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double size,
                            double *own)
 {
     const int by_nodes = (!SET_LOADS && turned_together(s, i)) || ends_by_nodes(s, i, s->end_slip + 2*i);
+    if (SET_LOCATES_SLOW_RESTS && s->keeps[i])
+        return 1;
     if (!turned_together(s, i) && !turns_loads(run, i, size))
         return 0;
     for (int k = 2*i; k < 2*i + 2; k++)
@@ -628,7 +631,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     }
 #endif
 #if SET_STANDS_BOTH_WAYS
-    s->shared_system = work->shared_system;
+    s->shared_rows = work->shared_rows, s->shared_row = work->shared_row, s->shared_turn = work->shared_turn;
 #endif
     if (s->sliding)
         slips_now(run, work, s->slip_start);

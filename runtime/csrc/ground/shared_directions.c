@@ -32,63 +32,64 @@ static void response_to_other(step_t *s, const int wheels, int i, int j, nodes_t
 #endif
 }
 
-/* The rows of contact i's slip across its directions, and the columns of turns of contact j. */
-static void put_shared_block(const step_t *s, double *system, int size, int row, int column, int i,
-                             const nodes_t *response)
+/* The rows of contact i's slip across its directions: what turns of all these contacts take away. */
+static void put_shared_rows(step_t *s, const int wheels, int i, const int *contact, int count, nodes_t **row)
 {
-    for (int l = 0; l < NODES; l++) {
-        const double x = -s->h*response[1].node[l], y = s->h*response[0].node[l];
-        for (int m = 0; m < NODES; m++)
-            system[(row + m)*size + column + l] = gauss_integral[l].node[m]
-                *(x*s->toward[2*i].node[m] + y*s->toward[2*i + 1].node[m]);
+    nodes_t response[2*MOST_WHEELS];
+    for (int q = 0; q < count; q++)
+        response_to_other(s, wheels, i, contact[q], response + 2*q);
+    for (int m = 0; m < NODES; m++) {
+        const double x = s->h*s->toward[2*i].node[m], y = s->h*s->toward[2*i + 1].node[m];
+        nodes_t integral;                           /* to node m, from the values at the nodes               */
+        for (int l = 0; l < NODES; l++)
+            integral.node[l] = gauss_integral[l].node[m];
+        for (int q = 0; q < count; q++)
+            for (int b = 0; b < BLOCKS; b++)
+                row[m][q].lanes[b] = integral.lanes[b]
+                    *(y*response[2*q].lanes[b] - x*response[2*q + 1].lanes[b]);
     }
 }
 
 /* The turns of their directions at the nodes that take away what is across all of them, into `turn`; none where that is
  * rounding. A slip that has not begun says nothing about the direction of a contact that all others keep from going
  * across: it counts as its rounding. */
-static void turns_together(step_t *s, const int wheels, const int *contact, int count, double *system, double *turn)
+static void turns_together(step_t *s, const int wheels, const int *contact, int count, nodes_t *turn)
 {
-    const int size = count*NODES;
     const double rounding = ROUNDED_SLIP*EPS*s->h*s->friction_makes;
+    nodes_t **const row = s->shared_row;
     int turns = 0;
     for (int p = 0; p < count; p++) {
-        const int i = contact[p], row = p*NODES;
-        nodes_t along, across, response[2];
-        along_and_across(s, i, &along, &across);
-        for (int q = 0; q < count; q++) {
-            response_to_other(s, wheels, i, contact[q], response);
-            put_shared_block(s, system, size, row, q*NODES, i, response);
-        }
+        const int i = contact[p], first = p*NODES;
+        nodes_t along;
+        along_and_across(s, i, &along, turn + p);
+        for (int m = 0; m < NODES; m++)
+            row[first + m] = s->shared_rows + (first + m)*count;
+        put_shared_rows(s, wheels, i, contact, count, row + first);
         const double least = fmax(s->slip_noise[i], rounding);
-        turns |= !(largest_of(&across) <= rounding);
-        for (int m = 0; m < NODES; m++) {
-            system[(row + m)*size + row + m] += fabs(along.node[m]) < least ? least : along.node[m];
-            turn[row + m] = across.node[m];
-        }
+        turns |= !(largest_of(turn + p) <= rounding);
+        for (int m = 0; m < NODES; m++)
+            row[first + m][p].node[m] += fabs(along.node[m]) < least ? least : along.node[m];
     }
-    if (turns)
-        solve_rows(system, size, turn);
-    else
-        memset(turn, 0, sizeof *turn*(size_t)size);
+    if (turns) {
+        eliminate(row, count);
+        solve_eliminated(row, s->shared_rows, count, turn);
+    } else
+        memset(turn, 0, sizeof *turn*(size_t)count);
 }
 
 /* New directions of these contacts, and their forces. */
 static void find_shared_directions(step_t *s, const int wheels)
 {
     int contact[MOST_WHEELS];
-    const int count = sharing_contacts(s, wheels, contact), size = count*NODES;
-    double *const turns = s->shared_system + (long long)size*size;
+    const int count = sharing_contacts(s, wheels, contact);
     memset(s->turned_together, 0, sizeof s->turned_together);
     if (count)
-        turns_together(s, wheels, contact, count, s->shared_system, turns);
+        turns_together(s, wheels, contact, count, s->shared_turn);
     for (int p = 0; p < count; p++) {
         const int i = contact[p];
         const nodes_t before[2] = {s->push[2*i], s->push[2*i + 1]};
-        nodes_t turn;
-        memcpy(turn.node, turns + p*NODES, sizeof turn.node);
         s->turned_together[i] = 1;
-        turn_directions(s, i, &turn);
+        turn_directions(s, i, s->shared_turn + p);
         force_in_direction(s, i);
         move_others(s, wheels, i, before);
     }

@@ -42,7 +42,7 @@ typedef struct {
 #if SET_STANDS_BOTH_WAYS
     parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
     cones_t *problem;
-    double *shared_system;          /* of the turns of slips at the nodes that are found together             */
+    nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
 #if SET_LOADS
     int *let_go;                    /* contacts and bearings                                                */
 #endif
@@ -207,7 +207,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #endif
 #if SET_STANDS_BOTH_WAYS
     lay_out_standing(work, &parts, wheels, own);
-    work->shared_system = numbers_part(&parts, (long long)NODES*wheels*(NODES*wheels + 1));
+    work->shared_rows = lanes_part(&parts, (long long)NODES*wheels*wheels*BLOCKS);
+    work->shared_row = numbers_part(&parts, (long long)NODES*wheels);
+    work->shared_turn = lanes_part(&parts, (long long)wheels*BLOCKS);
 #endif
 #if SET_SPINS_STICK
     work->per_yaw = numbers_part(&parts, axial);

@@ -386,6 +386,21 @@ ALWAYS_INLINE int changes_rounding(step_t *s, const int wheels, double change, d
 #endif
 }
 
+#if SET_LOCATES_SLOW_RESTS         /* slow_rests.c */
+static void move_nodes(step_t *s, const int wheels, double length);
+#endif
+
+/* Another length of the step. What is known at the nodes goes with them once sweeps contract. */
+ALWAYS_INLINE void change_length(step_t *s, const int wheels, double length, double ratio)
+{
+#if SET_LOCATES_SLOW_RESTS
+    if (ratio < 1)
+        move_nodes(s, wheels, length);
+#endif
+    s->h = length;
+    (void)wheels, (void)ratio;
+}
+
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance)
 {
@@ -445,7 +460,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h;
 #endif
         last = change > 0 ? change : 1e-300;
-        s->h = length;
+        change_length(s, wheels, length, ratio);
         if (k == long_at && glance_misses(s, wheels, 4*tolerance) > 4*tolerance)
             return TOO_LONG;
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))

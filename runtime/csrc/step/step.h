@@ -14,6 +14,7 @@
 #define SET_FIRST_DIRECTION 1
 #endif
 #define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS && !SET_LOADS)     /* approach.c */
+#define SET_LOCATES_SLOW_RESTS (SET_STANDS_BOTH_WAYS && !SET_LOADS)        /* slow_rests.c */
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
  * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
@@ -256,7 +257,7 @@ typedef struct {
     asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
 #endif
 #if SET_STANDS_BOTH_WAYS
-    double *shared_system;                      /* scratch of shared_directions.c                            */
+    nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
     int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */

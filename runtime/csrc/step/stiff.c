@@ -8,6 +8,7 @@
 #define NOT_STIFF 0.5                           /* where all are below this, Picard's iteration takes over again */
 #define CHORDS 1                                /* first stiff sweeps, which take chords in the place of tangents */
 #define PATIENCE 4                              /* stiff sweeps without slopes of nu', where the core's may do */
+#define MOST_TABLES (SET_STANDS_BOTH_WAYS && MOST_WHEELS > 3 ? MOST_WHEELS : 3)  /* of nodes in a row of a system */
 
 /* slope has count x count tables, by rows. */
 ALWAYS_INLINE void newton_matrix(newton_t *newton, const nodes_t *slope, const int count, double h)
@@ -26,10 +27,9 @@ ALWAYS_INLINE void newton_matrix(newton_t *newton, const nodes_t *slope, const i
     }
 }
 
-/* Gauss's elimination with the largest pivots. */
-ALWAYS_INLINE void eliminate(newton_t *newton, const int count)
+/* Gauss's elimination with the largest pivots, of rows of `count` tables of nodes. */
+ALWAYS_INLINE void eliminate(nodes_t **row, const int count)
 {
-    nodes_t **const row = newton->row;
     for (int k = 0; k < count*NODES; k++) {
         const int first = k/NODES, here = k%NODES;
         int pivot = k;
@@ -38,7 +38,7 @@ ALWAYS_INLINE void eliminate(newton_t *newton, const int count)
                 pivot = m;
         nodes_t *const kept = row[k];
         row[k] = row[pivot], row[pivot] = kept;
-        nodes_t beyond[3];                      /* the pivot's row right of it, 0 elsewhere               */
+        nodes_t beyond[MOST_TABLES];            /* the pivot's row right of it, 0 elsewhere               */
         for (int l = first; l < count; l++)
             beyond[l] = row[k][l];
         for (int j = 0; j <= here; j++)
@@ -53,23 +53,25 @@ ALWAYS_INLINE void eliminate(newton_t *newton, const int count)
     }
 }
 
-/* The change that the eliminated matrix gives, in the place of what is missing. Sums go over whole rows: what is still to
- * be found counts as 0. */
-ALWAYS_INLINE void solve_newton(const newton_t *newton, const int count, nodes_t *missing)
+/* The change that the eliminated matrix gives, in the place of what is missing. rows: where they stood before. Sums go
+ * over whole rows: what is still to be found counts as 0. */
+ALWAYS_INLINE void solve_eliminated(nodes_t *const *row, const nodes_t *rows, const int count, nodes_t *missing)
 {
-    nodes_t lower[3] = {{{lanes_of(0)}}}, found[3] = {{{lanes_of(0)}}};
+    nodes_t lower[MOST_TABLES], found[MOST_TABLES];
+    memset(lower, 0, sizeof *lower*(size_t)count);
+    memset(found, 0, sizeof *found*(size_t)count);
     for (int k = 0; k < count*NODES; k++) {
-        const int place = (int)(newton->row[k] - newton->rows)/count;
+        const int place = (int)(row[k] - rows)/count;
         double rest = missing[place/NODES].node[place%NODES];
         for (int l = 0; l < count; l++)
-            rest -= weighted(&newton->row[k][l], &lower[l]);
+            rest -= weighted(&row[k][l], &lower[l]);
         lower[k/NODES].node[k%NODES] = rest;
     }
     for (int k = count*NODES - 1; k >= 0; k--) {
         double rest = lower[k/NODES].node[k%NODES];
         for (int l = 0; l < count; l++)
-            rest -= weighted(&newton->row[k][l], &found[l]);
-        found[k/NODES].node[k%NODES] = rest*newton->row[k][k/NODES].node[k%NODES];
+            rest -= weighted(&row[k][l], &found[l]);
+        found[k/NODES].node[k%NODES] = rest*row[k][k/NODES].node[k%NODES];
     }
     for (int k = 0; k < count; k++)
         missing[k] = found[k];
@@ -261,8 +263,8 @@ ALWAYS_INLINE lanes_t correct_number(step_t *s, int c, nodes_t *missing, lanes_t
     const double steep = steepness(&s->slope_core[c], 1, s->h);
     if (steep > STIFF) {
         newton_matrix(&newton, &s->slope_core[c], 1, s->h);
-        eliminate(&newton, 1);
-        solve_newton(&newton, 1, missing);
+        eliminate(newton.row, 1);
+        solve_eliminated(newton.row, newton.rows, 1, missing);
     }
     s->steepest = fmax(s->steepest, steep);
     return corrected(&s->rate_core[c], missing, s->weight[c], change);
@@ -346,10 +348,10 @@ ALWAYS_INLINE lanes_t correct_nu(step_t *s, int renew, nodes_t *missing, lanes_t
     if (renew) {
         s->nu_is_stiff = steep > STIFF;
         newton_matrix(&s->newton, s->slope_nu, 3, s->h);
-        eliminate(&s->newton, 3);
+        eliminate(s->newton.row, 3);
     }
     if (s->nu_is_stiff)
-        solve_newton(&s->newton, 3, missing);
+        solve_eliminated(s->newton.row, s->newton.rows, 3, missing);
     for (int k = 0; k < 3; k++)
         change = corrected(&s->rate_nu[k], &missing[k], 1, change);
     return change;
