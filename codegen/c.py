@@ -14,6 +14,7 @@ KEYWORDS = frozenset(
 long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile
 while h vehicle wheel roller state""".split()
 )
+LARGEST_INTEGER = 2**31 - 1  # of every compiler's int
 SIZES = {"N": "wheels", "n-1": "slots"}
 COUNTS = {"N": "wheels", "n": "rollers_per_wheel"}
 
@@ -126,7 +127,7 @@ class CFunction(Infix):
         return f"{self.prefix.upper()}_NUMBER({text})"
 
     def ratio(self, p: int, q: int) -> str:
-        return f"{self.number(str(p))}/{q}"
+        return f"{self.number(str(p))}/{q if q <= LARGEST_INTEGER else self.number(f'{q}.0L')}"
 
     def constant(self, name: str) -> str:
         """N, n, pi, or the number of a free roller's slot."""

@@ -69,7 +69,7 @@ class Derivation:
         name = data["name"]
         fields = tuple(read_array(f, self.data["fields"], "field", name) for f in data["model"])
         own = (f for f in self.data["functions"] if name in f["sets"])
-        arguments, groups, beside = self.data["arguments"], self.data["steps"], self.registry.derivatives.rules.reads
+        arguments, groups, beside = self.data["arguments"], self.data["steps"], self.registry.reads
         functions = tuple(read_function(f, fields, name, arguments, groups, beside) for f in own)
         names = [f.name for f in functions]
         if len(set(names)) < len(names):

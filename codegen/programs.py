@@ -139,7 +139,7 @@ def steps(body: tuple[Step | Loop, ...]) -> Iterator[Step]:
 def without_dead_steps(function: Function, beside: Mapping[str, Set[str]] = MappingProxyType({})) -> Function:
     """The function without steps that no output depends on, and with the groups of those that are left.
 
-    beside: by the name of a step, what its slope reads beside what it reads itself: needed where the step is
+    beside: by the name of a step, what is needed where the step is beside what it reads itself, as what its slope reads
     """
     needed: set[str] = set()
     body = _live(function.body, needed)[0]
@@ -189,7 +189,8 @@ def read_function(
     """The function of the JSON form, for one of its sets. ContractError where it breaks the contract.
 
     table: the data's arguments by name; groups: its groups of steps by name, {"body": steps, ...} each;
-    beside: what slopes of steps read, for a function that may be differentiated.
+    beside: by the name of a step, what is needed where the step is beside what it reads itself: what its slope reads,
+    and what stands in its place in some sets.
     """
     where = f"{set_name}.{data['name']}"
     try:

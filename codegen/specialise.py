@@ -82,6 +82,16 @@ class Registry:
             Derivatives.read(derivatives),
         )
 
+    @property
+    def reads(self) -> dict[str, set[str]]:
+        """What is needed beside what a step reads, by the step's name: what its slope reads, and what stands in its
+        place where an effect is absent."""
+        found = {name: set(read) for name, read in self.derivatives.rules.reads.items()}
+        for values in self.neutral.values():
+            for symbol, value in values.items():
+                found[symbol] = found.get(symbol, set()) | symbols(value)
+        return found
+
     def integrated(self, effects: "EffectSet") -> list[State]:
         """What a set integrates beside nu, chi and the pose."""
         states = [s for s in self.states if effects.base in s.models and is_there(s.case, effects.effects)]

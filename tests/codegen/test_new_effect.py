@@ -6,6 +6,7 @@ import pytest
 from toy import array, derivation
 
 from codegen.derivation import Derivation
+from codegen.programs import steps
 from codegen.rendering import render
 
 OWN = {"c/toy_wind.c", "python/toy_wind.py", "data/kernels/toy_wind.json"}
@@ -51,3 +52,14 @@ def test_a_set_has_what_its_effects_need():
     assert registry.ordered(["storm"]) == ("wind", "storm")
     assert registry.set_name("toy", ("wind", "storm")) == "toy_storm"
     assert registry.set_name("toy", ("wind",)) == "toy_wind"
+
+
+def test_what_stands_in_the_place_of_an_absent_effect_is_there():
+    """A step that nothing else reads while the effect is there."""
+    data = with_wind()
+    data["effects"][-1]["neutral"]["gust"] = "calm"
+    data["steps"]["wind"]["body"].insert(0, {"let": "calm", "expr": ["*", 2, "nu_2"]})
+    without, beside = ({step.name for step in steps(found.function("forward_dynamics").body)}
+                       for found in Derivation(data).sets if found.name in ("toy", "toy_wind"))  # fmt: skip
+    assert "calm" in without and "gust" not in without
+    assert "gust" in beside and "calm" not in beside

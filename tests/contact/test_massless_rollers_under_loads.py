@@ -52,21 +52,25 @@ def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first
 
 
 @BOTH
-def test_rollers_that_turn_brake_a_vehicle_evenly_until_they_stop(engine):
-    """On a viscous ground M v' = -4 T/rho until rho c v is T, then -4 c v; each load changes by h F/(4 L)."""
+@pytest.mark.parametrize("d", [0.0, 1.5])
+def test_rollers_that_turn_brake_a_vehicle_until_they_stop(d, engine):
+    """On a viscous ground M v' = -4 c s with the slip s = (d v + T/rho)/(c + d) until rho c v is T, then -4 c v; each
+    load changes by h F/(4 L). Where d is 0 the vehicle is braked evenly."""
     c, speed, end = 3.0, 0.6, 0.5
     torque = 0.4 * RHO * c * speed
-    ground = Contact(c, loads="dynamic", height=HEIGHT, wheel_rates=0)
+    ground, bearings = Contact(c, loads="dynamic", height=HEIGHT, wheel_rates=0), Bearings(roller_coulomb=torque)
+    bearings = replace(bearings, roller_viscous=d * RHO**2 if d else None, **BLOCKED)
     run = simulate(ACROSS, nu=(speed / ACROSS.platform_radius, 0, 0), duration=end, accuracy=1e-11, **MASSLESS,
-                   engine=engine, effects=[ground, Bearings(roller_coulomb=torque, **BLOCKED)])  # fmt: skip
+                   engine=engine, effects=[ground, bearings])  # fmt: skip
     force, rate = torque / RHO, 4 * c / ACROSS.mass
-    stops = (speed - force / c) * ACROSS.mass / (4 * force)
+    lost, last, turning = speed - force / c, 4 * force / ACROSS.mass, rate * d / (c + d)
+    stops = np.log1p(turning * lost / last) / turning if d else lost / last
     assert 0.1 < stops < 0.9 * end
     spins = np.abs(run.contact_spin).max(axis=1)
-    assert spins[0] == pytest.approx((speed - force / c) / RHO, rel=1e-12)
+    assert spins[0] == pytest.approx(c * lost / (RHO * (c + d)), rel=1e-12)
     assert run.t[first_row(spins < 1e-9)] == pytest.approx(stops, rel=INSTANT)
-    after = np.maximum(run.t - stops, 0)
-    braked = 4 * force * np.exp(-rate * after)
+    before, after = np.maximum(stops - run.t, 0), np.maximum(run.t - stops, 0)
+    braked = 4 * force * np.exp(turning * before - rate * after)
     assert run.nu[-1, 0] * ACROSS.platform_radius == pytest.approx(braked[-1] / (4 * c), rel=1e-9)
     moved = HEIGHT * braked[:, None] / (4 * LONG) * np.array([1, -1, -1, 1])
     assert run.ground_load == pytest.approx(ACROSS.mass * GRAVITY / 4 + moved, rel=1e-9)
@@ -114,9 +118,9 @@ def by_bodies(case, taken, across, spare, axles):
     return nu_dot(case, found), np.array([float(v) for v in found.second.chi]), along, carried
 
 
-def standing_case(law, wheels):
+def standing_case(law, wheels, damping):
     """A machine that stands on all its wheels as it moves, its run over an instant, and its drives' torques; some of
-    its rollers turn and some stick."""
+    its rollers turn and some stick. Those that turn have `damping` in N m s, too."""
     torques = np.where(np.arange(wheels) % 3 == 1, 2e-5 if law == "viscous" else 5e-3, 0.3)
     for attempt in range(300):
         rng = np.random.default_rng([71, wheels, attempt])
@@ -124,9 +128,9 @@ def standing_case(law, wheels):
         case = replace(case, nu=case.nu / 8, rates=case.rates / 8)
         torque = 0.1 * rng.normal(size=wheels)
         ground = Contact(**LAWS[law], loads="dynamic", **numbers(case), wheel_rates=case.rates)
+        effects = [ground, Bearings(roller_coulomb=torques, roller_viscous=damping), Torque(torque)]
         with contextlib.suppress(InvalidValueError, SimulationStopped):  # it tips
-            run = simulate(case.vehicle, **case.start(), duration=0, control=False,
-                           effects=[ground, Bearings(roller_coulomb=torques), Torque(torque)])  # fmt: skip
+            run = simulate(case.vehicle, **case.start(), duration=0, control=False, effects=effects)
             turns = np.abs(run.contact_spin[0]) > 1e-6
             if run.ground_load[0].min() > 0 and turns.any() and not turns.all():
                 return case, run, torque, torques, turns
@@ -134,15 +138,16 @@ def standing_case(law, wheels):
 
 
 @pytest.mark.parametrize("wheels", [3, 4, 6])
-@pytest.mark.parametrize("law", LAWS)
-def test_rollers_and_loads_agree_with_every_body(law, wheels):
+@pytest.mark.parametrize("law, damping", [*((law, None) for law in LAWS), ("viscous", 1e-4)])
+def test_rollers_and_loads_agree_with_every_body(law, damping, wheels):
     """The oracle gets the bearings' torques and the forces across; it must find the accelerations, the forces along the
     axles, and the loads from which by the law at the slip all forces follow."""
-    case, run, torque, sliding, turns = standing_case(law, wheels)
+    case, run, torque, sliding, turns = standing_case(law, wheels, damping)
     slip, force, load, taken = run.slip[0], run.ground_force[0], run.ground_load[0], contact_torques(run)[0]
+    of_bearings = taken - (damping or 0.0) * run.contact_spin[0]
     assert np.ptp(load) > 1e-2 * load.mean()
     found = run.contacts.accelerations(run.nu, run.chi)
-    *wanted, along, carried = by_bodies(case, taken, force[:, 1], load, torque)
+    *wanted, along, carried = by_bodies(case, of_bearings, force[:, 1], load, torque)
     for value, other in zip((found["nu_dot"][0], found["rates_dot"][0], load, force[:, 0]), (*wanted, carried, along),
                             strict=True):  # fmt: skip
         assert value == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(other).max())
@@ -176,11 +181,13 @@ def scene(number, low=True):
 
 def assert_laws_hold(vehicle, options, run, bound=1e-12):
     """In every row the ground's force along the axle is the bearing's torque over rho, and both forces are those of the
-    law under the load at the slip; a bearing takes its sliding torque against the spin, or what it holds at most."""
+    law under the load at the slip; a bearing takes its sliding torque against the spin, or what it holds at most.
+    Viscous friction is there beside that."""
     contact, bearings = options["effects"][:2]
     rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
     taken, slip, force, spins, load = (
         contact_torques(run), run.slip, run.ground_force, run.contact_spin, run.ground_load)  # fmt: skip
+    of_bearings = taken if bearings.roller_viscous is None else taken - np.array(bearings.roller_viscous) * spins
     weight = vehicle.mass * 9.7
     carries = load > 0
     if contact.law == "viscous":
@@ -191,7 +198,7 @@ def assert_laws_hold(vehicle, options, run, bound=1e-12):
         wanted = -load[..., None] * mu**2 * slip / size
     scale = np.abs(wanted).max() + 1e-3 * weight
     assert np.abs(force - wanted).max() <= bound * scale
-    assert np.abs(force[..., 0] * rho - taken).max() <= bound * scale * rho.max()
+    assert np.abs(force[..., 0] * rho - of_bearings).max() <= bound * scale * rho.max()
     assert load.min() >= -1e-9 * weight and load.sum(axis=1) == pytest.approx([weight] * len(run), rel=1e-11)
     sliding, holding = np.array(bearings.roller_coulomb), np.array(bearings.roller_break_away)
     assert (np.abs(taken) <= holding * (1 + 1e-10)).all()

@@ -1,12 +1,15 @@
-"""Massless rollers whose bearings stick and have viscous friction, too, on viscous ground: closed forms, every body,
-the laws in every row, both engines, and free rollers as their inertia goes to zero."""
+"""Massless rollers whose bearings stick and have viscous friction, too, under the laws viscous and regularised: closed
+forms, every body, the laws in every row, both engines, free rollers as their inertia goes to zero, and under viscous
+loads that follow the motion."""
 
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 from reactions.test_newton_euler import call
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from contact.in_steps import (
@@ -14,7 +17,7 @@ from contact.in_steps import (
     assert_a_sweep_ends_where_its_runs_end,
     assert_steps_may_end_beside,
 )
-from contact.test_axles_under_loads import ENGINES
+from contact.test_axles_under_loads import ENGINES, run_or_stop
 from contact.test_massless_rollers import (
     BOTH,
     CROSS,
@@ -29,29 +32,43 @@ from contact.test_massless_rollers import (
     by_bodies,
     contact_torques,
     first_row,
+    regularised,
     scene,
     viscous,
 )
-from contact.test_massless_rollers_compiled import DURATION, assert_runs_agree, changes
-from contact.test_newton_euler import DAMPING, RELATIVE, slipping_case
+from contact.test_massless_rollers_compiled import DURATION, assert_phases_agree, assert_runs_agree, changes
+from contact.test_massless_rollers_under_loads import assert_laws_hold as assert_laws_hold_under_loads
+from contact.test_massless_rollers_under_loads import scene as scene_under_loads
+from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LOAD, RELATIVE, slipping_case
+from contact.test_newton_euler import LAWS as GROUNDS
 from omniroll import Bearings, Contact, Slope, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
+EPS = float(np.finfo(float).eps)
+LAWS = ("viscous", "regularised")
+DAMPED = ("contact", "contact_regularised", "roller_sticking", "roller_viscous")
+BOTH_LAWS = pytest.mark.parametrize("law", LAWS)
 DAMPER = 4e-4  # N m s, of the bearings in closed forms: over rho^2 that is 2.8 N s/m, beside ground of 6 N s/m
 
 
-def rubbing(number):
-    """One of scene()'s vehicles on viscous ground, whose rollers have viscous friction: over rho^2 up to thrice the
-    ground's coefficient."""
-    vehicle, options = scene(4 * (number // 2) + number % 2)
+def rubbing(number, law="viscous"):
+    """One of scene()'s vehicles on the ground of a law, whose rollers have viscous friction: over rho^2 up to thrice
+    the ground's force per slip, where that is slow."""
+    vehicle, options = scene(4 * (number // 2) + number % 2 + 2 * LAWS.index(law))
     rng = np.random.default_rng([41, number])
     contact, bearings, *others = options["effects"]
-    assert contact.law == "viscous"
+    assert contact.law == law
     rho = vehicle.wheel_radius - vehicle.roller_axis_radius
-    damping = contact.coefficient[0] * rho**2 * 10 ** rng.uniform(-2, 0.5, vehicle.wheels)
+    ground = contact.coefficient[0] if law == "viscous" else friction_of(contact, vehicle) / contact.speed
+    damping = ground * rho**2 * 10 ** rng.uniform(-2, 0.5, vehicle.wheels)
     damping[rng.random(vehicle.wheels) < 0.2] = 0.0
     return vehicle, options | {"effects": [contact, replace(bearings, roller_viscous=damping), *others]}
+
+
+def friction_of(contact, vehicle):
+    """(N,) in N, the ground's whole friction along the axles under the law regularised."""
+    return contact.friction[0] * contact.loads_at_rest(vehicle)
 
 
 # Closed forms
@@ -113,6 +130,40 @@ def test_rollers_that_turn_stop_on_their_disks(engine):
 
 
 @BOTH
+@pytest.mark.parametrize("damping", [2e-6, 4e-4])
+def test_rollers_that_turn_stop_on_sliding_ground(damping, engine):
+    """M v' = -2 F(v) - 2 F(s) with F(s) = mu N s/sqrt(s^2 + w^2), and v = s + (F(s) - T/rho)/d, until F(v) = T/rho. In
+    the slip s as the variable that is an integral."""
+    mu, named, torque, start = 0.4, 0.02, 0.03, 0.5
+    ground = Contact(law="regularised", friction=mu, speed=named, normal_gravity=GRAVITY, wheel_rates=0)
+    effects = [ground, Bearings(roller_coulomb=torque, roller_viscous=damping, wheel_coulomb=3.0)]
+    load, d, held = MASS * GRAVITY / 4, damping / RHO**2, torque / RHO
+
+    def force(slip):
+        return mu * load * slip / np.hypot(slip, named)
+
+    def speed(slip):
+        return slip + (force(slip) - held) / d
+
+    def time_by(slip):
+        rises = 1 + mu * load * named**2 / np.hypot(slip, named) ** 3 / d
+        return MASS * rises / (2 * force(speed(slip)) + 2 * force(slip))
+
+    part = held / (mu * load)
+    assert part < 0.95
+    slowest = named * part / np.sqrt(1 - part**2)
+    first = brentq(lambda slip: speed(slip) - start, slowest, start, xtol=1e-300, rtol=1e-15)
+    stops, _ = quad(time_by, slowest, first, epsabs=0, epsrel=1e-13, limit=200)
+    options = {"duration": 1.5 * stops, "effects": effects, "accuracy": 1e-12, "engine": engine, **MASSLESS}
+    run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), **options)
+    assert run.stats["engine"] == engine
+    spins = np.abs(run.contact_spin).max(axis=1)
+    assert spins[0] == pytest.approx((start - first) / RHO, rel=1e-10)
+    assert run.t[first_row(spins < 1e-9)] == pytest.approx(stops, rel=INSTANT)
+    assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
+
+
+@BOTH
 def test_what_bearings_take_is_of_both_kinds(engine):
     """The ledger's loss is T |phi'| + c phi'^2, added up over finely sampled rows."""
     c, torque, end = 6.0, 0.02, 0.2
@@ -129,13 +180,13 @@ def test_what_bearings_take_is_of_both_kinds(engine):
 # Every body
 
 
-def series(speed, across, rho, torque, damping):
+def series(forces, speed, across, rho, torque, damping):
     """Of a wheel that moves with `speed` along its axle: the slip along it, the spin and the bearing's torque. The slip
     is found by bisection, where the ground's force times rho is what the bearing takes."""
     sign = np.sign(speed)
 
     def left(slip):
-        return rho * abs(viscous(slip, across)[0]) - torque - damping * abs(speed - slip) / rho
+        return rho * abs(forces(slip, across)[0]) - torque - damping * abs(speed - slip) / rho
 
     slip = speed if left(speed) <= 0 else brentq(left, 0.0, speed, xtol=1e-300, rtol=1e-15)
     spin = (speed - slip) / rho
@@ -143,23 +194,25 @@ def series(speed, across, rho, torque, damping):
 
 
 @pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
+@BOTH_LAWS
 @pytest.mark.parametrize("wheels, rollers", [(2, 4), (3, 5), (4, 6)])
-def test_modes_agree_with_every_body(wheels, rollers, axles):
+def test_modes_agree_with_every_body(wheels, rollers, law, axles):
     rng = np.random.default_rng([23, wheels, len(axles)])
+    ground, forces = f"contact_{law}", {"viscous": viscous, "regularised": regularised}[law]
     case = slipping_case(rng, wheels, rollers, "massless", has_layout=True)
     stands = np.arange(wheels) % 2 == 0 if axles else np.zeros(wheels, bool)
-    case = replace(case, nu=case.nu * 0.1, rates=case.rates * ~stands * 0.1)
+    case = replace(case, nu=case.nu * (0.1 if law == "viscous" else 0.01), rates=case.rates * ~stands * 0.1)
     rho = case.vehicle.wheel_radius * np.cos(case.chi) - case.vehicle.roller_axis_radius
     damping = tuple(DAMPING[0] * rho**2 * 10 ** rng.uniform(-1, 1, wheels))
-    constants = (("ground_damping", DAMPING), ("roller_damping", damping))
-    effects = ("contact", "contact_viscous", "roller_sticking", "roller_viscous", *axles)
+    constants = (*GROUNDS[ground].items(), ("roller_damping", damping))
+    effects = ("contact", ground, "roller_sticking", "roller_viscous", *axles)
     bound = kernel(case.vehicle, "massless", "python", constants=constants, effects=effects)
     rolling_rates, rolling_spins = bound.wheel_rates(case.nu, case.chi)
     speed, across = rho * rolling_spins, case.vehicle.wheel_radius * (case.rates - rolling_rates)
     sticks = np.arange(wheels) % 2 == 0
-    asked = rho * DAMPING[0] * np.abs(speed)
+    asked = rho * np.array([abs(forces(*own)[0]) for own in zip(speed, across, strict=True)])
     torques = 0.4 * asked
-    found = np.array([series(*row) for row in zip(speed, across, rho, torques, damping, strict=True)])
+    found = np.array([series(forces, *row) for row in zip(speed, across, rho, torques, damping, strict=True)])
     slip, spin, taken = np.where(sticks, [speed, 0 * speed, -np.sign(speed) * asked], found.T)
     assert (spin[~sticks] * speed[~sticks] > 0).all()
     values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "heading": case.heading}
@@ -203,18 +256,59 @@ def test_slip_and_spin_have_all_digits_whichever_is_small(ratio):
             assert abs(Fraction(found) / wanted - 1) <= 16 * np.finfo(float).eps
 
 
+@pytest.mark.parametrize("part", [0.0, 0.5, 1 - 1e-6, 1.0, 1 + 1e-6, 2.0, 1e3])
+@pytest.mark.parametrize("drag", [0.0, 1e-12, 1e-6, 1e-3, 1.0, 1e6])
+def test_slips_are_the_roots_as_well_as_the_pull_is_known(part, drag):
+    """The ground and the damper d take P = d v + T/rho together; of the ground's whole friction A that is `part`, at
+    least nearly, and d times the slip velocity where friction fades is `drag`. Beside roots in 40 digits; all bearings
+    have a drag of 1e-24 beside."""
+    law = {"contact_load": LOAD, "ground_friction": FRICTION, "ground_fade_speed": FADE_SPEED}
+    whole, slow = FRICTION[0] * LOAD, np.sqrt(np.prod(FRICTION)) * FADE_SPEED / FRICTION[0]
+    damping = drag * whole / slow * RHO**2
+    constants = (*law.items(), ("roller_damping", damping))
+    bound = kernel(CROSS, "massless", "python", constants=constants, effects=DAMPED)
+    nu, chi = np.array([0.3, -0.2, 0.1]) * min(1.0, 0.5 * part / max(drag, 1e-6)), np.zeros(4)
+    rates, spins = bound.wheel_rates(nu, chi)
+    speed = RHO * spins
+    torque = np.sign(speed) * RHO * (part * whole - damping / RHO**2 * np.abs(speed))
+    values = {"nu": nu, "chi": chi, "rates": rates, "contact_sticks": np.zeros(4)}
+    values |= {"contact_bearing": -torque, "bearing_torque": np.zeros(4)}
+    slips, forces = call(bound, "slip_forces", values)
+    assert np.isfinite(slips).all() and np.isfinite(forces).all()
+    if drag == 0.0 and part >= 1.0:
+        return  # there is no root
+    with mp.workdps(40):
+        mu, d = mpf(FRICTION[0]), mpf(damping) / mpf(RHO) ** 2
+        fade = mu * mpf(FRICTION[1]) * mpf(FADE_SPEED) ** 2
+        for slip, v, own in zip(map(mpf, slips[:, 0]), map(mpf, speed), map(mpf, torque), strict=True):
+            pull, size = d * v + own / mpf(RHO), mp.sqrt((mu * slip) ** 2 + fade)
+            left = mpf(LOAD) * mu**2 * slip / size + d * slip - pull
+            slope = mpf(LOAD) * mu**2 * fade / size**3 + d
+            least = mpf(10) ** -24 * mpf(whole) * mu * abs(slip) / mp.sqrt(fade)
+            assert abs(left) <= 16 * EPS * (abs(slip) * slope + abs(pull)) + least
+
+
 # Runs
 
 
 @BOTH
+@BOTH_LAWS
 @pytest.mark.parametrize("number", [0, 2, 3])
-def test_the_laws_hold_in_every_row(number, engine):
-    vehicle, options = rubbing(number)
+def test_the_laws_hold_in_every_row(number, law, engine):
+    vehicle, options = rubbing(number, law)
     run = simulate(vehicle, duration=DURATION, engine=engine, **options)
     assert run.stats["engine"] == engine
     assert_laws(vehicle, options, run)
     spins = np.abs(run.contact_spin)
     assert (spins > 1e-3 * spins.max()).any() and (spins <= 1e-9 * spins.max()).any()
+
+
+def of_ground(contact, vehicle, slip):
+    """(T, N, 2) in N, the law's forces at slips (T, N, 2) in m/s."""
+    if contact.law == "viscous":
+        return -slip * np.array(contact.coefficient)
+    mu, load = np.array(contact.friction), contact.loads_at_rest(vehicle)[:, None]
+    return -load * mu**2 * slip / np.sqrt(((mu * slip) ** 2).sum(axis=-1, keepdims=True) + mu.prod() * contact.speed**2)
 
 
 def assert_laws(vehicle, options, run, bound=1e-12):
@@ -225,7 +319,7 @@ def assert_laws(vehicle, options, run, bound=1e-12):
     taken, slip, force, spins = contact_torques(run), run.slip, run.ground_force, run.contact_spin
     of_bearing = taken - np.array(bearings.roller_viscous) * spins
     assert np.abs(force[..., 0] * rho - of_bearing).max() <= bound * np.abs(of_bearing).max()
-    assert np.abs(force + slip * np.array(contact.coefficient)).max() <= bound * np.abs(force).max()
+    assert np.abs(force - of_ground(contact, vehicle, slip)).max() <= bound * np.abs(force).max()
     along = kernel(vehicle, "massless", "python").wheel_rates(run.nu, run.chi)[1] * rho
     scale = np.abs(along).max()
     assert np.abs(slip[..., 0] + rho * spins - along).max() <= bound * scale
@@ -237,40 +331,45 @@ def assert_laws(vehicle, options, run, bound=1e-12):
     assert abs(run.ledger.residual) <= 1e-9 * lost
 
 
-def assert_same_motion(number):
-    vehicle, options = rubbing(number)
+def assert_same_motion(number, law):
+    vehicle, options = rubbing(number, law)
     assert_runs_agree(*(simulate(vehicle, duration=DURATION, engine=engine, **options) for engine in ENGINES))
 
 
+@BOTH_LAWS
 @pytest.mark.parametrize("number", range(6))
-def test_both_engines_make_the_same_motion(number):
-    assert_same_motion(number)
+def test_both_engines_make_the_same_motion(number, law):
+    assert_same_motion(number, law)
 
 
 @pytest.mark.long
+@BOTH_LAWS
 @pytest.mark.parametrize("number", range(6, 18))
-def test_both_engines_make_the_same_motion_in_many_scenes(number):
-    assert_same_motion(number)
+def test_both_engines_make_the_same_motion_in_many_scenes(number, law):
+    assert_same_motion(number, law)
 
 
 @pytest.mark.long
-def test_hundreds_of_scenes_run_to_their_ends():
+@BOTH_LAWS
+def test_hundreds_of_scenes_run_to_their_ends(law):
     for number in range(400):
-        vehicle, options = rubbing(number)
+        vehicle, options = rubbing(number, law)
         run = simulate(vehicle, duration=0.1, engine="compiled", **options)
         assert run.t[-1] == 0.1, number
         assert_laws(vehicle, options, run, bound=1e-10)
 
 
+@BOTH_LAWS
 @pytest.mark.parametrize("number", [0, 3])
-def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
-    assert_free_rollers_tend_to_it(*rubbing(number))
+def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number, law):
+    assert_free_rollers_tend_to_it(*rubbing(number, law))
 
 
+@BOTH_LAWS
 @pytest.mark.parametrize("number", [0, 3])
-def test_without_viscous_friction_it_is_what_it_was(number):
+def test_without_viscous_friction_it_is_what_it_was(number, law):
     """At first order of the coefficient; where that is 0, to rounding."""
-    vehicle, options = rubbing(number)
+    vehicle, options = rubbing(number, law)
     contact, bearings, *others = options["effects"]
 
     def run(damping):
@@ -283,11 +382,12 @@ def test_without_viscous_friction_it_is_what_it_was(number):
     assert none <= 1e-11
 
 
-def test_a_session_is_the_run_and_goes_back_to_the_bit():
-    vehicle, own = rubbing(3)
+@pytest.mark.parametrize("law, number", [("viscous", 3), ("regularised", 1)])
+def test_a_session_is_the_run_and_goes_back_to_the_bit(law, number):
+    vehicle, own = rubbing(number, law)
     run = simulate(vehicle, duration=DURATION, **own)
     own.pop("control")
-    assert_a_session_goes_back_to_the_bit(vehicle, run, 3, **own)
+    assert_a_session_goes_back_to_the_bit(vehicle, run, number, **own)
     instants = np.unique(np.concatenate([found for found, _ in changes(run)]))
     instants = instants[(instants > 1e-3) & (instants < 0.9 * DURATION)]
     assert len(instants) >= 3
@@ -296,14 +396,64 @@ def test_a_session_is_the_run_and_goes_back_to_the_bit():
 
 
 @BOTH
-def test_a_sweep_ends_where_its_runs_end(engine):
-    vehicle, own = rubbing(2)
+@BOTH_LAWS
+def test_a_sweep_ends_where_its_runs_end(law, engine):
+    vehicle, own = rubbing(2, law)
     assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"engine": engine, "duration": DURATION})
 
 
-def test_beside_bearings_that_do_not_stick_contacts_do_not_slip_along_their_axles():
-    constants = (("ground_damping", DAMPING), ("roller_damping", DAMPER))
-    effects = ("contact", "contact_viscous", "roller_viscous")
+@BOTH_LAWS
+def test_beside_bearings_that_do_not_stick_contacts_do_not_slip_along_their_axles(law):
+    constants = (*GROUNDS[f"contact_{law}"].items(), ("roller_damping", DAMPER))
+    effects = ("contact", f"contact_{law}", "roller_viscous")
     bound = kernel(CROSS, "massless", "python", constants=constants, effects=effects)
     slip, _ = call(bound, "slip_forces", {"nu": np.array([0.3, -0.2, 0.1]), "chi": np.zeros(4), "rates": np.zeros(4)})
     assert not slip[:, 0].any() and slip[:, 1].all()
+
+
+# Under loads that follow the motion
+
+
+def rubbing_under_loads(number, low=True):
+    """The same on viscous ground under loads that follow; those that are not low may be lifted by friction."""
+    vehicle, options = scene_under_loads(4 * (number // 2) + number % 2, low)
+    contact, bearings, *others = options["effects"]
+    _, same = rubbing(number)
+    rubs = replace(bearings, roller_viscous=same["effects"][1].roller_viscous)
+    return vehicle, options | {"effects": [contact, rubs, *others]}
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_both_engines_make_the_same_motion_under_loads_that_follow(number):
+    vehicle, options = rubbing_under_loads(number)
+    options["accuracy"] = 1e-10
+    own, other = (simulate(vehicle, duration=0.02, engine=engine, **options) for engine in ENGINES)
+    assert [run.stats["engine"] for run in (own, other)] == list(ENGINES)
+    assert_phases_agree(own, other, 1e-10)
+    assert distance_at(own, other, np.linspace(0, 0.02, 7)) < 1e-9
+    for run in (own, other):
+        assert assert_laws_hold_under_loads(vehicle, options, run).any(), "none turns"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("low", [True, False])
+def test_hundreds_of_scenes_run_under_loads_that_follow(low):
+    """Low ones run to their ends; of the others some tip, or have loads that friction and they do not determine."""
+    for number in range(200):
+        vehicle, options = rubbing_under_loads(number, low)
+        run, why = run_or_stop(vehicle, options, "compiled", 0.05)
+        assert not why or not low and ("tips" in why or "no solution" in why), (number, why)
+        if not why:
+            assert_laws_hold_under_loads(vehicle, options, run)
+
+
+def test_a_session_under_loads_is_the_run_and_goes_back_to_the_bit():
+    vehicle, options = rubbing_under_loads(2)
+    run = simulate(vehicle, duration=0.02, **options | {"accuracy": 1e-10})
+    options.pop("control")
+    assert_a_session_goes_back_to_the_bit(vehicle, run, 2, **options | {"accuracy": 1e-10})
+
+
+def test_a_sweep_under_loads_ends_where_its_runs_end():
+    vehicle, options = rubbing_under_loads(2)
+    assert_a_sweep_ends_where_its_runs_end(vehicle, options | {"duration": 0.02})

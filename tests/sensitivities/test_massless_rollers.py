@@ -22,6 +22,7 @@ BREAKING_AWAY = Case("massless", effects=(Contact(5.0), HELD_LONGER, RAMP), star
 STOPPING_SOONER = replace(STOPPING, effects=(Contact(5.0), replace(RUBBING, roller_viscous=2e-4)))
 BRAKED = replace(BREAKING_AWAY, effects=(Contact(5.0), replace(HELD_LONGER, roller_viscous=2e-5), RAMP))
 ON_REGULARISED = replace(BREAKING_AWAY, effects=(Contact(**REGULARISED), HELD_LONGER, RAMP))
+BRAKED_ON_REGULARISED = replace(BRAKED, effects=(Contact(**REGULARISED), *BRAKED.effects[1:]))
 CASES = {
     "stops and a switch": (STOPPING, ("mass", "roller_coulomb", "nu[0]", "wheel_radius"), {(1, 0)}),
     "break-aways and switches": (
@@ -30,6 +31,7 @@ CASES = {
     "regularised": (ON_REGULARISED, ("roller_break_away",), {(0, 1)}),
     "braked": (STOPPING_SOONER, ("roller_viscous", "mass"), {(1, 0)}),
     "braked break-aways": (BRAKED, ("roller_viscous", "roller_break_away"), {(0, 1)}),
+    "braked on regularised": (BRAKED_ON_REGULARISED, ("roller_viscous",), {(0, 1)}),
 }  # fmt: skip
 
 
@@ -59,8 +61,17 @@ def test_beside_axles_that_stick_they_are_differences_of_runs(name):
     assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
 
 
+@pytest.mark.parametrize("name", ["friction[0]", "speed"])
+def test_by_numbers_of_the_ground_they_are_differences_of_runs(name):
+    run = BRAKED_ON_REGULARISED.run(sensitivities=(name,), accuracy=1e-12)
+    assert {(0, 1)} <= changes(run)
+    wanted = differenced(BRAKED_ON_REGULARISED, name, 1e-4, accuracy=1e-12)
+    assert np.abs(derivative(run, name) - wanted).max() <= 1e-8 * np.abs(wanted).max()
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY, BRAKED], ids=["stops", "break-aways", "viscous"])
+@pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY, BRAKED, BRAKED_ON_REGULARISED],
+                         ids=["stops", "break-aways", "viscous", "viscous on regularised"])  # fmt: skip
 def test_backwards_and_in_the_steps_of_a_session_they_are_the_same(case):
     assert_the_same_backwards_and_in_sessions(case)
 

@@ -51,6 +51,12 @@ def test_they_are_the_differences_of_runs_in_40_digits(law, names):
     assert (0, 1) in changes(run) and len(run.switches)
 
 
+def test_beside_viscous_friction_they_are():
+    case = breaking_away("viscous", replace(HELD_LONGER, roller_viscous=2e-5))
+    run = assert_as_in_40_digits(case, ("roller_viscous",))
+    assert (0, 1) in changes(run) and len(run.switches)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("law", SMOOTH)
 def test_where_loads_vanish_and_come_back_they_are(law):
