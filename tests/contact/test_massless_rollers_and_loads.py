@@ -246,6 +246,15 @@ def test_the_laws_hold_in_every_row_of_more_scenes():
         assert_the_laws_hold(number)
 
 
+@pytest.mark.long
+def test_modes_and_loads_are_found_together_where_turns_do_not_end():
+    """A contact slips under the loads of one that sticks on a roller which turns, and the other way round."""
+    vehicle, options = scene(84)
+    run, why = run_or_stop(vehicle, options, "python", 0.006)
+    assert not why and run.t[-1] == 0.006
+    assert_the_laws_hold(84)
+
+
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
     limit = assert_free_rollers_tend_to_it(0.02, loads="dynamic", height=0.08)
     assert np.ptp(limit.ground_load[-1]) > 0.1 * WEIGHT

@@ -2,9 +2,15 @@
  * plane. runtime/omniroll/effects/cones.py says what is solved here; the names are the same. */
 #define SWEEPS 400                  /* rounds over the contacts                                             */
 #define BETWEEN 8                   /* of them, before each try of Newton's rule                            */
-#define NEWTON 30
+#define NEWTON 30                   /* rounds of Newton's rule                                              */
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
+#if SET_STRIPS && !SET_LOADS        /* loads that follow move with the forces, and would not settle with these */
+#define FURTHER 10                  /* rounds behind those, in which conditions are dropped that hold within rounding */
+#define HOLDS 4                     /* roundings of what makes a condition: it holds                        */
+#else
+#define FURTHER 0
+#endif
 #define SET_STARTS_INSIDE (SET_STANDS_BOTH_WAYS && SET_LOADS)
 #if SET_STANDS_BOTH_WAYS            /* contacts, and all bearings beside them: their number is not known beforehand */
 #define ARRAY_OF(type, name, size) type *name
@@ -262,6 +268,21 @@ static void conditions(const discs_t *d, const int *slipping, int slips, double 
 #endif
 }
 
+#if FURTHER
+/* What is missing in conditions on rates that hold within rounding: nothing. Where all that slips is pulled by next to
+ * nothing, such a rounding would turn the forces by far more. */
+static void drop_rounding(const discs_t *d, double *missing)
+{
+    for (int k = 0; k < d->size; k++) {
+        double sum = fabs(d->wanted[k]);
+        for (int l = 0; l < d->size; l++)
+            sum += fabs(d->matrix[k*d->size + l]*d->place[l]);
+        if (fabs(missing[k]) <= HOLDS*EPS*sum)
+            missing[k] = 0;
+    }
+}
+#endif
+
 /* Newton's rule on these conditions: whether it has ended. */
 static int with_slipping(discs_t *d, const int *slipping, int slips)
 {
@@ -271,8 +292,12 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
         d->pull[i] = 0;
     for (int s = 0; s < slips; s++)
         d->pull[slipping[s]] = pull_of(d, slipping[s]);
-    for (int round = 0; round < NEWTON; round++) {
+    for (int round = 0; round < NEWTON + FURTHER; round++) {
         conditions(d, slipping, slips, system, step);
+#if FURTHER
+        if (round >= NEWTON)
+            drop_rounding(d, step);
+#endif
         solve_rows(system, size + slips, step);
         change = 0;
         for (int k = 0; k < size + slips; k++)

@@ -374,15 +374,8 @@ static int loads_settle(omniroll_run_t *run, const work_t *work, const int *rest
     return changed <= LOADS_SETTLED*run->ground.weight;
 }
 
-/* Modes and loads do not find each other. */
-static int refuse_unsettled(omniroll_run_t *run, const work_t *work)
-{
-    carrying_t last;
-    try_present_set(run, work, &last);
-    fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
-    return 0;
-}
 #include "ground/steady_ways.c"
+#include "ground/rounds_with_loads.c"
 #endif
 
 #if !SET_STANDS
@@ -430,27 +423,14 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
 }
 
 #if SET_LOADS
-/* Friction for the loads, and the loads for the friction, until nothing changes; of contacts that rest `rests`. Returns
- * whether that has come to an end. */
-static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rests, const int *beyond)
+static void find_modes(omniroll_run_t *run, const work_t *work, const int *beyond)
 {
-    for (int turn = 0; turn < TURNS; turn++) {
-        double before[MOST_WHEELS];
-        int resting = 0;
-        for (int i = 0; i < run->wheels; i++) {
-            before[i] = run->grips[i].load;
-            resting |= run->grips[i].sticks = run->grips[i].resting;
-        }
-        put_modes(run);
-        if (resting)
-            decide_contacts_in_rounds(run, work, beyond);
-        const int settled = loads_settle(run, work, rests, before);
-        if (settled && !(settled > 0 && turns_to_steady(run, work, rests)))
-            return settled > 0 && !run->ground.failure;
-        if (!settled && turn % PATIENT_TURNS == PATIENT_TURNS - 1)
-            turn_on(run, work, rests);
-    }
-    return refuse_unsettled(run, work);
+    int resting = 0;
+    for (int i = 0; i < run->wheels; i++)
+        resting |= run->grips[i].sticks = run->grips[i].resting;
+    put_modes(run);
+    if (resting)
+        decide_contacts_in_rounds(run, work, beyond);
 }
 #endif
 
@@ -492,7 +472,7 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     }
     if (resting && (released || too_much || !may_stick)) {
 #if SET_LOADS
-        if (!settle_loads(run, work, rests, beyond)) {
+        if (!find_modes_and_loads(run, work, rests, beyond)) {
             tell_what_tips(run, &at_rest);
             return;
         }

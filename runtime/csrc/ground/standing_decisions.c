@@ -330,32 +330,26 @@ static void stop_resting_bearings(omniroll_run_t *run)
             own_bearings(run)[k].mode = 0;
 }
 
-/* Modes for the loads, and loads for the modes, until nothing changes; of contacts that rest `rests`. What is let go
- * under loads that are not the last is decided anew. Returns whether that has come to an end. */
-static int settle_standing(omniroll_run_t *run, const work_t *work, const int *rests)
+/* What is let go under loads that are not the last is decided anew. */
+static void find_modes(omniroll_run_t *run, const work_t *work, const int *let_go)
 {
     asked_t now;
+    put_released(run, let_go);
+    stop_resting_bearings(run);
+    decide_modes(run, work, &now);
+    stand(run, work);
+}
+
+/* Modes and loads of contacts that rest `rests`; whether they have been found. */
+static int settle_standing(omniroll_run_t *run, const work_t *work, const int *rests)
+{
 #if SET_STANDS_BOTH_WAYS
     int *const let_go = work->let_go;
 #else
     int let_go[2*MOST_WHEELS];
 #endif
     keep_released(run, let_go);
-    for (int turn = 0; turn < TURNS; turn++) {
-        double before[MOST_WHEELS];
-        for (int i = 0; i < run->wheels; i++)
-            before[i] = run->grips[i].load;
-        put_released(run, let_go);
-        stop_resting_bearings(run);
-        decide_modes(run, work, &now);
-        stand(run, work);
-        const int settled = loads_settle(run, work, rests, before);
-        if (settled && !(settled > 0 && turns_to_steady(run, work, rests)))
-            return settled > 0 && !run->ground.failure;
-        if (!settled && turn % PATIENT_TURNS == PATIENT_TURNS - 1)
-            turn_on(run, work, rests);
-    }
-    return refuse_unsettled(run, work);
+    return find_modes_and_loads(run, work, rests, let_go);
 }
 
 /* Whether in the modes of the contacts loads and bearings determine each other: whether the coupled matrix has a positive

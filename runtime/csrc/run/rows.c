@@ -23,6 +23,10 @@ typedef struct {
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
     double *response;               /* of the rates of slips to forces, of contacts that slip               */
+#if SET_LOADS
+    int *broken;                    /* contacts that have broken away, and bounds of bearings as they are    */
+    double *bounds;
+#endif
 #endif
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
@@ -154,6 +158,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->slip_dot = lanes_part(&parts, 2*wheels);
     work->nu_dot = lanes_part(&parts, 3);
     work->response = numbers_part(&parts, 4*(long long)wheels*wheels);
+#if SET_LOADS
+    work->broken = numbers_part(&parts, wheels);
+#endif
 #endif
 #if SET_IS_COUPLED
     lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
@@ -183,6 +190,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->own.holding = lanes_part(&parts, own);
     work->own.held = lanes_part(&parts, BLOCKS*own);
     work->own.late = numbers_part(&parts, own);
+#if SET_LOADS && SET_GRIPS
+    work->bounds = numbers_part(&parts, 2*own);
+#endif
 #endif
 #if SET_ROLLERS_TURN
     work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;

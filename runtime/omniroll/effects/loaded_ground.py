@@ -19,6 +19,8 @@ from omniroll.effects.ground import CLEARLY, HELD_ROUNDINGS, Dynamics, Grip, Gro
 from omniroll.effects.ground_flow import MOVED, GroundFlow
 from omniroll.effects.ground_loads import NONE, SEVERAL, UNSETTLED, Carried, GroundFailsError, Loads, SumsOf
 from omniroll.effects.guards import EPS, PASSED
+from omniroll.effects.rounds_with_loads import FindModes, Kept, take_rounds
+from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.steady_ways import Turned, is_steady, next_steady, turned_by
 from omniroll.kernels.kernel import Flow, Kernel
 
@@ -161,23 +163,52 @@ class LoadedGround(Ground):
         self.factor[:] = 1.0
         return found
 
+    @property
+    def bearings(self) -> SlippingAxles | None:
+        """Those that may stick beside the contacts."""
+        return None
+
     def _settle(self, rests: np.ndarray, dynamics: Dynamics) -> None:
-        """Friction for the loads, and the loads for the friction; `rests` (N,) bool, those whose slip is zero."""
-        for turn in range(TURNS):
-            before = self.load
+        """Friction and loads that belong together; `rests` (N,) bool, contacts whose slip is zero."""
+
+        def find_modes(still: np.ndarray) -> np.ndarray:
             self.sticks = self.resting.copy()
             if self.resting.any():
                 given = self.sliding_forces(self.load) * self._slides[:, None]
                 self.give_way(np.flatnonzero(self.resting), given, dynamics)
-            holds = self.sticks | (rests & self.off)
-            found = self._carry(self.forces_per_load(), holds, dynamics)
-            self.resting = rests & ~self.off
+            return still
+
+        self.find_modes_and_loads(rests, find_modes, dynamics)
+
+    def find_modes_and_loads(self, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics) -> None:
+        """Modes for the loads and loads for the modes, in turn, or else by the rounds of rounds_with_loads.py."""
+        kept = Kept.of(self)
+        found = self._take_turns(rests, find_modes, dynamics)
+        if found is not None and not take_rounds(self, kept, rests, find_modes, dynamics):
+            self.loads.refuse(UNSETTLED, found)
+
+    def _take_turns(self, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics) -> Carried | None:
+        """None where turns come to an end; else the loads of the last one."""
+        for turn in range(TURNS):
+            before = self.load
+            rests = find_modes(rests)
+            found = self.carry_in_modes(rests, dynamics)
             if np.abs(self.load - before).max() > SETTLED * self.loads.weight:
                 if turn % PATIENT == PATIENT - 1:
                     self.turn_on(rests, dynamics)
             elif not self.turns_to_steady(rests, dynamics):
-                return
-        self.loads.refuse(UNSETTLED, found)
+                return None
+        return found
+
+    def carry_in_modes(self, rests: np.ndarray, dynamics: Dynamics) -> Carried:
+        """The loads in the present modes; `rests` (N,) bool, contacts whose slip is zero."""
+        found = self._carry(self.forces_per_load(), self.sticks | (rests & self.off), dynamics)
+        self.resting = rests & ~self.off
+        return found
+
+    def sums_in_modes(self, dynamics: Dynamics) -> np.ndarray:
+        """(3,) the sums of the loads that the motion asks for in the present modes, under the present loads."""
+        return self._sums_of_pushes(dynamics)(self.load)
 
     def turns_to_steady(self, rests: np.ndarray, dynamics: Dynamics) -> bool:
         """Whether some of the contacts `rests` (N,) bool that let go do so in a direction that is not steady: they get

@@ -22,9 +22,9 @@ import numpy as np
 
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Dynamics, Grip
-from omniroll.effects.ground_loads import DETERMINED, FITS, MOST, UNDETERMINED, UNSETTLED, carried
+from omniroll.effects.ground_loads import DETERMINED, FITS, MOST, UNDETERMINED, carried
 from omniroll.effects.ground_with_axles import Evaluate, GroundWithAxles
-from omniroll.effects.loaded_ground import PATIENT, SETTLED, TURNS, LoadedGround, telling_what_tips
+from omniroll.effects.loaded_ground import LoadedGround, telling_what_tips
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.kernels.kernel import Kernel
 
@@ -69,22 +69,23 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
         """(N,) bool: contacts whose slip (N, 2) in m/s is zero, `rests` so far, under the present loads."""
         return rests
 
+    @property
+    def bearings(self) -> SlippingAxles:
+        return self.axles
+
     def _settle_beside_axles(self, slip: np.ndarray, rests: np.ndarray, evaluate: Evaluate, dynamics: Dynamics) -> None:
-        """Modes for the loads, and the loads for the modes; `rests` (N,) bool, contacts whose slip is zero."""
+        """Modes and loads that belong together; `rests` (N,) bool, contacts whose slip is zero."""
         let_go = self.released.copy(), self.axles.released.copy()
-        for turn in range(TURNS):
-            before = self.load
+        begin = super().begin
+
+        def find_modes(still: np.ndarray) -> np.ndarray:
             self.released, self.axles.released = (own.copy() for own in let_go)
-            rests = self._under_loads(slip, rests)
-            self.resting = rests & ~self.off
-            super().begin(slip, evaluate)
-            found = self._carry(self.forces_per_load(), self.sticks | (rests & self.off), dynamics)
-            if np.abs(self.load - before).max() > SETTLED * self.loads.weight:
-                if turn % PATIENT == PATIENT - 1:
-                    self.turn_on(rests, dynamics)
-            elif not self.turns_to_steady(rests, dynamics):
-                return
-        self.loads.refuse(UNSETTLED, found)
+            still = self._under_loads(slip, still)
+            self.resting = still & ~self.off
+            begin(slip, evaluate)
+            return still
+
+        self.find_modes_and_loads(rests, find_modes, dynamics)
 
     def _undecided(self, slip: np.ndarray) -> np.ndarray:
         """Places of the bearings at rest, which turn or stick; contacts slip with (N, 2) in m/s."""

@@ -1,0 +1,157 @@
+"""Modes and loads that do not find each other in turn, where contacts let go under loads that follow the motion.
+
+1. For loads there are modes, and for modes loads. Taken in turn they need not come to an end though there is one
+   motion: loads may feel more of a mode, or of the direction of a slip, than it has changed; and where static friction
+   is above the sliding one, a contact that gives way may get loads under which it would not have.
+2. Loads are two moments. Under loads with given moments what rests is decided, and the motion asks for two moments
+   again. Where everything has one friction this is a map of the plane which is continuous, since the accelerations of a
+   convex problem are. Where it leads to itself modes and loads belong together. That is sought by Newton's rule.
+3. Static friction above the sliding one goes in rounds, as in rule 3 of ground.py, but with the loads of each round:
+   what has broken away has its sliding friction, whether it moves or not, and all else its static one. What moves in
+   the modes and loads of a round has broken away in the next one, and does not stick by static friction again at that
+   instant. The last round is the one in which nothing further breaks away.
+4. All this comes after turns, which most instants need few of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omniroll.effects.ground import Dynamics
+from omniroll.effects.ground_loads import Carried
+
+if TYPE_CHECKING:
+    from omniroll.effects.loaded_ground import LoadedGround
+
+MOMENT_ROUNDS = 40
+MOVED_MOMENT = 1e-7  # of the weight times the vehicle's size: by which slopes are found
+LEAST_PART = 1e-3  # of a step
+BETTER = 0.25  # of what a step promises it must keep
+SETTLED = 1e-14  # of the weight
+SAME_LOADS = 1e-11  # of the weight: of loads that modes have, and for which they were found
+
+# Finds modes under the loads of the ground, of contacts (N,) bool whose slip is zero; returns these under the loads.
+FindModes = Callable[[np.ndarray], np.ndarray]
+OffBy = Callable[[np.ndarray], np.ndarray]  # from moments (2,) to what those that are asked for are more (2,)
+
+
+def root(off_by: OffBy, moments: np.ndarray, size: float) -> np.ndarray | None:
+    """(2,) where `off_by` vanishes, from `moments` (2,) on, by Newton's rule; None where it does not lead there.
+
+    size  in N m: moments are the same that differ by SAME_LOADS of it
+    """
+    off = off_by(moments)
+    for _ in range(MOMENT_ROUNDS):
+        if np.linalg.norm(off) <= SETTLED * size:
+            break
+        moved = MOVED_MOMENT * size
+        slope = np.stack([(off_by(moments + moved * way) - off) / moved for way in np.eye(2)], axis=1)
+        if not np.linalg.det(slope):
+            break
+        step, part = -np.linalg.solve(slope, off), 2.0
+        while part > LEAST_PART:
+            part /= 2
+            off_there = off_by(moments + part * step)
+            if np.linalg.norm(off_there) < (1 - BETTER * part) * np.linalg.norm(off):
+                break
+        if not np.linalg.norm(off_there) < np.linalg.norm(off):
+            break
+        moments, off = moments + part * step, off_there
+    return moments if np.linalg.norm(off) <= SAME_LOADS * size else None
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a ground and its bearings had as a search began: values by the objects and their names."""
+
+    values: list[tuple[Any, str, Any]]
+
+    @classmethod
+    def of(cls, ground: LoadedGround) -> Kept:
+        names = ("load", "pressing", "off", "resting", "sticks", "released", "towards", "grip")
+        own = [(ground, name) for name in names]
+        own += [(ground.loads, name) for name in ("carries", "start")]
+        if (bearings := ground.bearings) is not None:
+            own += [(bearings, name) for name in ("modes", "resting", "released", "sliding", "holding")]
+        return cls([(owner, name, copy(getattr(owner, name))) for owner, name in own])
+
+    def put_back(self) -> None:
+        for owner, name, value in self.values:
+            setattr(owner, name, copy(value))
+
+    def put_back_friction(self) -> None:
+        for owner, name, value in self.values:
+            if name in ("grip", "sliding", "holding"):
+                setattr(owner, name, copy(value))
+
+
+def take_rounds(ground: LoadedGround, kept: Kept, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics) -> bool:
+    """Whether modes and loads are found by rounds (rule 3) that begin where `kept` does.
+
+    rests  (N,) bool: contacts whose slip is zero
+
+    Raises GroundFailsError where there are no loads in the modes.
+    """
+    kept.put_back()
+    bearings = ground.bearings
+    broken, still = ground.released.copy(), rests
+    if bearings is not None:
+        turned, at_rest = bearings.released != 0, bearings.resting.copy()
+    try:
+        while True:
+            ground.grip = _one_friction(ground.grip, broken, rests)
+            if bearings is not None:
+                bearings.sliding = np.where(at_rest & ~turned, bearings.holding, bearings.sliding)
+                bearings.holding = np.where(at_rest & turned, bearings.sliding, bearings.holding)
+            still = _take_moments(ground, rests, find_modes, dynamics)
+            if still is None:
+                return False
+            slips = still & ~ground.sticks & ~ground.off & ~broken
+            further = bool(slips.any())
+            if bearings is not None:
+                moves = at_rest & bearings.resting & (bearings.modes != 0) & ~turned
+                turned, further = turned | moves, further or bool(moves.any())
+            if not further:
+                return True
+            broken = broken | slips
+            kept.put_back()
+    finally:
+        kept.put_back_friction()
+
+
+def _one_friction(grip: Any, broken: np.ndarray, rests: np.ndarray) -> Any:
+    """The friction of a round."""
+    keeps, slides = (rests & ~broken)[:, None], (rests & broken)[:, None]
+    sliding = np.where(keeps, grip.static, grip.sliding)
+    return replace(grip, sliding=sliding, static=np.where(slides, grip.sliding, grip.static))
+
+
+def _take_moments(
+    ground: LoadedGround, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
+) -> np.ndarray | None:
+    """Contacts (N,) bool whose slip is zero where modes and loads are found (rule 2); None where they are not."""
+    loads = ground.loads
+    still = rests
+
+    def off_by(moments: np.ndarray) -> np.ndarray:
+        nonlocal still
+        sums = np.append(loads.start[0], moments)
+        compression = loads.springs.shares(loads.carries) @ sums
+        ground.press(Carried(np.where(loads.carries, compression, 0.0), sums, compression, np.array(1.0)))
+        still = find_modes(rests)
+        return (ground.sums_in_modes(dynamics) - sums)[1:]
+
+    found = root(off_by, loads.springs.rows[:, 1:].T @ ground.load, loads.weight * loads.arm)
+    if found is None:
+        return None
+    off_by(found)
+    before = ground.load
+    ground.carry_in_modes(still, dynamics)
+    if np.abs(ground.load - before).max() > SAME_LOADS * loads.weight or ground.turns_to_steady(still, dynamics):
+        return None
+    return still
