@@ -56,7 +56,7 @@ FREE_ON_COULOMB = {
 }  # fmt: skip
 IN_SERIES = {
     f"in series, {law}, {drive}": {"roller_model": "massless", "effects": [ground, HELD_LONGER, *given]}
-    for law, ground in (("viscous", VISCOUS), ("regularised", REGULARISED))
+    for law, ground in (("viscous", VISCOUS), ("regularised", REGULARISED), ("coulomb", COULOMB))
     for drive, given in (("no drive", ()), ("torque", (TO_AND_FRO,)), ("motor", (MOTOR,)))
 }  # massless rollers that stick
 TASKS: dict[str, dict[str, Any]] = {
