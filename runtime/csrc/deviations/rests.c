@@ -80,14 +80,19 @@ static void put_slips_moved(const variations_t *w, const int *component, int cou
 }
 
 #if SET_TURNS
-/* List both components of those of these slips whose directions turn. */
-static int list_turns(const variations_t *w, long long row, const int *rests, int count, int *component)
+/* Keep of a list of components those of slips whose directions turn. Returns how many. */
+static int keep_turns(const variations_t *w, long long row, int *component, int count)
 {
-    int found = 0;
+#if SET_STRIPS
+    int kept = 0;
     for (int k = 0; k < count; k++)
-        if (!SET_STRIPS || turns_in(w, row, rests[k]/2))
-            component[found++] = rests[k];
-    return found;
+        if (turns_in(w, row, component[k]/2))
+            component[kept++] = component[k];
+    return kept;
+#else
+    (void)w, (void)row, (void)component;
+    return count;
+#endif
 }
 
 /* What lies across the direction of contact i. */
@@ -111,6 +116,19 @@ static void put_turns(const variations_t *w, const int *component, int count, co
         }
 }
 
+#if SET_STRIPS
+/* A slip that neither falls nor turns, since what stands holds the vehicle there, goes where it goes. */
+static void keep_idle(double *turns, int count)
+{
+    for (int k = 0; k < count; k++) {
+        int idle = 1;
+        for (int j = 0; j < count; j++)
+            idle &= turns[k*count + j] == 0;
+        turns[k*count + k] += idle;
+    }
+}
+#endif
+
 /* The turns that bring these slips against their rates, which have been computed last, by Newton's rule. Returns the
  * largest one; 0 where they are not determinate. */
 static double find_turns(const variations_t *w, const int *component, int count, const double *to_slip, lanes_t *turn)
@@ -120,15 +138,13 @@ static double find_turns(const variations_t *w, const int *component, int count,
     double turns[rests*rests], most = 0;
     put_turns(w, component, count, to_slip, turns);
     for (int k = 0; k < rests; k++) {
-        int turns_not = 1;
-        for (int j = 0; j < rests; j++)
-            turns_not &= turns[k*rests + j] == 0;
         const lanes_t *const rate = slip_dot + component[2*k], *const towards = w->towards + component[2*k];
         turns[k*rests + k] -= (1 - TURNS_NOT)*(rate[0][0]*towards[0][0] + rate[1][0]*towards[1][0]);
-        if (turns_not && turns[k*rests + k] == 0)       /* what stands holds the vehicle */
-            turns[k*rests + k] = 1;
         turn[k] = lanes_of(-across(w, component[2*k]/2, rate[0][0], rate[1][0]));
     }
+#if SET_STRIPS
+    keep_idle(turns, rests);
+#endif
     if (!solve_small(turns, rests, turn, 1))
         return 0;
     for (int k = 0; k < rests; k++)
@@ -157,7 +173,7 @@ static void aim_rests(variations_t *w, long long row)
     if (row == w->aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
         return;
     int component[MOST_COMPONENTS];
-    const int count = list_turns(w, row, component, list_rests(w, row, component), component);
+    const int count = keep_turns(w, row, component, list_rests(w, row, component));
     if (!count)
         return;
     double to_known[w->known*count], to_slip[count*count], most = INFINITY;

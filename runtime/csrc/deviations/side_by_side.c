@@ -238,7 +238,8 @@ static int take_rests_beside(variations_t *w, const own_change_t *e, const besid
     lanes_t force[count*groups];
 #if SET_TURNS
     int turning[MOST_COMPONENTS];
-    const int turns = list_turns(w, e->row, rests->unit, contacts, turning);
+    memcpy(turning, rests->unit, contacts*sizeof *turning);
+    const int turns = keep_turns(w, e->row, turning, contacts);
     if (turns) {
         put_responses(w, turning, turns, to_known, to_own);
         if (!put_rests_right(w, e->row, turning, turns, to_known, to_own))
