@@ -1,5 +1,6 @@
 """Runs of the paper's vehicle with twelve derivatives, whose instructions are counted (tests/costs/counting.py)."""
 
+from dataclasses import replace
 from typing import Any
 
 from omniroll import Bearings, Contact, Motor, TorqueTable, Vehicle
@@ -56,9 +57,19 @@ FREE_ON_COULOMB = {
 }  # fmt: skip
 IN_SERIES = {
     f"in series, {law}, {drive}": {"roller_model": "massless", "effects": [ground, HELD_LONGER, *given]}
-    for law, ground in (("viscous", VISCOUS), ("regularised", REGULARISED))
+    for law, ground in (("viscous", VISCOUS), ("regularised", REGULARISED), ("coulomb", COULOMB))
     for drive, given in (("no drive", ()), ("torque", (TO_AND_FRO,)), ("motor", (MOTOR,)))
 }  # massless rollers that stick
+# They let go and stop, and contacts come to rest, let go and stand.
+SKID = {
+    "roller_model": "massless",
+    "effects": [replace(COULOMB, wheel_rates=(3, -2, 1)), Bearings(roller_coulomb=0.02, roller_break_away=0.03)],
+}
+PULL = replace(TO_AND_FRO, torque=tuple(tuple(12 * x for x in row) for row in TO_AND_FRO.torque))
+IN_SERIES |= {
+    "in series, coulomb, skid, no drive": SKID,
+    "in series, coulomb, skid, torque": SKID | {"effects": [*SKID["effects"], PULL], "duration": 1.5},
+}
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},

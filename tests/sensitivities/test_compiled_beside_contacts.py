@@ -6,18 +6,20 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, OmnirollError, TorqueTable
+from omniroll import Bearings, Contact, Motor, OmnirollError, TorqueTable, simulate
 from omniroll.engine import sensitivities
 from omniroll.engine.motion import Motion
 from omniroll.engine.standing_deviations import StandingDeviations
 from tests.sensitivities import test_bearings_beside_contacts as beside
+from tests.sensitivities import test_massless_rollers_beside_contacts as series
 from tests.sensitivities import test_standing_wheels as standing
-from tests.sensitivities.costs import AXLES, COULOMB, MOTOR, ROLLERS
+from tests.sensitivities.costs import AXLES, COULOMB, HELD_LONGER, MOTOR, ROLLERS, task
 from tests.sensitivities.differences import SPINS, Case, sticking_at_random
 from tests.sensitivities.test_compiled import far_from_rest, runs_in_c_and_python
 
 CASES = {f"standing, {name}": own for name, own in standing.CASES.items()}
 CASES |= {f"beside, {name}": own for name, own in (beside.CASES | beside.UNDETERMINED).items()}
+CASES |= {f"in series, {name}": (case, names) for name, (case, names, _) in series.CASES.items()}
 # Of the largest derivative. Where the contact of a free roller begins to slip, the direction of the slip is known to a
 # rounding of 1 m/s over the slip, in a short step to 1e-9, and so is what its derivative does: there Python itself
 # comes to 3e-11 with 20 nodes in a step where it has 16.
@@ -35,6 +37,24 @@ KINDS = {
     "free, all, friction": ("free", {}, "both", 0.03, ("roller_viscous", *OF_AXLES, *OF_SPINS)),
     "free, rollers, loads": ("free", LOADED, "roller", 0.01, ("height", *OF_SPINS)),
 }
+IN_SERIES = ("nu[0]", "chi[1]", "mass", "wheel_radius", "friction[1]", "roller_coulomb[1]", "roller_break_away")
+
+
+def in_series_at_random(seed):
+    """The paper's vehicle with massless rollers that stick, of which each takes another torque, beside axles in one of
+    three scenes; not driven, driven more and more, or by motors."""
+    random = np.random.default_rng(seed)
+    slides, duration = 10.0 ** random.uniform(-3, -1.2, 3), (0.02, 0.05)[seed % 2]
+    numbers = {"roller_coulomb": slides.tolist(), "roller_break_away": (slides * random.uniform(1.1, 1.6, 3)).tolist()}
+    if seed % 3 == 1:
+        numbers |= sticking_at_random(random, "wheel", 0.1)
+    push = TorqueTable((0.0, 0.5 * duration, duration), 0.9 * random.uniform(-1, 1, (3, 3)) * [[0], [1], [1]])
+    motor = Motor(tuple(random.uniform(-6, 6, 3)), torque_constant=0.02, resistance=1.5, gear_ratio=4)
+    drive = ((), (push,), (motor,))[seed % 4 % 3]
+    start = {"nu": random.uniform(-0.6, 0.6, 3), "chi": random.choice([-1, 1], 3) * random.uniform(0.1, 0.627, 3)}
+    rates = {"wheel_rates": random.uniform(-4, 4, 3)} if seed % 2 else {}
+    ground = Contact(law="coulomb", friction=(0.3, 0.25), static_friction=(0.4, 0.35) if seed % 5 else None, **rates)
+    return Case("massless", effects=(ground, Bearings(**numbers), *drive), start=start, duration=duration)
 
 
 def at_random(kind, seed):
@@ -126,15 +146,69 @@ def test_random_scenes_too(kind, monkeypatch):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model, bearings", [("massless", AXLES), ("free", ROLLERS)], ids=["axles", "rollers"])
-def test_what_happens_beside_motors_is_passed_in_c(model, bearings, monkeypatch):
-    """Axles turn back while their contacts stick; contacts of free rollers come to rest and let go beside these."""
+@pytest.mark.parametrize("part", range(4))
+def test_massless_rollers_that_stick_in_random_scenes(part, monkeypatch):
+    """Thirty in each part; what happens in them is asked for all of them together."""
+    found, count = Counter(), 0
+    for seed in range(50 * part, 50 * part + 50):
+        case = in_series_at_random(seed)
+        try:
+            if passes_rest(case.run()):
+                continue
+            own, difference = apart(case, IN_SERIES, monkeypatch)
+        except OmnirollError:  # something only just happens
+            continue
+        assert difference <= BOUND["massless"], seed
+        found.update(series.ways(own))
+        count += 1
+        if count == 30:
+            break
+    assert count == 30 and {"ms mm", "mm ms", "mm sm", "sm mm", "ms ss", "sm ss"} <= found.keys(), found
+
+
+def refuse_python(monkeypatch):
+    """Nothing that happens to contacts and bearings may be left to Python."""
 
     def refused(*_):
         raise AssertionError("left to Python")
 
     for name in ("passed", "turned"):
         monkeypatch.setattr(StandingDeviations, name, refused)
+
+
+def test_massless_rollers_that_stick_are_passed_in_c(monkeypatch):
+    """Wheels roll until their rollers stop; of the last two, which do so together, one holds what the other does."""
+    refuse_python(monkeypatch)
+    case = Case("massless", effects=(COULOMB, HELD_LONGER), start={"nu": (1.0, 0.3, 0.8)}, duration=0.8)
+    run = case.run(sensitivities=("mass", "roller_coulomb[1]"), accuracy=1e-9)
+    motion = Motion(run)
+    modes = motion.massless.modes
+    assert run.followed.compiled is not None and motion.contacts.sticks.all() and not modes[-1].any()
+    assert ((modes[:-1] != 0) & (modes[1:] == 0)).sum(axis=1).max() == 2
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", series.CASES)
+def test_so_is_all_that_is_held_to_40_digits(name, monkeypatch):
+    refuse_python(monkeypatch)
+    case, names, seen = series.CASES[name]
+    run = case.run(sensitivities=names)
+    assert run.followed.compiled is not None and seen <= series.ways(run)
+
+
+@pytest.mark.long
+def test_so_is_what_happens_under_a_drive(monkeypatch):
+    refuse_python(monkeypatch)
+    run = simulate(**task("in series, coulomb, skid, torque"))
+    assert run.followed.compiled is not None
+    assert {"ms mm", "mm ms", "mm sm", "sm mm", "ms ss", "sm ss", "ss ms"} <= series.ways(run)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model, bearings", [("massless", AXLES), ("free", ROLLERS)], ids=["axles", "rollers"])
+def test_what_happens_beside_motors_is_passed_in_c(model, bearings, monkeypatch):
+    """Axles turn back while their contacts stick; contacts of free rollers come to rest and let go beside these."""
+    refuse_python(monkeypatch)
     run = Case(model, effects=(COULOMB, bearings, MOTOR), duration=0.3).run(sensitivities=("mass",))
     motion = Motion(run)
     assert run.followed.compiled is not None

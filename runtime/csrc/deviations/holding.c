@@ -31,8 +31,12 @@ static int find_small_forces(const stand_t *stand, int count, const lanes_t *ask
         for (int c = 0; c < 9; c++)
             matrix[c] += by[j]*stand[j].row[c/3]*stand[j].row[c%3];
     }
+#if SET_STRIPS                      /* wheels may stand that leave the vehicle to turn on the spot */
+    solve_dependent(matrix, 3, right, 1);
+#else
     if (!solve_scaled(matrix, 3, right, 1))
         return 0;
+#endif
     for (int j = 0; j < count; j++)
         force[j] = by[j]*(stand[j].row[0]*right[0] + stand[j].row[1]*right[1] + stand[j].row[2]*right[2]);
     return 1;
@@ -63,7 +67,8 @@ static int are_held_clearly(const variations_t *w, const own_change_t *e, const 
     lanes_t force[MOST_STANDS];
     const int count = list_stands(w, e, AFTER, stand);
     const double most = 1 - w->run->reached;
-    if (!(count > 3 ? find_small_forces : find_only_forces)(stand, count, at.held_force, force))
+    const int only = count <= 3 && find_only_forces(stand, count, at.held_force, force);
+    if (!only && ((count <= 3 && !SET_STRIPS) || !find_small_forces(stand, count, at.held_force, force)))
         return 0;
     for (int j = 0; j < count; j++) {
         const double own = asked[stand[j].bearing]/w->run->own_most[stand[j].bearing];

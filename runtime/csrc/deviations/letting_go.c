@@ -82,11 +82,11 @@ static void turn_pushes(const variations_t *w, long long row, int model, const p
     const int wheels = OWN_WHEELS(w->wheels);
     lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
     put_pushes(w, row, model, at, along);
-    slips_along(wheels, at, along, slip, moved);
+    slips_of(w, at, along, slip, moved);
     for (int i = 0; i < wheels && SET_TURNS; i++) {
         const lanes_t *const own = slip + 2*i, *const way = moved + 2*i;
         const double squared = own[0][0]*own[0][0] + own[1][0]*own[1][0], noise = w->run->slip_rounding[row*wheels + i];
-        if (!slides_in(w, row, i) || squared <= noise*noise)
+        if (!slides_in(w, row, i) || !slips_both_ways(at, i) || squared <= noise*noise)
             continue;
         const lanes_t turn = (own[0]*way[1] - own[1]*way[0])*(1/squared);
         for (int c = 2*i; c < 2*i + 2; c++)

@@ -8,9 +8,28 @@ typedef struct {
     long long row, before, after;
 } own_change_t;
 
+/* Whether the speed of a bearing is one that what holds it may bring to rest: along the axle of a massless roller where
+ * its contact sticks, or comes to rest as well. */
+ALWAYS_INLINE int is_held(const variations_t *w, const own_change_t *e, int k)
+{
+#if SET_STRIPS
+    const int i = k - roller_bearing(w, 0, 0);
+    return i < 0 || sticks_in(w, e->row, i) || rests_behind(w, e->row, i);
+#else
+    (void)w, (void)e, (void)k;
+    return 1;
+#endif
+}
+
 ALWAYS_INLINE int stops(const variations_t *w, const own_change_t *e, int k)
 {
-    return own_mode(w, e->before, k) != 0 && own_mode(w, e->before, k) != own_mode(w, e->after, k);
+    return own_mode(w, e->before, k) != 0 && own_mode(w, e->before, k) != own_mode(w, e->after, k) && is_held(w, e, k);
+}
+
+/* Whether a massless roller stops on its disk while its contact slips: no speed comes to rest, and no rate jumps. */
+ALWAYS_INLINE int settles(const variations_t *w, const own_change_t *e, int k)
+{
+    return SET_STRIPS && own_mode(w, e->before, k) != 0 && own_mode(w, e->after, k) == 0 && !is_held(w, e, k);
 }
 
 /* The mode of a bearing while those that come to rest stay there. */
@@ -21,7 +40,7 @@ ALWAYS_INLINE long long mode_at_rest(const variations_t *w, const own_change_t *
 
 ALWAYS_INLINE int turns_on(const variations_t *w, const own_change_t *e, int k)
 {
-    return mode_at_rest(w, e, k) != own_mode(w, e->after, k);
+    return mode_at_rest(w, e, k) != own_mode(w, e->after, k) && !settles(w, e, k);
 }
 
 ALWAYS_INLINE int breaks_away(const variations_t *w, const own_change_t *e, int k)
@@ -68,7 +87,7 @@ static void rates_of_change(const variations_t *w, const own_change_t *e, int wh
         put_held(w, which == AFTER ? e->after : e->before, -1);
 #endif
     put_modes_of(w, e, which);
-#if SET_IN_SERIES
+#if SET_IN_SERIES && !SET_STRIPS
     put_modes_in_contact(w, e->row);
 #endif
     rates_at_point(w, row, rate);
@@ -76,6 +95,21 @@ static void rates_of_change(const variations_t *w, const own_change_t *e, int wh
     for (int k = 0; k < MOST_OWN(w); k++)
         dot[k] = own_dot(w, &at, k, 0), asked[k] = own_asked(w, &at, k);
 }
+
+#if SET_STRIPS
+/* How speeds of wheels along their axles move, over the distance of the rollers' axes from the ground in their middles,
+ * as a vector of columns does. */
+static void put_axle_speeds_moved(const variations_t *w, int group, lanes_t *own, lanes_t *moved)
+{
+    lanes_t slip[2*MOST_WHEELS], slip_moved[2*MOST_WHEELS];
+    const point_t at = point_of(w, &w->column[group], w->point);
+    point_t along = point_of(w, &w->column[group], w->along);
+    along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
+    slips_of(w, &at, &along, slip, slip_moved);
+    for (int i = 0; i < w->wheels; i++)
+        moved[i] = slip_moved[2*i]/w->run->standing[1];
+}
+#endif
 
 /* The deviations of the rates of some bearings in a row, which w->point has: count x groups. */
 static void put_turning(const variations_t *w, const int *of, int count, lanes_t *to)
@@ -94,6 +128,10 @@ static void put_turning(const variations_t *w, const int *of, int count, lanes_t
         set_spins_from_axial_along(wheels, &w->column[g], at, at + chi, at + axial, own, own + chi, own + axial, spins,
                                    spins_moved);
         contact = moved, free = spins_moved;
+#elif SET_STRIPS
+        lanes_t axle[MOST_WHEELS];
+        put_axle_speeds_moved(w, g, own, axle);
+        contact = axle;
 #endif
         for (int j = 0; j < count; j++)
             to[j*w->groups + g] = *of_bearing(w, of[j], own + POINT_CORE, contact, free);
@@ -168,6 +206,12 @@ static int rests_at_switch(const variations_t *w, long long row)
     for (int i = 0; i < SET_AXLES_STICK*w->wheels; i++)
         if (own_mode(w, row, i) != 0 && own_mode(w, row, i) != own_mode(w, row + 1, i))
             return 1;
+    for (int i = 0; i < SET_STRIPS*w->wheels; i++) {    /* but for the roller that comes into contact */
+        const int k = roller_bearing(w, i, 0);
+        if (contact[i] == contact[w->wheels + i] && own_mode(w, row, k) != 0
+            && own_mode(w, row, k) != own_mode(w, row + 1, k))
+            return 1;
+    }
     for (int i = 0; i < SET_DISKS_STICK*w->wheels; i++) {
         const int passed = (int)(contact[w->wheels + i] - contact[i]) + w->rollers;
         for (int place = 0; place < w->rollers; place++) {

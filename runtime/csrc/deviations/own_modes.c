@@ -2,9 +2,10 @@
  * rollers have speeds of their own, so that a bearing that sticks takes no direction from nu. */
 
 /* The bearings are those of the axles, if these may stick, then those of the rollers, if these may: wheel by wheel, of
- * each first that in contact. Massless rollers in contact stand in their place: they have no speeds of their own. */
-#define MOST_OWN(w) (SET_AXLES_STICK*(w)->wheels + SET_DISKS_STICK*(w)->wheels*(w)->rollers)
-#define WITH_SERIES(w) (MOST_OWN(w) + SET_IN_SERIES*(w)->wheels)
+ * each first that in contact. Massless rollers in contact stand in their place: they have no speeds of their own. Where
+ * contacts stick the speed of a wheel along its axle is theirs. */
+#define MOST_OWN(w) (SET_AXLES_STICK*(w)->wheels + SET_DISKS_STICK*(w)->wheels*(w)->rollers + SET_STRIPS*(w)->wheels)
+#define WITH_SERIES(w) (MOST_OWN(w) + (SET_IN_SERIES && !SET_STRIPS)*(w)->wheels)
 #define OF_A_WHEEL(w) (SET_IN_SERIES ? 1 : (w)->rollers)    /* bearings of its rollers */
 ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
 {
@@ -36,8 +37,13 @@ ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t
 #if SET_DISKS_STICK || SET_IN_SERIES
     point->contact_sticks = moves ? sticks : sticks + wheels;
 #endif
-#if SET_DISKS_STICK
+#if SET_DISKS_STICK || SET_STRIPS
     point->contact_holding = holding + wheels;
+#endif
+#if SET_STRIPS
+    point->contact_spin = w->spin_dot + wheels*moves;
+#endif
+#if SET_DISKS_STICK
     point->contact_spin_dot = w->spin_dot + wheels*w->rollers*moves;
     point->spins_dot = point->contact_spin_dot + wheels;
     point->yaw_mass = w->yaw_mass + moves;
@@ -79,10 +85,15 @@ ALWAYS_INLINE lanes_t *of_bearing(const variations_t *w, int k, lanes_t *axles, 
     return place == 0 ? contact + wheel : free + wheel*(w->rollers - 1) + place - 1;
 }
 
-/* At a point, or as it moves: the acceleration of a bearing, and what holds it. */
+/* At a point, or as it moves: the acceleration of a bearing, and what holds it. Of a massless roller the former is that
+ * of the speed along the axle, over the distance of its axis from the ground in its middle. */
 ALWAYS_INLINE double own_dot(const variations_t *w, const point_t *at, int k, int lane)
 {
     lanes_t *contact = 0, *free = 0;
+#if SET_STRIPS
+    if (k >= roller_bearing(w, 0, 0))
+        return at->slip_dot[2*(k - roller_bearing(w, 0, 0))][lane]/w->run->standing[1];
+#endif
 #if SET_DISKS_STICK
     contact = at->contact_spin_dot, free = at->spins_dot;
 #endif
@@ -95,7 +106,9 @@ ALWAYS_INLINE double own_asked(const variations_t *w, const point_t *at, int k)
 #if SET_AXLES_STICK
     axles = at->axle_holding;
 #endif
-#if SET_DISKS_STICK
+#if SET_STRIPS
+    contact = at->contact_holding;
+#elif SET_DISKS_STICK
     contact = at->contact_holding, free = at->free_holding;
 #endif
     return (*of_bearing(w, k, axles, contact, free))[0];

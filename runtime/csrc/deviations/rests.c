@@ -14,7 +14,6 @@
  * (runtime/omniroll/engine/contact_deviations.py). */
 
 #if SET_GRIPS
-#define FIRST_COMPONENT (!SET_HAS_CONTACT_SPEEDS)       /* of a slip: massless rollers slip one way alone */
 #define MOST_COMPONENTS (2*MOST_WHEELS)
 #define MOST_AIMS 8                                     /* rounds of Newton's rule */
 #define AIMED 1e-13                                     /* rad: directions are found that turn by no more */
@@ -25,6 +24,11 @@
 ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
 {
     const double *const heading = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels + i;
+#if SET_STRIPS
+    for (long long k = row; k < row + 2; k++)
+        if (!slides_in(w, k, i) || turns_in(w, k, i))
+            return 0;
+#endif
     return !SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i) && heading[0] != heading[SET_INPUTS*w->wheels];
 }
 
@@ -33,13 +37,16 @@ ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)
     return slides_in(w, row, i) && sticks_in(w, row + 1, i);
 }
 
-/* List the components of the slips that come to rest behind a row. Returns how many. */
+/* List the components of the slips that come to rest behind a row: contacts of massless rollers slip one way alone,
+ * where these turn. Returns how many. */
 static int list_rests(const variations_t *w, long long row, int *component)
 {
     int count = 0;
-    for (int i = 0; i < w->wheels; i++)
-        for (int c = FIRST_COMPONENT; rests_behind(w, row, i) && c < 2; c++)
+    for (int i = 0; i < w->wheels; i++) {
+        const int first = SET_STRIPS ? !turns_in(w, row, i) : !SET_HAS_CONTACT_SPEEDS;
+        for (int c = first; rests_behind(w, row, i) && c < 2; c++)
             component[count++] = 2*i + c;
+    }
     return count;
 }
 
@@ -59,7 +66,6 @@ static int grazes_rest(const variations_t *w, const int *component, int count)
 /* The deviations of the slips in a row, which w->point has: count x groups. */
 static void put_slips_moved(const variations_t *w, const int *component, int count, lanes_t *to)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
     lanes_t slip[MOST_COMPONENTS], moved[MOST_COMPONENTS], own[point_size(w)];
     memset(own, 0, sizeof own);
     for (int g = 0; g < w->groups; g++) {
@@ -67,13 +73,28 @@ static void put_slips_moved(const variations_t *w, const int *component, int cou
         const point_t at = point_of(w, &w->column[g], w->point);
         point_t along = point_of(w, &w->column[g], w->along);
         along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
-        slips_along(wheels, &at, &along, slip, moved);
+        slips_of(w, &at, &along, slip, moved);
         for (int k = 0; k < count; k++)
             to[k*w->groups + g] = moved[component[k]];
     }
 }
 
 #if SET_TURNS
+/* Keep of a list of components those of slips whose directions turn. Returns how many. */
+static int keep_turns(const variations_t *w, long long row, int *component, int count)
+{
+#if SET_STRIPS
+    int kept = 0;
+    for (int k = 0; k < count; k++)
+        if (turns_in(w, row, component[k]/2))
+            component[kept++] = component[k];
+    return kept;
+#else
+    (void)w, (void)row, (void)component;
+    return count;
+#endif
+}
+
 /* What lies across the direction of contact i. */
 ALWAYS_INLINE double across(const variations_t *w, int i, double x, double y)
 {
@@ -95,6 +116,19 @@ static void put_turns(const variations_t *w, const int *component, int count, co
         }
 }
 
+#if SET_STRIPS
+/* A slip that neither falls nor turns, since what stands holds the vehicle there, goes where it goes. */
+static void keep_idle(double *turns, int count)
+{
+    for (int k = 0; k < count; k++) {
+        int idle = 1;
+        for (int j = 0; j < count; j++)
+            idle &= turns[k*count + j] == 0;
+        turns[k*count + k] += idle;
+    }
+}
+#endif
+
 /* The turns that bring these slips against their rates, which have been computed last, by Newton's rule. Returns the
  * largest one; 0 where they are not determinate. */
 static double find_turns(const variations_t *w, const int *component, int count, const double *to_slip, lanes_t *turn)
@@ -108,6 +142,9 @@ static double find_turns(const variations_t *w, const int *component, int count,
         turns[k*rests + k] -= (1 - TURNS_NOT)*(rate[0][0]*towards[0][0] + rate[1][0]*towards[1][0]);
         turn[k] = lanes_of(-across(w, component[2*k]/2, rate[0][0], rate[1][0]));
     }
+#if SET_STRIPS
+    keep_idle(turns, rests);
+#endif
     if (!solve_small(turns, rests, turn, 1))
         return 0;
     for (int k = 0; k < rests; k++)
@@ -125,7 +162,7 @@ static void begin_aiming(const variations_t *w, long long row, double *heading)
         return;
     put_point(w, w->run->step_of[row - 1], row - 1, w->blocks - 1);
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    slips_along(wheels, &at, &along, slip, moved);
+    slips_of(w, &at, &along, slip, moved);
     for (int i = 0; i < wheels; i++)
         heading[i] = atan2(slip[2*i + 1][0], slip[2*i][0]);
 }
@@ -136,7 +173,7 @@ static void aim_rests(variations_t *w, long long row)
     if (row == w->aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
         return;
     int component[MOST_COMPONENTS];
-    const int count = list_rests(w, row, component);
+    const int count = keep_turns(w, row, component, list_rests(w, row, component));
     if (!count)
         return;
     double to_known[w->known*count], to_slip[count*count], most = INFINITY;
@@ -170,6 +207,11 @@ static int put_rests_right(const variations_t *w, long long row, const int *comp
     }
     if (!solve_small(turns, rests, turn, groups))
         return 0;
+#if SET_STRIPS                      /* where other wheels hold the vehicle along an axle no slip there turns */
+    for (int k = 0; k < rests; k++)
+        if (fabs(turns[k*rests + k]) <= SAME/w->run->only_just*w->run->grazes)
+            return 0;
+#endif
     for (int a = 0; a < w->known; a++)
         for (int k = 0; k < rests; k++) {
             const double *const response = to_known + a*count + 2*k;

@@ -73,7 +73,8 @@ static int is_at_bound_beside(const variations_t *w, const own_change_t *e, cons
             return 1;
     }
     for (int k = 0; k < MOST_OWN(w); k++)
-        if (!stands[k] && own_mode(w, e->after, k) == 0 && fabs(asked[k]) >= (1 - reached)*w->run->own_most[k])
+        if (!stands[k] && !settles(w, e, k) && own_mode(w, e->after, k) == 0
+            && fabs(asked[k]) >= (1 - reached)*w->run->own_most[k])
             return 1;
     return some_stand(w, e, AFTER) && !are_held_clearly(w, e, asked);
 }
@@ -170,6 +171,29 @@ static void put_rests_moved(const variations_t *w, const beside_t *rests, lanes_
     put_turning(w, of, rests->count - rests->contacts, to + rests->contacts*w->groups);
 }
 
+/* Whether a roller that stops on its disk while its contact slips only just does, and its bearing holds more than it
+ * takes; or one turns back there. The rates before have been computed last. */
+static int settles_only_just(const variations_t *w, const own_change_t *e, const lanes_t *before, const double *dot)
+{
+    int found = 0;
+#if SET_STRIPS
+    const omniroll_variations_t *const run = w->run;
+    move_along(w, e->row, TIMES_ALONE, before);
+    const lanes_t *const falls = point_of(w, w->vehicle, w->along).contact_spin;
+    for (int i = 0; i < w->wheels; i++) {
+        const int k = roller_bearing(w, i, 0);
+        const double possible = fabs(dot[k]) + run->own_most[k]/run->own_inertia[k];
+        const double mode = (double)own_mode(w, e->before, k);
+        found |= mode != 0 && own_mode(w, e->after, k) == -own_mode(w, e->before, k) && !is_held(w, e, k);
+        found |= settles(w, e, k) && run->own_most[k] > (1 + run->jumps)*run->own_sliding[k]
+            && -mode*falls[i][0] <= run->only_just*possible;
+    }
+    take_way_back(w);
+#endif
+    (void)w, (void)e, (void)before, (void)dot;
+    return found;
+}
+
 /* Take from rates that have come to rest what rounding has left; and from nu, where the vehicle stands. */
 static void take_roundings(variations_t *w, const own_change_t *e, const beside_t *rests, lanes_t *left)
 {
@@ -177,6 +201,8 @@ static void take_roundings(variations_t *w, const own_change_t *e, const beside_
     put_rests_moved(w, rests, left);
     for (int j = rests->contacts; j < rests->count; j++) {
         const int roller = rests->unit[j] - 2*wheels - SET_AXLES_STICK*wheels, places = w->rollers;
+        if (SET_STRIPS && roller >= 0)              /* which has no rate of its own */
+            continue;
         const int a = roller < 0 ? 3 + rests->unit[j] - 2*wheels
             : roller%places == 0 ? 3 + wheels + roller/places
                                  : first_momentum(w) + roller/places*(places - 1) + roller%places - 1;
@@ -187,6 +213,23 @@ static void take_roundings(variations_t *w, const own_change_t *e, const beside_
         memset(w->moved, 0, 3*groups*sizeof *w->moved);
 }
 
+#if SET_STRIPS
+/* A slip that its own force does not move is no speed of its own: other wheels hold the vehicle there. */
+static void forget_what_is_held(const variations_t *w, const beside_t *rests, double *to_own)
+{
+    const int count = rests->count;
+    const double *const inertia = w->run->own_inertia, arm = w->run->standing[1];
+    for (int j = 0; j < count; j++) {
+        const double size = j < rests->contacts ? inertia[roller_bearing(w, 0, 0)]/(arm*arm)
+                                                : inertia[rests->unit[j] - 2*w->wheels];
+        if (fabs(to_own[j*count + j])*size > SAME)
+            continue;
+        for (int k = 0; k < count; k++)
+            to_own[j*count + k] = to_own[k*count + j] = 0;
+    }
+}
+#endif
+
 /* Let slips and rates come to rest, where the rates before have been computed last. */
 static int take_rests_beside(variations_t *w, const own_change_t *e, const beside_t *rests)
 {
@@ -194,16 +237,24 @@ static int take_rests_beside(variations_t *w, const own_change_t *e, const besid
     double to_known[w->known*count], to_own[count*count];
     lanes_t force[count*groups];
 #if SET_TURNS
-    if (contacts) {
-        put_responses(w, rests->unit, contacts, to_known, to_own);
-        if (!put_rests_right(w, e->row, rests->unit, contacts, to_known, to_own))
+    int turning[MOST_COMPONENTS];
+    memcpy(turning, rests->unit, contacts*sizeof *turning);
+    const int turns = keep_turns(w, e->row, turning, contacts);
+    if (turns) {
+        put_responses(w, turning, turns, to_known, to_own);
+        if (!put_rests_right(w, e->row, turning, turns, to_known, to_own))
             return 0;
     }
 #endif
     put_responses(w, rests->unit, count, to_known, to_own);
     put_rests_moved(w, rests, force);
+#if SET_STRIPS
+    forget_what_is_held(w, rests, to_own);
+    solve_dependent(to_own, count, force, groups);
+#else
     if (!solve_scaled(to_own, count, force, groups))
         return 0;
+#endif
     take_responses(w, to_known, count, force);
     take_roundings(w, e, rests, force);
     return 1;
@@ -245,6 +296,8 @@ static int pass_own_change(variations_t *w, const own_change_t *e)
     if (on)
         rates_of_change(w, e, RESTING, resting, dot, asked);
     rates_of_change(w, e, BEFORE, before, dot, asked);
+    if (settles_only_just(w, e, before, dot))
+        return 0;
     if (!rests.count)
         return pass_let_go(w, e, before, after);
     if (grazes_rest_beside(w, &rests, dot, asked))

@@ -28,16 +28,49 @@ ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
 /* The same in a direction that turns. */
 ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
 {
+#if SET_STRIPS
+    return slides_in(w, row, i) && own_mode(w, row, roller_bearing(w, i, 0)) == 0;
+#else
     return SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i);
+#endif
+}
+
+/* Whether a contact slips both ways at a point, if it slips there. */
+ALWAYS_INLINE int slips_both_ways(const point_t *at, int i)
+{
+#if SET_STRIPS
+    return at->contact_sticks[i][0] > 0.5;
+#else
+    (void)at, (void)i;
+    return SET_HAS_CONTACT_SPEEDS;
+#endif
+}
+
+/* The slip velocities of contacts, and how they move; where massless rollers may stick, of wheels whose rollers do. */
+ALWAYS_INLINE void slips_of(const variations_t *w, const point_t *at, const point_t *along, lanes_t *slip,
+                            lanes_t *moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+#if SET_STRIPS
+    lanes_t rigid[MOST_WHEELS], none[MOST_WHEELS];
+    point_t own = *at, way = *along;
+    for (int i = 0; i < wheels; i++)
+        rigid[i] = lanes_of(1), none[i] = lanes_of(0);
+    own.contact_sticks = rigid, way.contact_sticks = own.ground_yield = way.ground_yield = none;
+    slips_along(wheels, &own, &way, slip, moved);
+#else
+    slips_along(wheels, at, along, slip, moved);
+#endif
 }
 
 /* Where a contact slips: by its slip, where this is not rounding, else as the point is given. */
 ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, const point_t *at, const lanes_t *slip,
                                  lanes_t *towards)
 {
-    const int wheels = w->wheels, turns = SET_HAS_CONTACT_SPEEDS;
+    const int wheels = w->wheels, turns = slips_both_ways(at, i);
     const double heading = at->inputs[SET_HEADINGS_INPUT*wheels + i][0];
-    const lanes_t given[2] = {lanes_of(turns ? cos(heading) : 0), lanes_of(sin(heading))};
+    const double rolling = SET_STRIPS && !turns ? copysign(1, heading) : sin(heading);
+    const lanes_t given[2] = {lanes_of(turns ? cos(heading) : 0), lanes_of(rolling)};
     const lanes_t size = lanes_sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
     const lane_mask_t known = size > (turns ? w->run->slip_rounding[row*wheels + i] : INFINITY);
     const lanes_t inverse = 1/lanes_select(known, size, lanes_of(1));
@@ -50,12 +83,40 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
 {
     const int wheels = OWN_WHEELS(w->wheels);
     lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
-    slips_along(wheels, at, along, slip, moved);
+    slips_of(w, at, along, slip, moved);
     for (int i = 0; i < wheels; i++) {
         put_direction(w, row, i, at, slip + 2*i, w->towards + 2*i);
         w->slipping[i] = slip[2*i]*w->towards[2*i] + slip[2*i + 1]*w->towards[2*i + 1];
     }
 }
+
+#if SET_STRIPS
+/* Of contacts that slip and whose rollers turn: the forces along the rolling direction, which are what their bearings
+ * leave, and what their slips along the axles go with; and how these move. */
+static void put_corners(const variations_t *w, const point_t *at, const point_t *along, const lanes_t *load,
+                        const lanes_t *load_moved, const lanes_t *friction, const lanes_t *friction_moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
+    lanes_t given[MOST_WHEELS], force[MOST_WHEELS], force_moved[MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
+    lanes_t *const yield = w->yielding, *const yield_moved = yield + w->wheels;
+    int both[MOST_WHEELS], some = 0;
+    for (int i = 0; i < wheels; i++) {
+        both[i] = load[i][0] > 0 && !slips_both_ways(at, i), some |= both[i];
+        given[i] = lanes_select(load[i] > 0, load[i], lanes_of(1));
+    }
+    memset(yield, 0, 2*w->wheels*sizeof *yield);
+    if (!some)
+        return;
+    set_corner_forces_along(wheels, at->vehicle, at->chi, w->towards, given, friction, at->inputs + torque, along->chi,
+                            still, load_moved, friction_moved, along->inputs + torque, force, yield, force_moved,
+                            yield_moved);
+    for (int i = 0; i < wheels; i++)
+        if (both[i])
+            at->ground_push[2*i + 1] = force[i], along->ground_push[2*i + 1] = force_moved[i];
+        else
+            yield[i] = yield_moved[i] = lanes_of(0);
+}
+#endif
 
 /* The forces in these directions, into a point, and how they move with one of the numbers, or with none. */
 NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
@@ -74,6 +135,9 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
     }
     set_sliding_forces_along(wheels, at->vehicle, w->towards, load, friction, still, load_moved, friction_moved,
                              at->ground_push, slope, along->ground_push, slope_moved);
+#if SET_STRIPS
+    put_corners(w, at, along, load, load_moved, friction, friction_moved);
+#endif
     for (int k = 0; k < 2*wheels; k++)      /* by the angle of the direction */
         w->turned[k] = slope[2*k + 1]*w->towards[k/2*2] - slope[2*k]*w->towards[k/2*2 + 1];
 }
@@ -91,7 +155,7 @@ NEVER_INLINE void put_slope_of_slips(const variations_t *w, int place, int b, co
 {
     const int wheels = OWN_WHEELS(w->wheels);
     lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
-    slips_along(wheels, at, along, slip, moved);
+    slips_of(w, at, along, slip, moved);
     for (int k = 0; k < 2*wheels; k++)
         slope_of_slip(w, k/2, k%2)[place].lanes[b] = moved[k];
 }
@@ -215,6 +279,11 @@ static void put_ground_along(const variations_t *w, long long row, int d, int b,
     else if (turning >= 0) {
         memset(along->ground_push, 0, 2*wheels*sizeof *along->ground_push);
         memcpy(along->ground_push + 2*turning, w->turned + 2*turning, 2*sizeof *w->turned);
+#if SET_STRIPS
+        memset(w->yielding + wheels, 0, wheels*sizeof *w->yielding);
+    } else if (d >= w->core) {
+        put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings */
+#endif
     }
     let_speeds_follow(w, row, number >= 0 ? felt + number : d < felt ? d : -1, b);
 }

@@ -56,5 +56,41 @@ static int solve_scaled(double *matrix, int count, lanes_t *right, int groups)
     }
     return 1;
 }
+
+#if SET_STRIPS
+/* The same where rows of the matrix may depend on others, and their right sides with them: those unknowns are 0. */
+static void solve_dependent(double *matrix, int count, lanes_t *right, int groups)
+{
+    double scale[count + 1];
+    int taken[count + 1];
+    for (int k = 0; k < count; k++)
+        scale[k] = matrix[k*count + k] != 0 ? 1/sqrt(fabs(matrix[k*count + k])) : 0, taken[k] = 0;
+    for (int k = 0; k < count*count; k++)
+        matrix[k] *= scale[k/count]*scale[k%count];
+    for (int k = 0; k < count*groups; k++)
+        right[k] *= scale[k/groups];
+    for (;;) {
+        int p = -1;
+        double largest = SAME;
+        for (int k = 0; k < count; k++)
+            if (!taken[k] && fabs(matrix[k*count + k]) > largest)
+                largest = fabs(matrix[k*count + k]), p = k;
+        if (p < 0)
+            break;
+        taken[p] = 1;
+        for (int i = 0; i < count; i++) {
+            const double factor = i == p ? 0 : matrix[i*count + p]/matrix[p*count + p];
+            for (int c = 0; c < count; c++)
+                matrix[i*count + c] -= factor*matrix[p*count + c];
+            for (int g = 0; g < groups; g++)
+                right[i*groups + g] -= factor*right[p*groups + g];
+        }
+    }
+    for (int k = 0; k < count*groups; k++) {
+        const int i = k/groups;
+        right[k] = taken[i] ? right[k]*(scale[i]/matrix[i*count + i]) : lanes_of(0);
+    }
+}
+#endif
 #endif
 #endif

@@ -5,7 +5,7 @@
 /* Whether a wheel does, along the axle (0) or the rolling direction (1). */
 ALWAYS_INLINE int stands_in(const variations_t *w, const own_change_t *e, int which, int i, int way)
 {
-    const int may = way ? SET_AXLES_STICK : SET_DISKS_STICK, bearing = way ? i : roller_bearing(w, i, 0);
+    const int may = way ? SET_AXLES_STICK : SET_DISKS_STICK || SET_STRIPS, bearing = way ? i : roller_bearing(w, i, 0);
     return may && sticks_in(w, which == AFTER ? e->after : e->row, i) && mode_of(w, e, which, bearing) == 0;
 }
 
@@ -37,7 +37,7 @@ ALWAYS_INLINE double per_hold(const variations_t *w, int i, int c)
 static void put_reaches(const variations_t *w, int model, const lanes_t *chi, const lanes_t *chi_moved, lanes_t *reach,
                         lanes_t *moved)
 {
-#if SET_DISKS_STICK
+#if SET_DISKS_STICK || SET_STRIPS
     set_contact_reaches_along(OWN_WHEELS(w->wheels), &w->vehicle[model], chi, chi_moved, reach, moved);
 #else
     (void)w, (void)model, (void)chi, (void)chi_moved, (void)reach, (void)moved;

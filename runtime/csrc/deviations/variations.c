@@ -18,7 +18,8 @@
 
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 #define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
-#define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS) /* whether slips have directions that turn, one for each wheel */
+#define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS || SET_STRIPS)  /* whether slips have directions that turn, one for
+                                                                     * each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
 #define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES)  /* whether bearings may stick then */
@@ -52,6 +53,7 @@ typedef struct {
     double *weight_in_piece;    /* the same in a piece of a step: pieces.c                      */
     int inside;                 /* whether somebody looks at steps between their rows           */
     lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
+    lanes_t *yielding;          /* 2 x wheels: what slips along axles go with where rollers turn, and how that moves */
     lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
                                              * along these, the slopes of the forces by the directions' angles */
     nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
@@ -193,6 +195,9 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
 #if SET_GRIPS
     point.ground_push = w->pushed + (own == w->along ? 6*w->wheels : 0);
     point.ground_force = point.ground_push + 2*w->wheels, point.slip_dot = point.ground_force + 2*w->wheels;
+#endif
+#if SET_STRIPS
+    point.ground_yield = w->yielding + (own == w->along ? w->wheels : 0);
 #endif
 #if SET_LOADS
     point.balance = w->balance + (own == w->along), point.loads = w->loads + (own == w->along);

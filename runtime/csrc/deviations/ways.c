@@ -66,5 +66,8 @@ static void take_way_back(const variations_t *w)
 #if SET_GRIPS
     memset(w->pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->pushed);
 #endif
+#if SET_STRIPS
+    memset(w->yielding + w->wheels, 0, w->wheels*sizeof *w->yielding);
+#endif
 }
 #endif

@@ -37,8 +37,8 @@ OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "sp
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    loads_follow = motion.massless is not None and motion.contacts is not None
-    if loads_follow or motion.strips is not None:
+    loads_follow = motion.contacts is not None and motion.contacts.loaded
+    if motion.massless is not None and loads_follow:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
