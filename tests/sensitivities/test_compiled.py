@@ -368,7 +368,10 @@ WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "coulomb, rollers stick, torque": 2.7, "coulomb, axles stick, no drive": 6.0,
          "in series, viscous, no drive": 4.2, "in series, viscous, torque": 3.3,
          "in series, viscous, motor": 4.7, "in series, regularised, motor": 4.2,
-         "in series, regularised, no drive": 5.0, "in series, regularised, torque": 2.8}  # fmt: skip
+         "in series, regularised, no drive": 5.0, "in series, regularised, torque": 2.8,
+         "in series, viscous, loads, no drive": 4.2, "in series, viscous, loads, torque": 3.3,
+         "in series, viscous, loads, motor": 4.3,
+         "in series, regularised, loads, torque": 2.4}  # fmt: skip
 
 
 @pytest.mark.long
