@@ -136,6 +136,7 @@ CASES |= {
     for law in loaded.SMOOTH for name, make in UNDER_LOADS.items()
 }  # fmt: skip
 BESIDE_AXLES = loaded.breaking_away("regularised", massless.BESIDE_AXLES)
+CASES["massless under loads, one takes another along"] = (loaded.TAKEN_ALONG, ("roller_break_away[2]", "height"))
 CASES["massless under loads, beside axles"] = (BESIDE_AXLES, ("height", "wheel_coulomb", "wheel_break_away[1]"))
 
 
