@@ -309,6 +309,7 @@ class EngineSet:
         names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.in_series else set()
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
+        names |= {LEFT_LOADS} if self.leaves_loads else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
@@ -401,7 +402,9 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS)
+    called = (
+        *PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS, LEFT_LOADS,
+    )  # fmt: skip
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)
 

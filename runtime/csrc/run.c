@@ -10,7 +10,7 @@
 #include "set_in_lanes.h"
 
 #include "engine_set.h"
-
+#include "bearings/under_loads.h"
 
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */

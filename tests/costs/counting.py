@@ -131,9 +131,9 @@ def count_calls(kind: Any, name: str, task: Mapping, marks: SimpleNamespace) -> 
     """Simulate, and count what a method or a module's function of this name does."""
     own = getattr(kind, name)
 
-    def counted_call(*given) -> Any:
+    def counted_call(*given, **named) -> Any:
         marks.lib.toggle_counting()
-        found = own(*given)
+        found = own(*given, **named)
         marks.lib.toggle_counting()
         return found
 

@@ -55,9 +55,10 @@ FREE_ON_COULOMB = {
         "nu": (0.56, 0.21, 0.42), "chi": (-0.33, 0.1, 0.38), "duration": 5.0,
     },
 }  # fmt: skip
+UNDER_LOADS = {f"{law}, loads": LOADED[law] for law in ("viscous", "regularised")}
 IN_SERIES = {
     f"in series, {law}, {drive}": {"roller_model": "massless", "effects": [ground, HELD_LONGER, *given]}
-    for law, ground in (("viscous", VISCOUS), ("regularised", REGULARISED), ("coulomb", COULOMB))
+    for law, ground in ({"viscous": VISCOUS, "regularised": REGULARISED, "coulomb": COULOMB} | UNDER_LOADS).items()
     for drive, given in (("no drive", ()), ("torque", (TO_AND_FRO,)), ("motor", (MOTOR,)))
 }  # massless rollers that stick
 # They let go and stop, and contacts come to rest, let go and stand.

@@ -370,7 +370,11 @@ WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "in series, viscous, motor": 4.7, "in series, regularised, motor": 4.2,
          "in series, regularised, no drive": 5.0, "in series, regularised, torque": 2.8,
          "in series, coulomb, no drive": 3.3, "in series, coulomb, torque": 0.8,
-         "in series, coulomb, skid, no drive": 2.8, "in series, coulomb, skid, torque": 0.45}  # fmt: skip
+         "in series, coulomb, skid, no drive": 2.8, "in series, coulomb, skid, torque": 0.45,
+         "in series, viscous, loads, no drive": 4.2, "in series, viscous, loads, torque": 3.3,
+         "in series, viscous, loads, motor": 4.3,
+         "in series, regularised, loads, torque": 2.4, "in series, regularised, loads, no drive": 5.3,
+         "in series, regularised, loads, motor": 4.0}  # fmt: skip
 
 
 @pytest.mark.long

@@ -13,20 +13,6 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
-/* What is taken beside other arguments where the rates of massless rollers follow from loads that follow the motion. */
-#if SET_LOADED_IN_SERIES
-#define UNDER(loads) , loads
-#define FACTOR(loads) (loads)->factor,
-#else
-#define UNDER(loads)
-#define FACTOR(loads)
-#endif
-#if SET_LOADED_IN_SERIES && SET_LEAVES_LOADS
-#define BEARING_FACTOR(loads) (loads)->bearing_factor,
-#else
-#define BEARING_FACTOR(loads)
-#endif
-
 #if SET_ROLLERS_TURN
 /* The rates of bearings in these states, with which rollers turn on their disks, and axles; of massless rollers, in
  * their modes, with what holds those that stick. Beside contacts that stick the last evaluation has found these. */

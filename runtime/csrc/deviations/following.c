@@ -23,6 +23,7 @@
  * own_changes.c  what happens to these
  * own_rests.c    these as they come to rest, turn back and break away under smooth laws of the ground
  * standing.c     wheels that stand by contacts and bearings that stick
+ * in_series.c    massless rollers that break away there; loaded_in_series.c   and what goes with that under loads
  * holding.c      what holds these
  * side_by_side.c contacts and bearings that change their modes under Coulomb's friction */
 #include "deviations/variations.c"
@@ -38,6 +39,7 @@
 #include "deviations/own_changes.c"
 #include "deviations/own_rests.c"
 #include "deviations/in_series.c"
+#include "deviations/loaded_in_series.c"
 #include "deviations/holding.c"
 #include "deviations/side_by_side.c"
 
@@ -307,7 +309,11 @@ static int grazes(const variations_t *w, long long row, const int *direction)
  * how; else nothing has been done. */
 static int pass_bearings(variations_t *w, long long row)
 {
-    if (others_jump(w, row))
+#if SET_IN_SERIES && SET_LOADS && !SET_GRIPS
+    if (SET_FRICTION || loads_change(w, row))
+        return !drives_jump(w, row) && pass_loaded_in_series(w, row);
+#endif
+    if (drives_jump(w, row) || loads_change(w, row))
         return 0;
 #if SET_IN_SERIES && !SET_GRIPS
     if (changes_in_series(w, row))
@@ -332,6 +338,31 @@ static int enter_step(variations_t *w, long long row)
     return pass_own_change(w, &(own_change_t){row, row - 1, row});
 }
 #endif
+
+/* Whether more happens at a switch behind a row than that one wheel passes its joint. */
+static int is_not_plain(const variations_t *w, long long row, const int *direction, int switching)
+{
+#if SET_IN_SERIES && SET_LOADS && !SET_GRIPS
+    if (lets_go_at_switch(w, row, direction))
+        return 1;
+#endif
+    return switching > 1 || grazes(w, row, direction);
+}
+
+/* Pass what happens between a row and the next where no wheel switches. Returns whether it was known how. */
+static int pass_others(variations_t *w, long long row)
+{
+#if SET_OWN_BEARINGS
+    if (changes_beside(w, row))
+        return pass_bearings(w, row);
+#endif
+#if (SET_GRIPS || SET_LOADS) && !SET_STANDS
+    if (changes_modes(w, row))
+        return pass_modes(w, row);
+#endif
+    (void)w, (void)row;
+    return 1;
+}
 
 #if SET_SPINS_STICK || SET_OWN_BEARINGS
 /* A step begins in a row: pass what happens there, where that is known. */
@@ -368,16 +399,14 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
                 return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
-            if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
+            if (switching && !(as_one && row == first) && is_not_plain(w, row, direction, switching))
                 return row;
 #if SET_OWN_BEARINGS
-            if (switching ? rests_at_switch(w, row) : changes_beside(w, row) && !pass_bearings(w, row))
+            if (switching && rests_at_switch(w, row))
                 return row;
 #endif
-#if (SET_GRIPS || SET_LOADS) && !SET_STANDS
-            if (!switching && changes_modes(w, row) && !pass_modes(w, row))
+            if (!switching && !pass_others(w, row))
                 return row;
-#endif
             if (switching) {
                 pass_switch(w, phase++, row, direction);
                 memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);

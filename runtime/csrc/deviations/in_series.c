@@ -17,12 +17,17 @@ static int changes_in_series(const variations_t *w, long long row)
     return modes_differ(w, row, row + 1, MOST_OWN(w), w->wheels);
 }
 
+/* Whether a bearing takes less once it has broken away. */
+ALWAYS_INLINE int jumps_as_it_goes(const variations_t *w, int k)
+{
+    return w->run->own_most[k] > (1 + w->run->jumps)*w->run->own_sliding[k];
+}
+
 /* Whether a roller breaks away behind a row from more than it takes then. */
 static int jumps_in_series(const variations_t *w, long long row, int i)
 {
     const int k = bearing_in_series(w, i);
-    return own_mode(w, row, k) == 0 && own_mode(w, row + 1, k) != 0
-        && w->run->own_most[k] > (1 + w->run->jumps)*w->run->own_sliding[k];
+    return own_mode(w, row, k) == 0 && own_mode(w, row + 1, k) != 0 && jumps_as_it_goes(w, k);
 }
 
 /* The rates in a row, where one roller is as in the next row already, or none: -1. */
@@ -39,19 +44,38 @@ static void rates_with_one_gone(const variations_t *w, long long row, int gone, 
     rates_at_point(w, row, rate);
 }
 
-/* What the ground would ask of all rollers if they stuck, at the state of the point, and how that moves along a column
- * or with time. */
-static void put_asked_in_series(const variations_t *w, long long row, int column, const lanes_t *rate, lanes_t *asked,
-                                lanes_t *moved)
+/* What the ground would ask of all rollers if they stuck, at the state of the point, and how that moves along its way.
+ */
+static void asked_in_series(const variations_t *w, long long row, const vehicle_t *v, lanes_t *asked, lanes_t *moved)
 {
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
-    const vehicle_t *const v = &w->vehicle[column < 0 ? 0 : w->run->number[column]];
     lanes_t spin[MOST_WHEELS], spin_moved[MOST_WHEELS], none[MOST_WHEELS] = {{0}}, sticks[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         sticks[i] = lanes_of(1);
+#if SET_LOADS
+    loads_t under = w->loads[0], moved_under = w->loads[1];
+    for (int i = 0; i < SET_FRICTION*wheels; i++) {     /* of those that stick: in proportion to the loads */
+        under.factor[i] = carries_in(w, row, i)*under.compression[i];
+        moved_under.factor[i] = carries_in(w, row, i)*moved_under.compression[i];
+    }
+#else
+    (void)row;
+#endif
+    set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, FACTOR(&under) sticks,
+                         BEARING_FACTOR(&under) w->along, w->along + chi, w->along + POINT_CORE, none,
+                         FACTOR(&moved_under) none, BEARING_FACTOR(&moved_under) spin, asked, spin_moved, moved);
+}
+
+/* The same along a column or with time. */
+static void put_asked_in_series(const variations_t *w, long long row, int column, const lanes_t *rate, lanes_t *asked,
+                                lanes_t *moved)
+{
+#if SET_LOADS
+    move_along(w, row, column, rate);
+#else
     put_way(w, row, column, rate);
-    set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, sticks, w->along,
-                         w->along + chi, w->along + POINT_CORE, none, none, spin, asked, spin_moved, moved);
+#endif
+    asked_in_series(w, row, &w->vehicle[column < 0 ? 0 : w->run->number[column]], asked, moved);
     take_way_back(w);
 }
 

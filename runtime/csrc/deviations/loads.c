@@ -11,7 +11,8 @@
  *     ds = s' + C ds,   dr = r' + R ds.
  *
  * The first sum is the whole load, which no force moves: so two equations are left. Where no contact slips under
- * friction no rate goes with the loads. */
+ * friction no rate goes with the loads. Beside bearings of massless rollers that turn the forces are linear about the
+ * loads alone that are there (bearings/under_loads.h). */
 
 #if SET_LOADS
 #define BALANCE_SIZE(wheels) (5 + (wheels))     /* numbers of the loads' balance */
@@ -88,6 +89,10 @@ NEVER_INLINE void rates_and_sums_along(const int wheels, const point_t *at, cons
     for (int i = 0; i < wheels; i++) {
         own->factor[i] = SET_FRICTION ? carries[i]*own->compression[i] : carries[i];
         moved->factor[i] = SET_FRICTION ? carries[i]*moved->compression[i] : lanes_of(0);
+#if SET_NEARLY_LINEAR
+        own->factor[i] = own->about[i] + own->gain[i]*(own->factor[i] - own->about[i]);
+        moved->factor[i] *= own->gain[i];
+#endif
     }
     rates_under_loads_along(wheels, at, along, nu_dot, nu_dot_along);
     load_sums_along(wheels, at, along, nu_dot, nu_dot_along, sums, sums_along);
@@ -127,13 +132,65 @@ static void find_response(const int wheels, const point_t *at, const point_t *al
     solve_for_sums(loads, sums, loads->sums);
 }
 
+#if SET_NEARLY_LINEAR
+/* Friction beside bearings is linear about these loads. */
+static void put_about(const int wheels, const point_t *at, const point_t *along, const lanes_t *load)
+{
+    lanes_t taken[MOST_WHEELS], gain[MOST_WHEELS], still[MOST_WHEELS] = {{0}}, moved[2*MOST_WHEELS];
+    const lanes_t *const bearing = at->inputs + SET_CONTACT_BEARING_INPUT*wheels;
+    set_left_loads_along(wheels, at->vehicle, at->chi, bearing, load, along->chi, still, still, taken, gain, moved,
+                         moved + MOST_WHEELS);
+    be_linear_about(wheels, load, taken, gain, at->contact_sticks, at->loads);
+}
+
+/* The loads at a point about which friction beside bearings is linear, by Newton's rule from those of the vehicle at
+ * rest; not a number where that does not end. */
+static void settle_loads(const int wheels, const point_t *at, const point_t *along, const double *at_rest)
+{
+    const lanes_t *const carries = at->inputs + SET_CARRIES_INPUT*wheels;
+    loads_t *const loads = at->loads;
+    lanes_t load[MOST_WHEELS], last = lanes_of(INFINITY);
+    int found[LANES] = {0}, left = 0;
+    for (int i = 0; i < wheels; i++) {
+        load[i] = lanes_of(at_rest[i]);
+        left |= at->contact_sticks[i][0] == 0;          /* the same in all lanes */
+    }
+    if (!left) {
+        put_about(wheels, at, along, load);
+        return;
+    }
+    for (int round = 0; round < MOST_ROUNDS && left; round++) {
+        lanes_t step = {0};
+        put_about(wheels, at, along, load);
+        memset(loads->sums, 0, sizeof loads->sums);
+        find_response(wheels, at, along);
+        loads_of_sums_along(wheels, at, along, loads->sums, along->loads->sums, loads->compression,
+                            along->loads->compression);
+        for (int i = 0; i < wheels; i++) {
+            step = lanes_max(step, lanes_abs(carries[i]*loads->compression[i] - load[i]));
+            load[i] = carries[i]*loads->compression[i];
+        }
+        left = settle_lanes(step, last, loads->sums[0], found);
+        last = step;
+    }
+    for (int k = 0; k < LANES; k++)
+        for (int i = 0; i < wheels && !found[k]; i++)
+            load[i][k] = NAN;
+    put_about(wheels, at, along, load);
+}
+#endif
+
 /* The loads at a point, which all directions share. seeks: also where no rate goes with them. Nothing moves in `along`.
  */
-static void find_loads(const int wheels, const point_t *at, const point_t *along, int seeks)
+static void find_loads(const int wheels, const point_t *at, const point_t *along, int seeks, const double *at_rest)
 {
     loads_t *const loads = at->loads;
-    memset(loads->sums, 0, sizeof loads->sums);
+    (void)at_rest;
     memset(along->loads->sums, 0, sizeof loads->sums);
+#if SET_NEARLY_LINEAR
+    settle_loads(wheels, at, along, at_rest);
+#endif
+    memset(loads->sums, 0, sizeof loads->sums);
     loads->responds = SET_FRICTION;
 #if SET_GRIPS
     loads->responds = !are_zero(at->ground_push, 2*wheels);
@@ -151,7 +208,7 @@ static void put_loads(const variations_t *w, int seeks)
 {
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
     put_balance(w, 0, 1);
-    find_loads(OWN_WHEELS(w->wheels), &at, &along, seeks);
+    find_loads(OWN_WHEELS(w->wheels), &at, &along, seeks, w->run->at_rest);
 }
 
 /* Rates of nu, and into core_dot those of the rest of the core, with the loads that they ask for; and how they move.

@@ -183,8 +183,8 @@ static int changes_bearings(const variations_t *w, long long row)
     return modes_differ(w, row, row + 1, 0, WITH_SERIES(w));
 }
 
-/* Whether something else happens between a row and the next: a drive jumps, or a load vanishes or comes back. */
-static int others_jump(const variations_t *w, long long row)
+/* Whether a drive jumps between a row and the next. */
+static int drives_jump(const variations_t *w, long long row)
 {
     const double *const before = w->run->drive + row*SET_INPUTS*w->wheels, *const after = before + SET_INPUTS*w->wheels;
     for (int k = 0; k < SET_MOVING*w->wheels; k++) {
@@ -193,6 +193,12 @@ static int others_jump(const variations_t *w, long long row)
             && fabs(after[k] - before[k]) > w->run->jumps*fmax(fabs(after[k]), fabs(before[k])))
             return 1;
     }
+    return 0;
+}
+
+/* Whether a load vanishes or comes back. */
+static int loads_change(const variations_t *w, long long row)
+{
     for (int i = 0; i < w->wheels; i++)
         if (carries_in(w, row, i) != carries_in(w, row + 1, i))
             return 1;

@@ -13,6 +13,7 @@
 #include "set_in_lanes.h"
 
 #include "along_set.h"
+#include "bearings/under_loads.h"
 #include "gauss.h"
 #include "deviations/variations_calls.h"
 

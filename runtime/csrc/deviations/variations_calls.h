@@ -58,6 +58,7 @@ typedef struct {
                                              * Or null */
     const double *standing_moved;           /* P x 2 + 6 N: how radius, distance and rows move. Or null */
     double all_loads;                       /* of the vehicle, in N, where loads follow the motion      */
+    const double *at_rest;                  /* N: these of a vehicle at rest; or null                   */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
                                              * how fast a slip comes to rest that only just does        */
     double only_just;                       /* of what is used up, how much more in the time of the modes: with less a

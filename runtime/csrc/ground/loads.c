@@ -6,16 +6,9 @@
  * known about, an evaluation with moments that are nearly right needs no other to correct them.
  *
  * Bearings of massless rollers that turn leave of loads what is in no proportion to them. There the friction is linear
- * about some loads, and these are found by Newton's rule: runtime/omniroll/effects/loads_beside_bearings.py. */
+ * about some loads, and these are found by Newton's rule: bearings/under_loads.h. */
 #if SET_LOADS
-#define SET_NEARLY_LINEAR (SET_LOADED_IN_SERIES && SET_LEAVES_LOADS)
 #define LOADS_RESPOND 3             /* evaluations with which the response is found                           */
-#define TIP 1e-12                   /* of the load that a bearing takes: nearer to it hardly anything is left   */
-#define LEAST_ABOUT 1e-9            /* N, about which friction is linear at least; where a bearing takes nothing */
-#define MOST_ROUNDS 50
-#define LOADS_SETTLED 1e-14         /* of the weight                                                           */
-#define LOADS_ROUNDED 1e-11         /* of the weight: steps below this that do not fall any more are rounding    */
-#define SURE 0.1                    /* of LOADS_SETTLED: where the next step would be that falls as its square   */
 
 /* What the ground's forces are in proportion to, under the loads that have been found. */
 ALWAYS_INLINE void put_factors(const int wheels, const point_t *at)
@@ -39,14 +32,7 @@ ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
     loads_of_sums(wheels, at, loads->sums, loads->compression);
     set_left_loads(wheels, at->vehicle, at->chi, at->inputs + SET_CONTACT_BEARING_INPUT*wheels, loads->compression,
                    taken, gain);
-    for (int i = 0; i < wheels; i++) {
-        const lanes_t least = lanes_max(lanes_abs(taken[i])*(1 + TIP), lanes_of(LEAST_ABOUT));
-        const lanes_t load = loads->compression[i];
-        const lane_mask_t turns = at->contact_sticks[i] == 0, leaves = load >= least;
-        loads->about[i] = lanes_select(turns, lanes_select(leaves, load, least), lanes_of(0));
-        loads->gain[i] = lanes_select(turns, lanes_select(leaves, gain[i], lanes_of(0)), lanes_of(1));
-        loads->bearing_factor[i] = lanes_select(turns, 1/loads->about[i], lanes_of(1));
-    }
+    be_linear_about(wheels, loads->compression, taken, gain, at->contact_sticks, loads);
 }
 #endif
 
@@ -218,15 +204,8 @@ NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_
     for (int round = 0; round < loads->rounds && left; round++) {
         loads->knows_response = 0;
         correct_loads(wheels, at, nu_dot);
-        const lanes_t step = moved_loads(wheels, at, before), weight = loads->sums[0];
-        left = 0;
-        for (int k = 0; k < LANES; k++) {
-            const double fallen = step[k]/last[k];
-            found[k] |= !(step[k] > LOADS_SETTLED*weight[k])
-                || (last[k] < INFINITY && step[k]*fallen*fallen <= SURE*LOADS_SETTLED*weight[k])
-                || (last[k] <= step[k] && step[k] <= LOADS_ROUNDED*weight[k]);
-            left += !found[k];
-        }
+        const lanes_t step = moved_loads(wheels, at, before);
+        left = settle_lanes(step, last, loads->sums[0], found);
         last = step;
     }
     for (int k = 0; k < LANES && loads->rounds > 1; k++)

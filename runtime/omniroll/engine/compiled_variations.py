@@ -37,9 +37,6 @@ OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "sp
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    loads_follow = motion.contacts is not None and motion.contacts.loaded
-    if motion.massless is not None and loads_follow:
-        return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
     except KernelsMissingError:
@@ -275,7 +272,7 @@ class CompiledVariations:
     def _of_contacts(self, contacts: ContactModes) -> dict[str, np.ndarray]:
         """What C takes of contacts that have modes, by name."""
         run, motion = self.struct[0], self.motion
-        found = {"balance": self._balance(contacts)} if contacts.loaded else {}
+        found = {"balance": self._balance(contacts), "at_rest": contacts.grip.loads} if contacts.loaded else {}
         run.all_loads = float(contacts.grip.loads.sum())
         if not contacts.grips:
             return found

@@ -226,14 +226,26 @@ class Deviations:
         return dict(zip(("loads", "compression"), self._found_about(kernel, known, about), strict=True))
 
     def _about(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
-        """(..., N) in N, loads that follow the motion, which carry no tangents."""
-        real = {name: np.real(value) for name, value in known.items()}
+        """(1, ..., N) or (..., N) in N, loads that follow the motion, which carry no tangents: all columns have the
+        same, and they are found once."""
+        real = {name: self._without_columns(name, value) for name, value in known.items()}
 
         def solve(about: np.ndarray) -> Carried:
             loads, compression = self._found_about(self.plain, real, about)
             return Carried(loads, loads, compression, np.ones(loads.shape[:-1]))
 
         return settled(solve, self.at_rest, float(self.at_rest.sum())).loads
+
+    def _without_columns(self, name: str, value: np.ndarray) -> np.ndarray:
+        """A value without tangents, of the first column alone where it has columns (P, ...)."""
+        real = np.real(value)
+        return real[:1] if np.iscomplexobj(value) and real.ndim > self._axes.get(name, real.ndim) else real
+
+    @cached_property
+    def _axes(self) -> dict[str, int]:
+        """How many axes what generated functions take has in one state, by name."""
+        taken = (argument for signature in self.plain.signatures.values() for argument in signature.inputs)
+        return {argument.name: len(argument.shape) for argument in taken}
 
     def _found_about(
         self, kernel: Kernel, known: Mapping[str, np.ndarray], about: np.ndarray | None

@@ -1,0 +1,57 @@
+/* Massless rollers that stick under loads that follow the motion: what a run and its deviations have in common.
+ *
+ * What the ground asks of such a roller goes with its load, and functions that say it take more arguments then. Of a
+ * load the bearing of a roller that turns leaves what is in no proportion to it: there the ground's friction is linear
+ * about some loads, and these are found by Newton's rule (runtime/omniroll/effects/loads_beside_bearings.py). */
+
+/* What is taken beside other arguments where the rates of massless rollers follow from loads that follow the motion. */
+#if SET_LOADS && SET_IN_SERIES && !SET_GRIPS
+#define UNDER(loads) , loads
+#define FACTOR(loads) (loads)->factor,
+#else
+#define UNDER(loads)
+#define FACTOR(loads)
+#endif
+#if SET_LOADS && SET_IN_SERIES && !SET_GRIPS && SET_LEAVES_LOADS
+#define SET_NEARLY_LINEAR 1
+#define BEARING_FACTOR(loads) (loads)->bearing_factor,
+#else
+#define SET_NEARLY_LINEAR 0
+#define BEARING_FACTOR(loads)
+#endif
+
+#define TIP 1e-12                   /* of the load that a bearing takes: nearer to it hardly anything is left   */
+#define LEAST_ABOUT 1e-9            /* N, about which friction is linear at least; where a bearing takes nothing */
+#define MOST_ROUNDS 50
+#define LOADS_SETTLED 1e-14         /* of the weight                                                           */
+#define LOADS_ROUNDED 1e-11         /* of the weight: steps below this that do not fall any more are rounding    */
+#define SURE 0.1                    /* of LOADS_SETTLED: where the next step would be that falls as its square   */
+
+#if SET_NEARLY_LINEAR
+/* Friction of contacts is linear about some loads, of which bearings of rollers that turn take `taken`. */
+ALWAYS_INLINE void be_linear_about(const int wheels, const lanes_t *load, const lanes_t *taken, const lanes_t *gain,
+                                   const lanes_t *sticks, loads_t *loads)
+{
+    for (int i = 0; i < wheels; i++) {
+        const lanes_t least = lanes_max(lanes_abs(taken[i])*(1 + TIP), lanes_of(LEAST_ABOUT));
+        const lane_mask_t turns = sticks[i] == 0, leaves = load[i] >= least;
+        loads->about[i] = lanes_select(turns, lanes_select(leaves, load[i], least), lanes_of(0));
+        loads->gain[i] = lanes_select(turns, lanes_select(leaves, gain[i], lanes_of(0)), lanes_of(1));
+        loads->bearing_factor[i] = lanes_select(turns, 1/loads->about[i], lanes_of(1));
+    }
+}
+
+/* Which lanes have their loads, after a step of Newton's rule behind the last one. Returns how many have not. */
+ALWAYS_INLINE int settle_lanes(lanes_t step, lanes_t last, lanes_t weight, int *found)
+{
+    int left = 0;
+    for (int k = 0; k < LANES; k++) {
+        const double fallen = step[k]/last[k];
+        found[k] |= !(step[k] > LOADS_SETTLED*weight[k])
+            || (last[k] < INFINITY && step[k]*fallen*fallen <= SURE*LOADS_SETTLED*weight[k])
+            || (last[k] <= step[k] && step[k] <= LOADS_ROUNDED*weight[k]);
+        left += !found[k];
+    }
+    return left;
+}
+#endif
