@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
-from .degrees import Degree, Degrees, degrees_of
+from .degrees import HIGHEST, Degree, Degrees, degrees_of
 from .expressions import (
     ONE,
     ZERO,
@@ -20,14 +20,16 @@ from .expressions import (
     Expression,
     Order,
     Power,
+    Product,
     Symbol,
     negated,
+    number,
     split_coefficient,
     symbols,
 )
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
 from .settling import settled, taken_out, tightened
-from .tangents import Body, Column, Rules, Tangents, Together, changes_in_loops
+from .tangents import Body, Column, Rules, Tangents, Together, changes_in_loops, multiple_name
 
 REQUEST = "derivatives_by_"
 BY_NUMBERS = "_by_numbers"
@@ -217,6 +219,7 @@ class Numbers:
         self.rates: dict[str, Symbol] = {}
         self.together: dict[str, list[Together]] = {}
         self._new: dict[str, Array] = {}
+        self._undifferentiated, self._names, self._multiples = prepare, {}, set()
         self.prepare = self._prepared(prepare)
 
     @property
@@ -258,6 +261,7 @@ class Numbers:
         tangents, named = tangents_of(prepare, self.rules), {field.name for field in self.sources}
         needed = without_dead_steps(replace(prepare, body=putting(prepare.body, named)), self.rules.reads)
         columns = [(d, self._column(d, prepare)) for d in self.directions]
+        self._names = {column.name: list(column.seeds) for _, column in columns}
         once = [c for d, c in columns if not d.for_each_wheel]
         each = [c for d, c in columns if d.for_each_wheel]
         body = tangents.carried(prepare.body, once)
@@ -268,33 +272,42 @@ class Numbers:
         rates = []
         for direction, column in columns:
             positive = not direction.for_each_wheel and direction.name in self.positive
-            degrees = self._degrees(dict.fromkeys(column.seeds, 1), prepare, tangents) if positive else {}
+            degrees = self._degrees({column.name: 1}) if positive else {}
             for source in self.sources:
                 name = f"{source.name}_by_{direction.name}"
                 self.slopes[direction.name][source.name] = known.get(name) or Symbol(name)
             if degrees:
-                rates += self._rate(direction, list(column.seeds), prepare)
+                rates += self._rate(direction, self._names[direction.name], prepare)
                 self.degrees[direction.name] = degrees
         for powers in self.alike:
-            rates += self._grown_together(powers, {d.name: column for d, column in columns}, prepare, tangents)
+            rates += self._grown_together(powers, prepare, tangents)
         body = (*body, *rates)
         kept = {f.name for f in prepare.fields} | self._new.keys()
         fields = prepare.fields + self.fields
         return replace(prepare, body=putting(body, kept), fields=fields)
 
-    def _degrees(self, seeds: Degrees, prepare: Function, tangents: Tangents) -> Degrees:
-        """Of the fields, from those of positive numbers by their names. Nothing stands still in `prepare`: what it
+    def _degrees(self, powers: Mapping[str, int]) -> Degrees:
+        """Of the fields, where positive numbers grow, each by a power. Nothing stands still in `prepare`: what it
         computes has the degree of its own expression, and no rule is asked."""
-        found = Degree(degrees_of(prepare.body, seeds, Rules(), frozenset(), tangents.canonical))
+        prepare = self._undifferentiated
+        seeds = {name: k for of, k in powers.items() for name in self._names[of]}
+        canonical = tangents_of(prepare, self.rules).canonical
+        found = Degree(degrees_of(prepare.body, seeds, Rules(), frozenset(), canonical))
         put = {step.name: found(step.expression) for step in steps(prepare.body) if step.kind == "put"}
         return {field.name: put[field.name] for field in self.sources}
 
-    def _rate(self, direction: Direction, number: list[str], prepare: Function) -> list[Step]:
-        """One over a number, by its names."""
+    def _rate(self, direction: Direction, named: list[str], prepare: Function) -> list[Step]:
+        """One over a number, by its names, and multiples of that."""
         unit, meaning = f"1 per {direction.array.unit}", f"one over {direction.name}"
         field = Array(f"inverse_{direction.name}", (), "field", unit, meaning)
-        inverse = [Power(Symbol(name), -1) for name in number]
+        inverse = [Power(Symbol(name), -1) for name in named]
         self.rates[direction.name], further = self._field_of(inverse, field, prepare)
+        for times in range(2, HIGHEST + 1):
+            name = multiple_name(self.rates[direction.name], times)
+            multiple = Array(name, (), "field", unit, f"{times} over {direction.name}")
+            self._new[name] = multiple
+            self._multiples.add(name)
+            further.append(Step("put", name, Product((number(times), inverse[0])), Element(multiple, ())))
         return further
 
     def _field_of(self, values: Sequence[Expression], new: Array, prepare: Function) -> tuple[Symbol, list[Step]]:
@@ -308,23 +321,22 @@ class Numbers:
         self._new[new.name] = new
         return Symbol(new.name), [Step("put", new.name, values[0], Element(new, ()))]
 
-    def _grown_together(
-        self, powers: Mapping[str, int], columns: Mapping[str, Column], prepare: Function, tangents: Tangents
-    ) -> list[Step]:
+    def _grown_together(self, powers: Mapping[str, int], prepare: Function, tangents: Tangents) -> list[Step]:
         """What the slopes by the first of the numbers that grow together follow from, where all are asked for."""
-        if len(powers) < 2 or not columns.keys() >= powers.keys():
+        if len(powers) < 2 or not self._names.keys() >= powers.keys():
             return []
         own, *others = powers
-        ratios, further = {}, []
+        ratios, numbers, further = {}, {}, []
         for other in others:
-            names = product(columns[other].seeds, columns[own].seeds)
+            names = product(self._names[other], self._names[own])
             values = [tangents.canonical.product([Symbol(a), Power(Symbol(b), -1)]) for a, b in names]
             field = Array(f"{other}_per_{own}", (), "field", "1", f"{other} over {own}")
             ratios[other], new = self._field_of(values, field, prepare)
-            further += new
-        seeds = {name: k for of, k in powers.items() for name in columns[of].seeds}
-        together = Together(self._degrees(seeds, prepare, tangents), ratios, powers)
-        self.together.setdefault(own, []).append(together)
+            given = next(array for array in prepare.inputs if array.name == other)
+            itself = Array(f"{other}_itself", (), "field", given.unit, given.meaning)
+            numbers[other], too = self._field_of([Symbol(name) for name in self._names[other]], itself, prepare)
+            further += [*new, *too]
+        self.together.setdefault(own, []).append(Together(self._degrees(powers), ratios, powers, numbers))
         return further
 
     def function(self, program: Differentiable) -> Function:
@@ -368,7 +380,8 @@ class Numbers:
             return Element(new, (*(("i",) if own else ()), *direction.component, *index))
 
         rate, degrees = self.rates.get(direction.name), self.degrees.get(direction.name, {})
-        return Column(direction.name, seeds, target, rate, degrees, self.together.get(direction.name, ()))
+        together, known = self.together.get(direction.name, ()), frozenset(self._multiples)
+        return Column(direction.name, seeds, target, rate, degrees, together, known)
 
 
 def known_already(body: Body, new: Iterable[str], fields: Collection[str]) -> dict[str, Expression]:

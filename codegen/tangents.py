@@ -9,7 +9,7 @@ expressions below. A column is the direction of a derivative; nothing is compute
     part is all that there is, and one further loop serves all wheels (`own`). Where a loop changes what it reads, as
     the fold of rows for sharp tips does, each wheel's column goes through all wheels, k, again (`through_all`).
   - Where numbers that grow together have columns, a loop's sums have their slopes by one of them from the others'
-    (degrees.py).
+    (degrees.py); and such a sum follows itself from these, where it is proportional to a power of that one.
 """
 
 from collections import Counter
@@ -33,11 +33,13 @@ class Together:
     degrees  of what is read from arrays, in all these numbers together
     ratios   what each other number is of the column's own, by the name of its column
     powers   of the column's own number, by which the others grow
+    numbers  the other numbers themselves, by the names of their columns
     """
 
     degrees: Degrees
     ratios: Mapping[str, Expression]
     powers: Mapping[str, int]
+    numbers: Mapping[str, Expression] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ class Column:
     degrees  of what is read from arrays then
     together  what the slopes of sums follow from, if they do from those by other numbers: the first that a sum has a
               degree in
+    known     multiples of the rate that are read from arrays, by their names
     """
 
     name: str
@@ -58,6 +61,7 @@ class Column:
     rate: Symbol | None = None
     degrees: Degrees = field(default_factory=dict)
     together: Sequence[Together] = ()
+    known: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,7 @@ class Tangents:
     rate: Expression = ZERO
     once: frozenset[str] = frozenset()  # steps outside of loops
     following: dict[str, tuple[int, Together]] = field(default_factory=dict)  # sums: their degree, the other columns
+    proportional: dict[str, tuple[int, Together]] = field(default_factory=dict)  # the same of those with a degree
 
     def along(self, body: Body, column: Column, termwise: frozenset[str]) -> "Tangents":
         """Those for a column: with the degrees of the steps, where it has a rate."""
@@ -110,12 +115,14 @@ class Tangents:
         found = degrees_of(body, column.degrees, self.rules, termwise, self.canonical)
         once = {node.name for node in body if isinstance(node, Step) and node.kind == "let"}
         following: dict[str, tuple[int, Together]] = {}
+        proportional: dict[str, tuple[int, Together]] = {}
         for together in column.together:
             joint = degrees_of(body, together.degrees, self.rules, termwise, self.canonical)
             for name in sums_of_one_loop(body) - termwise:
-                if joint[name] is not MIXED and found[name] is MIXED:
-                    following.setdefault(name, (joint[name], together))
-        return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once), following=following)
+                if joint[name] is not MIXED:
+                    (following if found[name] is MIXED else proportional).setdefault(name, (joint[name], together))
+        return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once), following=following,
+                       proportional=proportional)  # fmt: skip
 
     def multiple(self, e: Expression, degree: int | None) -> Expression | None:
         """The slope of an expression that has a degree."""
@@ -228,8 +235,30 @@ class Tangents:
         changing = {step.name for step in steps(body) if step.kind == "var"}
         changing |= {slope_name(name, column) for name in changing for column in columns}
         known = {column.name: dict(column.seeds) for column in columns}
-        multiples = [step for tangents in own.values() for step in tangents.multiples()]
-        return in_order([*multiples, *self._carried(body, columns, own, known, moving, changing, keep)])
+        multiples = [
+            step for column in columns for step in own[column.name].multiples() if step.name not in column.known
+        ]  # fmt: skip
+        lines = in_order([*multiples, *self._carried(body, columns, own, known, moving, changing, keep)])
+        return lines if keep else without_sums(lines, self.of_slopes(body, columns, own, moving))
+
+    def of_slopes(
+        self, body: Body, columns: Sequence[Column], own: Mapping[str, "Tangents"], moving: Mapping[str, set[str]]
+    ) -> Slopes:
+        """The sums from zero that follow from their slopes. Along a column the sum has the degree k, and where the
+        numbers grow together j: of their slopes the others' add up to j - k times the sum."""
+        c, found = self.canonical, {}
+        from_zero = {node.name for node in body if isinstance(node, Step) and node.kind == "var"
+                     and node.expression == ZERO}  # fmt: skip
+        for column in columns:
+            for name, (degree, together) in own[column.name].proportional.items():
+                others = [of for of in together.numbers if not own[of].has_degree(name) and name in moving[of]]
+                known = [column.name, *(of for of in together.numbers if own[of].has_degree(name))]
+                left = degree - sum(together.powers[of] * own[of].degree(Symbol(name)) for of in known)
+                if left and others and name in from_zero and not any(name in own[of].following for of in others):
+                    parts = [(of, Symbol(f"{name}_by_{of}")) for of in others]
+                    terms = [c.product([number(together.powers[of]), together.numbers[of], d]) for of, d in parts]
+                    found[name] = c.product([c.power(number(left), -1), c.sum(terms)])
+        return found
 
     def _carried(self, body, columns, own_tangents, known, moving, changing, keep) -> Iterator[Step | Loop]:
         known = {name: dict(slopes) for name, slopes in known.items()}
@@ -360,6 +389,20 @@ class Tangents:
             else:
                 expression = self.canonical.substituted(node.expression, values)
                 yield replace(node, name=names.get(node.name, node.name), expression=expression)
+
+
+def without_sums(body: Body, values: Slopes) -> Body:
+    """The steps where sums are not added up, but have these values behind their loops."""
+    is_start = lambda node: isinstance(node, Step) and node.kind in ("var", "add") and node.name in values  # noqa: E731
+    kept: list[Step | Loop] = []
+    for node in body:
+        if isinstance(node, Loop):
+            added = [step.name for step in node.body if is_start(step)]
+            kept.append(replace(node, body=tuple(step for step in node.body if not is_start(step))))
+            kept += [Step("let", name, values[name]) for name in added]
+        elif not is_start(node):
+            kept.append(node)
+    return tuple(kept)
 
 
 def multiple_name(rate: Symbol, times: int) -> str:

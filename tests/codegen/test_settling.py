@@ -137,3 +137,30 @@ def test_slopes_of_sums_follow_where_numbers_grow_together(seed, power):
     assert plain == short and len(plain) == 3
     added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
     assert added[0] - added[1] == {"s_by_a"} and added[0] >= {f"{name}_by_a" for name in "stuv"}
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_sums_follow_from_their_slopes_where_numbers_grow_together(seed):
+    """Of a in two powers, exactly and without adding up; not from a start, nor where a loop reads the sum."""
+    inside = ["*", "a", ["+", ["*", "b", "chi"], "d"]]
+    body = [*({"var": name, "expr": 0} for name in "stu"), {"var": "v", "expr": "a"},
+            wheels({"add": "s", "expr": inside}, {"add": "t", "expr": ["*", "a", inside]}, {"add": "u", "expr": inside},
+                   {"add": "v", "expr": inside}),
+            wheels(let("x", ["*", "u", "chi"]), {"add": "u", "expr": "x"}),
+            put(["nu_dot", 0], ["*", "s", "t"]), put(["nu_dot", 1], "u"), put(["nu_dot", 2], "v")]  # fmt: skip
+    arguments = ARGUMENTS | array("nu", [4], a=[0], b=[1], c=[2], d=[3])
+    f = read(function("f", "F.", "nu chi", "nu_dot chi_dot", body), arguments)
+    data = random_data(f, 3, 4, random.Random(seed))
+    data["nu"][(2,)] = exact(Fraction(1, data["nu"][(0,)]))
+    c, powers = canonical(f), {"a": 1, "b": 1, "d": 1}
+    ratios = {name: c.read(["*", name, ["^", "a", -1]]) for name in "bd"}
+    others = [Column(name, {name: c.read(1)}, lambda element: None) for name in "bd"]
+    bodies = []
+    for numbers in ({}, {name: c.read(name) for name in "bd"}):
+        together = Together(powers, ratios, powers, numbers)
+        own = Column("a", {"a": c.read(1)}, lambda element: element, c.read("c"), {"a": 1}, [together])
+        bodies.append(Tangents(c, Rules()).carried(f.body, [own, *others], keep=False))
+    plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
+    assert plain == short and len(plain) == 3
+    added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
+    assert added[0] - added[1] == {"s", "t"} and added[0] >= set("stuv")
