@@ -18,6 +18,7 @@
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
 #define SET_LOADED_BEARINGS (SET_LOADS && (SET_AXLES_STICK || SET_ROLLERS_TURN) && !SET_STANDS)
 #define SET_LOADED_IN_SERIES (SET_LOADED_BEARINGS && SET_IN_SERIES)     /* massless rollers among them */
+#define SET_CORNERS (SET_STRIPS && SET_LOADS)       /* massless rollers that turn on contacts that slip, under such loads */
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 /* Times an input's rounding: of torques that hold. On wheels that stand the ground's part may be far less than the bearing's,
  * which it is rounded with. */

@@ -8,7 +8,7 @@
  * Bearings of massless rollers that turn leave of loads what is in no proportion to them. There the friction is linear
  * about some loads, and these are found by Newton's rule: runtime/omniroll/effects/loads_beside_bearings.py. */
 #if SET_LOADS
-#define SET_NEARLY_LINEAR (SET_LOADED_IN_SERIES && SET_LEAVES_LOADS)
+#define SET_NEARLY_LINEAR ((SET_LOADED_IN_SERIES || SET_CORNERS) && SET_LEAVES_LOADS)
 #define LOADS_RESPOND 3             /* evaluations with which the response is found                           */
 #define TIP 1e-12                   /* of the load that a bearing takes: nearer to it hardly anything is left   */
 #define LEAST_ABOUT 1e-9            /* N, about which friction is linear at least; where a bearing takes nothing */
@@ -28,9 +28,16 @@ ALWAYS_INLINE void put_factors(const int wheels, const point_t *at)
     for (int i = 0; i < wheels; i++)        /* about 0 without a bearing: it is the load                     */
         loads->factor[i] = loads->about[i] + loads->gain[i]*(loads->factor[i] - loads->about[i]);
 #endif
+#if SET_CORNERS
+    for (int i = 0; i < wheels; i++)
+        loads->factor[i] *= loads->left[i];
+#endif
 }
 
-#if SET_NEARLY_LINEAR
+#if SET_CORNERS
+#define IS_WHOLE(loads) (loads)->whole
+#include "ground/corner_loads.c"
+#elif SET_NEARLY_LINEAR
 /* Friction beside bearings of rollers that turn is linear about the loads with these sums. */
 ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
 {
@@ -47,6 +54,15 @@ ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
         loads->gain[i] = lanes_select(turns, lanes_select(leaves, gain[i], lanes_of(0)), lanes_of(1));
         loads->bearing_factor[i] = lanes_select(turns, 1/loads->about[i], lanes_of(1));
     }
+}
+
+#define IS_WHOLE(loads) 0
+
+/* How many rounds loads are found by at most. */
+ALWAYS_INLINE int rounds_of(const int wheels, const point_t *at)
+{
+    (void)wheels;
+    return at->loads->rounds;
 }
 #endif
 
@@ -114,6 +130,10 @@ ALWAYS_INLINE int gather_rates(const int wheels, const point_t *at, const lanes_
     for (int k = 0; k < 2*wheels; k++)
         all[count++] = at->slip_dot[k];
 #endif
+#if SET_CORNERS
+    for (int i = 0; i < wheels; i++)
+        all[count++] = at->contact_holding[i];
+#endif
     return count;
 }
 
@@ -143,6 +163,10 @@ ALWAYS_INLINE void spread_rates(const int wheels, const point_t *at, const lanes
         at->ground_force[k] = all[count++];
     for (int k = 0; k < 2*wheels; k++)
         at->slip_dot[k] = all[count++];
+#endif
+#if SET_CORNERS
+    for (int i = 0; i < wheels; i++)
+        at->contact_holding[i] = all[count++];
 #endif
 }
 
@@ -215,21 +239,27 @@ NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_
     for (int i = 0; i < wheels; i++)
         before[i] = lanes_of(0);
     moved_loads(wheels, at, before);
-    for (int round = 0; round < loads->rounds && left; round++) {
+    for (int round = 0; round < rounds_of(wheels, at) && left; round++) {
+#if SET_CORNERS
+        loads->whole = round == 0 && loads->rounds > 1;
+#endif
         loads->knows_response = 0;
         correct_loads(wheels, at, nu_dot);
         const lanes_t step = moved_loads(wheels, at, before), weight = loads->sums[0];
         left = 0;
         for (int k = 0; k < LANES; k++) {
             const double fallen = step[k]/last[k];
-            found[k] |= !(step[k] > LOADS_SETTLED*weight[k])
+            found[k] |= !IS_WHOLE(loads) && (!(step[k] > LOADS_SETTLED*weight[k])
                 || (last[k] < INFINITY && step[k]*fallen*fallen <= SURE*LOADS_SETTLED*weight[k])
-                || (last[k] <= step[k] && step[k] <= LOADS_ROUNDED*weight[k]);
+                || (last[k] <= step[k] && step[k] <= LOADS_ROUNDED*weight[k]));
             left += !found[k];
         }
-        last = step;
+        last = IS_WHOLE(loads) ? lanes_of(INFINITY) : step;
     }
-    for (int k = 0; k < LANES && loads->rounds > 1; k++)
+#if SET_CORNERS
+    loads->whole = 0;
+#endif
+    for (int k = 0; k < LANES && rounds_of(wheels, at) > 1; k++)
         if (!found[k])
             loads->sums[1][k] = loads->sums[2][k] = NAN;
 }
@@ -265,6 +295,9 @@ NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_do
 #if SET_NEARLY_LINEAR
     put_about(wheels, at);
     put_factors(wheels, at);
+#if SET_CORNERS
+    put_yields(wheels, at, loads->compression);
+#endif
 #else
     put_loads(wheels, at);
 #endif
@@ -278,6 +311,9 @@ ALWAYS_INLINE void seek_loads(loads_t *loads, const double *sums)
     loads->responds = SET_FRICTION, loads->knows_response = 0;
 #if SET_NEARLY_LINEAR
     loads->rounds = MOST_ROUNDS;
+#endif
+#if SET_CORNERS
+    loads->whole = 0;
 #endif
 }
 #endif

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.codegen import python_alone
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
@@ -62,7 +61,7 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    return python_alone.lacking(kernel.signatures.__contains__)
+    return ""
 
 
 def can_run(task: Task) -> bool:
