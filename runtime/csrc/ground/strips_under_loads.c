@@ -2,6 +2,8 @@
  * contact that slips sticks follows from the state and the load, so that it is decided under each of the loads that are
  * found in turn. The numbered rules are in runtime/omniroll/effects/loaded_ground_with_massless_rollers.py. */
 
+#define LOCATED 1e-9                /* of its sliding torque: so near to it a roller is that has come to rest       */
+
 /* ---- what the state says -------------------------------------------------------------------------------------- */
 
 /* Which contacts rest, also such as are off, which may carry from now on; the others have directions of their slips. */
@@ -56,7 +58,7 @@ static double bound_under_loads(const omniroll_bearing_t *before, int turned)
 {
     if (turned)
         return before->sliding;
-    return before->size == INFINITY ? fmax(before->holding, before->sliding/NEAR_BOUND) : most_of(before);
+    return before->size == INFINITY ? fmax(before->holding, before->sliding*(1 + LOCATED)) : most_of(before);
 }
 
 /* Whether the roller of a contact that slips turns where it would be asked for this torque if it stuck: it does from
