@@ -18,7 +18,6 @@ quadrature.py   tables of Gauss collocation
 infix.py c.py python.py latex.py   how an expression is printed in each language
 pair.py         the header and the source file that a controller takes
 engine_sets.py  what the compiled engine must know of a set of effects
-python_alone.py  which sets of effects the compiled engine does not run
 formulas.py     the comparison with the paper: records and page
 mathtext.py     the paper's LaTeX as plain text and as MathML
 filling.py      how templates are filled, and what they use

@@ -12,7 +12,6 @@ from types import MappingProxyType
 from .along import SUFFIX
 from .filling import template
 from .programs import Array, EffectSet, Function
-from .python_alone import lacking
 from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
@@ -43,6 +42,7 @@ WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
 OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # inputs of LOAD_SUMS
 OF_LOADS = {"load_factor": "at->loads->factor", "bearing_factor": "at->loads->bearing_factor"}  # inputs under loads
+OF_CORNERS = {"ground_yield": "at->loads->yield"}  # and where massless rollers turn on contacts that slip
 # Outputs, and the inputs of other functions that they are.
 ALIASES = {"coulomb_rates": "coulomb_momenta_dot", "bearing_rates": "bearing_momenta_dot"}
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
@@ -59,6 +59,7 @@ REACHES = "contact_reaches"  # of rollers in contact, where wheels slip and roll
 SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
 LEFT_LOADS = "left_loads"  # of loads that follow the motion, which friction goes with: what bearings of these leave
 CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
+CORNER_LOADS = "corner_loads"  # the same of loads that follow the motion
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
 OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield")
@@ -122,7 +123,8 @@ class EngineSet:
         further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
         further += [CORNERS] * self.strips
         self.leaves_loads = self.loads and effects.function(LEFT_LOADS) is not None
-        further += [LEFT_LOADS] * self.leaves_loads
+        self.corners = self.loads and self.strips  # bearings leave parts of loads where contacts slip
+        further += [LEFT_LOADS] * self.leaves_loads + [CORNER_LOADS] * self.corners
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -361,6 +363,7 @@ class EngineSet:
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | OF_LOADS | given
+        known |= OF_CORNERS if self.corners else {}
         calls = []
         for function in functions:
             own, arguments = [], [known[array.name] for array in function.inputs]
@@ -392,7 +395,7 @@ MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a se
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and not lacking(effects.function)
+    runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

@@ -18,7 +18,12 @@ enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARIN
 #elif defined STICKING
 enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
 #elif defined SERIES && defined STANDING
-enum { INPUTS = 6, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
+#ifdef CARRYING
+enum { INPUTS = 7 };
+#else
+enum { INPUTS = 6 };
+#endif
+enum { CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 #elif defined SERIES
 enum { INPUTS = 2, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 #elif defined HOLDING

@@ -75,6 +75,10 @@ CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how l
         ("contact_coulomb", "axle_sticking", "roller_sticking"), ["-DSTANDING", "-DSERIES"],
         [STANDING, EQUAL_BEARINGS], 0.3,
     ),
+    "axles and massless rollers that stick beside contacts under loads that follow": (
+        ("contact_coulomb", "contact_loads", "axle_sticking", "roller_sticking"),
+        ["-DSTANDING", "-DCARRYING", "-DSERIES"], [LOADED, EQUAL_BEARINGS], 0.3,
+    ),
     "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
     "axles and rollers that stick beside contacts": (
         ("contact_coulomb", "axle_sticking", "roller_sticking"), ["-DSTANDING"], [STANDING, ALL_BEARINGS], 0.3,

@@ -9,7 +9,7 @@ import pytest
 
 from contact.in_steps import assert_samples_are_those_of_finer_runs
 from contact.test_axles_under_loads import run_or_stop
-from contact.test_massless_rollers import contact_torques, first_row
+from contact.test_massless_rollers import BOTH, contact_torques, first_row
 from contact.test_massless_rollers_that_stick import (
     CROSS,
     DISTANCE,
@@ -33,8 +33,6 @@ from omniroll import (
     Bearings,
     Contact,
     InvalidValueError,
-    OmnirollError,
-    Session,
     SimulationStopped,
     Slope,
     Torque,
@@ -57,12 +55,12 @@ ROLLS = 2 * WHEEL / RADIUS**2  # kg, of two wheels that roll, beside the mass
 TILTS = 2 * WHEEL / RADIUS  # kg m, beside the mass times the height: the moment that an acceleration asks of the loads
 
 
-def pushed(vehicle, drive, friction, torque, duration):
+def pushed(vehicle, drive, friction, torque, engine, duration):
     """Two wheels push along x with torques that grow, drive (N,) of them."""
     table = TorqueTable((0.0, 1.0), np.array([np.zeros(len(drive)), GROWS * np.array(drive)]))
     ground = Contact(law="coulomb", friction=friction, loads="dynamic", height=HEIGHT, normal_gravity=GRAVITY)
     effects = [ground, Bearings(roller_coulomb=torque), table]
-    return run_or_stop(vehicle, {"nu": (0, 0, 0), "accuracy": 1e-9, "effects": effects, **MASSLESS}, "python", duration)
+    return run_or_stop(vehicle, {"nu": (0, 0, 0), "accuracy": 1e-9, "effects": effects, **MASSLESS}, engine, duration)
 
 
 def instant(vehicle, acceleration, dragged):
@@ -70,7 +68,8 @@ def instant(vehicle, acceleration, dragged):
     return RADIUS * ((vehicle.mass + ROLLS) * acceleration + dragged) / (2 * GROWS)
 
 
-def test_a_front_wheel_that_loses_its_load_stops_its_roller_and_the_vehicle_tips():
+@BOTH
+def test_a_front_wheel_that_loses_its_load_stops_its_roller_and_the_vehicle_tips(engine):
     """The front roller breaks away at 2 tau/l = T/rho. It stops where mu N has fallen to T/rho, and its wheel drags
     with mu N until its load W/3 - (M h + 2 J/l) x''/0.3 is gone."""
     friction, torque = 1.5, 0.05
@@ -80,7 +79,7 @@ def test_a_front_wheel_that_loses_its_load_stops_its_roller_and_the_vehicle_tips
     stops = instant(TRICYCLE, (weight / 3 - held / friction) / lifts, held)
     tips = instant(TRICYCLE, weight / 3 / lifts, 0)
     assert breaks < 0.5 * stops and stops < 0.99 * tips
-    run, why = pushed(TRICYCLE, (0, 1, 1), friction, torque, 1.2 * tips)
+    run, why = pushed(TRICYCLE, (0, 1, 1), friction, torque, engine, 1.2 * tips)
     assert "the vehicle tips over the edge of its wheels 1 and 2" in why
     spins = np.abs(run.contact_spin[:, 0])
     assert run.t[first_row(spins > 1e-12) - 1] == pytest.approx(breaks, rel=INSTANT)
@@ -91,7 +90,8 @@ def test_a_front_wheel_that_loses_its_load_stops_its_roller_and_the_vehicle_tips
     assert run.t[-1] == pytest.approx(tips, rel=INSTANT)
 
 
-def test_a_front_wheel_whose_friction_presses_it_down_has_several_solutions():
+@BOTH
+def test_a_front_wheel_whose_friction_presses_it_down_has_several_solutions(engine):
     """Two wheels of four push along the axles of the others, whose rollers turn at 2 tau/l = 2 T/rho; of these the load
     in front is W/4 - (M h + 2 J/l) x''/(2 d). Where mu times that has fallen to T/rho its roller would stop. Friction
     which a load brings then presses it on the ground by more than that load: mu (M h + 2 J/l) > 2 d (M + 2 J/l^2)."""
@@ -99,15 +99,16 @@ def test_a_front_wheel_whose_friction_presses_it_down_has_several_solutions():
     held, lifts = torque / RHO, (MASS * HEIGHT + TILTS) / (2 * DISTANCE)
     assert friction * lifts > MASS + ROLLS
     stops = instant(CROSS, (WEIGHT / 4 - held / friction) / lifts, 2 * held)
-    run, why = pushed(CROSS, (0, -1, 0, 1), friction, torque, 1.2 * stops)
+    run, why = pushed(CROSS, (0, -1, 0, 1), friction, torque, engine, 1.2 * stops)
     assert "loads and friction have several solutions: in one of them wheel" in why
     assert run.t[-1] == pytest.approx(stops, rel=INSTANT)
     assert run.sticks.all() and (run.contact_spin[-1, [0, 2]] != 0).all()
     assert run.ground_load[-1].min() == pytest.approx(held / friction, rel=1e-9)
 
 
+@BOTH
 @pytest.mark.parametrize("more, holds", [(1 - 1e-9, True), (1 + 1e-9, False), (1.3, False)])
-def test_bearings_below_friction_say_what_slope_holds(more, holds):
+def test_bearings_below_friction_say_what_slope_holds(more, holds, engine):
     """All axles stick, two contacts hold mu N each, two T/rho, whatever loads move: 2 mu N + 2 T/rho. Beyond it
     M v' = M g sin b less that, and the loads of the wheels in front and behind differ by h/d of the ground's force."""
     mu, torque, incline = 0.5, 0.05, 0.3
@@ -120,7 +121,7 @@ def test_bearings_below_friction_say_what_slope_holds(more, holds):
     moved = min(more, 1) * most * HEIGHT / (2 * DISTANCE)
     assert mu * (load - moved) > 1.1 * torque / RHO
     effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=30.0), slope]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=0.1, effects=effects, accuracy=1e-12, **MASSLESS)
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.1, effects=effects, accuracy=1e-12, engine=engine, **MASSLESS)
     speeds = np.linalg.norm(run.nu[:, :2], axis=1) * DISTANCE
     assert np.sort(run.ground_load[-1]) == pytest.approx([load - moved, load, load, load + moved], rel=1e-9)
     if holds:
@@ -132,7 +133,8 @@ def test_bearings_below_friction_say_what_slope_holds(more, holds):
     assert turning.sum() == 2 and (~run.sticks[-1]).sum() == 2 and not (turning & ~run.sticks[-1]).any()
 
 
-def test_the_wheels_in_front_of_a_vehicle_that_slides_downhill_turn_their_rollers():
+@BOTH
+def test_the_wheels_in_front_of_a_vehicle_that_slides_downhill_turn_their_rollers(engine):
     """It slides along the axles of wheels 1 and 3, whose bearings take T/rho between mu times the loads of the two: the
     lower roller turns, with T/rho, and the upper wheel drags with mu N. With F = 2 mu N_2 + T/rho + mu N_3 the loads
     are N_2 = W/4 and N_3 = W/4 - h F/(2 d)."""
@@ -144,7 +146,7 @@ def test_the_wheels_in_front_of_a_vehicle_that_slides_downhill_turn_their_roller
     upper = load - lever * force
     ground = Contact(law="coulomb", friction=mu, loads="dynamic", height=height, normal_gravity=normal)
     effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=30.0), Slope(incline, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=0.1, effects=effects, accuracy=1e-12, **MASSLESS)
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.1, effects=effects, accuracy=1e-12, engine=engine, **MASSLESS)
     speed = (GRAVITY * np.sin(incline) - force / MASS) * 0.1
     assert np.linalg.norm(run.nu[-1, :2]) * DISTANCE == pytest.approx(speed, rel=1e-10)
     assert np.sort(run.ground_load[-1]) == pytest.approx([upper, load, load, 2 * load - upper], rel=1e-10)
@@ -156,7 +158,7 @@ def test_the_wheels_in_front_of_a_vehicle_that_slides_downhill_turn_their_roller
 # ---- every body ------------------------------------------------------------------------------------------------------
 
 
-def standing_case(wheels, attempts=300):
+def standing_case(wheels, engine, attempts=300):
     """A machine that stands on all its wheels as it moves, its run over an instant, its drives' torques and those of
     its rollers' bearings; a contact sticks whose roller turns, others slip, with rollers that turn and that stick."""
     sliding = np.where(np.arange(wheels) % 3 == 2, 0.3, 8e-3)
@@ -169,7 +171,7 @@ def standing_case(wheels, attempts=300):
         case, torque = replace(case, nu=nu, rates=rates), 0.05 * rng.normal(size=wheels)
         ground = Contact(law="coulomb", friction=(0.5, 0.4), loads="dynamic", **numbers(case), wheel_rates=rates)
         with contextlib.suppress(InvalidValueError, SimulationStopped):  # it tips
-            run = simulate(case.vehicle, **case.start(), duration=0, control=False, engine="python",
+            run = simulate(case.vehicle, **case.start(), duration=0, control=False, engine=engine,
                            effects=[ground, Bearings(roller_coulomb=sliding), Torque(torque)])  # fmt: skip
             turns, sticks = np.abs(run.contact_spin[0]) > 1e-6, run.sticks[0]
             kinds = (turns & sticks).any() and (turns & ~sticks).any() and (~turns & ~sticks).any()
@@ -178,11 +180,12 @@ def standing_case(wheels, attempts=300):
     raise AssertionError("none stands")
 
 
+@BOTH
 @pytest.mark.parametrize("wheels", [3, 4, 6])
-def test_modes_and_loads_agree_with_every_body(wheels):
+def test_modes_and_loads_agree_with_every_body(wheels, engine):
     """The oracle gets the bearings' torques and the forces across; it must find the accelerations, the forces along the
     axles, and the loads from which by the law at the slip all forces follow."""
-    case, run, torque, sliding, turns = standing_case(wheels)
+    case, run, torque, sliding, turns = standing_case(wheels, engine)
     slip, force, load, taken = run.slip[0], run.ground_force[0], run.ground_load[0], contact_torques(run)[0]
     assert np.ptp(load) > 1e-2 * load.mean()
     found = run.contacts.accelerations(run.nu, run.chi)
@@ -223,27 +226,30 @@ def scene(number, highest=0.12):
     return vehicle, options | {"effects": [ground, *others], "accuracy": 1e-9}
 
 
-def assert_the_laws_hold(number, duration=0.006):
-    vehicle, options = scene(number)
-    run, why = run_or_stop(vehicle, options, "python", duration)
+def assert_the_laws_hold(number, engine, duration=0.006, bound=LAW, highest=0.12):
+    """In every row of a run; returns why it has stopped, or nothing."""
+    vehicle, options = scene(number, highest)
+    run, why = run_or_stop(vehicle, options, engine, duration)
+    assert run.stats["engine"] == engine
     if not run.t[-1]:
         assert why  # nothing is decided there
-        return
+        return why
     for name, residual in residuals(vehicle, options["effects"], run).items():
-        assert residual <= LAW, (number, name)
+        assert residual <= bound, (number, name)
     lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
     assert abs(run.ledger.residual) <= 1e-9 * lost, number
+    return why
 
 
 @pytest.mark.parametrize("number", [0, 2, 4, 7])
 def test_the_laws_hold_in_every_row(number):
-    assert_the_laws_hold(number)
+    assert_the_laws_hold(number, "python")
 
 
 @pytest.mark.long
 def test_the_laws_hold_in_every_row_of_more_scenes():
     for number in range(8, 30):
-        assert_the_laws_hold(number)
+        assert_the_laws_hold(number, "python")
 
 
 @pytest.mark.long
@@ -267,10 +273,7 @@ def test_samples_between_rows_are_those_of_finer_runs():
     assert_samples_are_those_of_finer_runs(vehicle, options, np.linspace(0.0005, 0.0055, 11), names, 1e-9)
 
 
-def test_sensitivities_and_sessions_are_refused():
+def test_sensitivities_are_refused():
     vehicle, options = scene(0)
     with pytest.raises(InvalidValueError, match="sensitivities"):
         simulate(vehicle, duration=0.001, sensitivities=["mass"], **options)
-    del options["control"]
-    with pytest.raises(OmnirollError, match="massless rollers that stick beside contacts that stick, under loads"):
-        Session(vehicle, driven=False, **options)

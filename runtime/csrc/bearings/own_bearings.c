@@ -45,7 +45,16 @@ ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const wor
 }
 #endif
 
-#if SET_STRIPS
+#if SET_CORNERS
+/* The same beside contacts that stick, into work->own.rate, where the rates have been computed. */
+static void own_rates_there(const omniroll_run_t *run, const work_t *work, const instant_t *now)
+{
+    const int at = work->own.rollers_at;
+    for (int k = 0; k < at; k++)
+        work->own.rate[k] = now->point.core[own_rates_at(run->wheels) + k];
+    memcpy(work->own.rate + at, work->own.spin, sizeof *work->own.rate*(size_t)run->wheels);
+}
+#elif SET_STRIPS
 /* The same beside contacts that stick, in the present modes, into work->own.rate. */
 static void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
@@ -70,11 +79,25 @@ ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work
 }
 #endif
 
+#if SET_CORNERS
+/* The spins at this instant, under the loads that are known. */
+static void put_yields_now(const omniroll_run_t *run, const instant_t *now)
+{
+    lanes_t load[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        load[i] = lanes_of(run->grips[i].load);
+    put_yields(run->wheels, &now->point, load);
+}
+#endif
+
 /* The same at this instant. */
 static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 {
     instant_t now;
     at_this_instant(run, work, run->wheels, &now);
+#if SET_CORNERS
+    put_yields_now(run, &now);
+#endif
     own_rates_there(run, work, &now);
     for (int k = 0; k < run->own_count; k++)
         work->own.now[k] = work->own.rate[k][0];

@@ -4,6 +4,8 @@
  * load the bearing of a roller that turns leaves what is in no proportion to it: there the ground's friction is linear
  * about some loads, and these are found by Newton's rule (runtime/omniroll/effects/loads_beside_bearings.py). */
 
+#define SET_CORNERS (SET_STRIPS && SET_LOADS)   /* massless rollers that turn on contacts that slip: corner_loads.c */
+
 /* What is taken beside other arguments where the rates of massless rollers follow from loads that follow the motion. */
 #if SET_LOADS && SET_IN_SERIES && !SET_GRIPS
 #define UNDER(loads) , loads
@@ -16,7 +18,7 @@
 #define SET_NEARLY_LINEAR 1
 #define BEARING_FACTOR(loads) (loads)->bearing_factor,
 #else
-#define SET_NEARLY_LINEAR 0
+#define SET_NEARLY_LINEAR (SET_CORNERS && SET_LEAVES_LOADS)
 #define BEARING_FACTOR(loads)
 #endif
 
@@ -27,7 +29,7 @@
 #define LOADS_ROUNDED 1e-11         /* of the weight: steps below this that do not fall any more are rounding    */
 #define SURE 0.1                    /* of LOADS_SETTLED: where the next step would be that falls as its square   */
 
-#if SET_NEARLY_LINEAR
+#if SET_NEARLY_LINEAR && !SET_CORNERS
 /* Friction of contacts is linear about some loads, of which bearings of rollers that turn take `taken`. */
 ALWAYS_INLINE void be_linear_about(const int wheels, const lanes_t *load, const lanes_t *taken, const lanes_t *gain,
                                    const lanes_t *sticks, loads_t *loads)
@@ -40,7 +42,9 @@ ALWAYS_INLINE void be_linear_about(const int wheels, const lanes_t *load, const 
         loads->bearing_factor[i] = lanes_select(turns, 1/loads->about[i], lanes_of(1));
     }
 }
+#endif
 
+#if SET_NEARLY_LINEAR
 /* Which lanes have their loads, after a step of Newton's rule behind the last one. Returns how many have not. */
 ALWAYS_INLINE int settle_lanes(lanes_t step, lanes_t last, lanes_t weight, int *found)
 {

@@ -25,6 +25,9 @@ static void balance_in_lanes(const omniroll_run_t *run, work_t *work)
         products[k] = lanes_of(ground->platform_products[k]);
     for (int i = 0; i < run->wheels; i++)
         inertia[i] = lanes_of(ground->spin_inertia[i]);
+#if SET_CORNERS
+    balance->friction = work->friction;
+#endif
 }
 
 /* The contacts that carry, where the kernel and the rows have them. */
@@ -57,6 +60,51 @@ typedef struct {
     carrying_t first, fit, other, nearest;      /* tried first; fits first; fits and differs; fits with fewest changes */
     double least_determinant;                   /* of those that fit                                        */
 } search_t;
+
+#if SET_CORNERS
+/* The mode of a massless roller in a set: where the contact is off it sticks (rule 3 of
+ * loaded_ground_with_massless_rollers.py). */
+ALWAYS_INLINE int roller_mode_in_set(const work_t *work, const carrying_t *set, int i)
+{
+    return set->carries[i] ? set->mode[work->own.rollers_at + i] : 0;
+}
+
+static void slips_now(const omniroll_run_t *run, const work_t *work, double *slip);
+static double slip_rounding(const omniroll_run_t *run, int contact);
+
+/* The forces per load of contacts that slip, in each lane where they go in the modes of its set: along the rolling
+ * direction alone where rollers turn. */
+static void forces_in_sets(const omniroll_run_t *run, const work_t *work, const carrying_t *sets, int count,
+                           lanes_t *unit)
+{
+    double pair[2*MOST_WHEELS];
+    lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
+    slips_now(run, work, pair);
+    for (int i = 0; i < run->wheels; i++) {
+        const omniroll_grip_t *const grip = run->grips + i;
+        const double size = length_of(pair + 2*i, 2);
+        const int moves = !grip->resting && size > slip_rounding(run, i), now = roller_mode(run, i) != 0;
+        for (int lane = 0; lane < LANES; lane++) {
+            const int turns = roller_mode_in_set(work, sets + (lane < count ? lane : 0), i) != 0;
+            const int other = moves && turns != now;
+            toward[2*i][lane] = !other ? grip->towards[0] : turns ? 0 : pair[2*i]/size;
+            toward[2*i + 1][lane] = !other ? grip->towards[1] : turns ? copysign(1, pair[2*i + 1]) : pair[2*i + 1]/size;
+        }
+    }
+    set_sliding_forces(run->wheels, &work->vehicle, toward, work->load, work->friction, unit, slope);
+    (void)slope;
+}
+
+/* The rollers of a set in one lane of an instant. */
+static void turn_in_lane(const omniroll_run_t *run, const work_t *work, const carrying_t *set, int lane, lanes_t *input)
+{
+    for (int i = 0; i < run->wheels; i++) {
+        const int place = work->own.rollers_at + i, mode = roller_mode_in_set(work, set, i);
+        work->own.sticks[place][lane] = mode == 0;
+        input[own_input(run, place)][lane] = -mode*own_bearings(run)[place].sliding;
+    }
+}
+#endif
 
 /* Whether a vehicle stands on these contacts: on three or more that do not lie on one line. */
 static int stands(const omniroll_run_t *run, const int *carries)
@@ -101,8 +149,13 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
     int responds = 0;
     for (int i = 0; i < wheels; i++)
         responds |= !holds[i];
+#if SET_CORNERS
+    if (responds)
+        forces_in_sets(run, work, sets, count, unit);
+#else
     if (responds)
         forces_along(run, work, unit);
+#endif
     responds = 0;
 #endif
 #if SET_LOADED_BEARINGS
@@ -133,6 +186,9 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
         for (int i = 0; i < wheels; i++)
             sticks[i] = set->carries[i] && holds[i];
         stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->mode, lane, &now);
+#if SET_CORNERS
+        turn_in_lane(run, work, set, lane, now.arrays.input);
+#endif
     }
 #endif
 #if SET_NEARLY_LINEAR
@@ -489,7 +545,8 @@ static void loads_at_start(const work_t *work, step_t *s, const int wheels)
         seek_loads(s->loads_at + b, sums);
 #if SET_NEARLY_LINEAR
         s->loads_at[b].rounds = 1;              /* sweeps go on with it                                          */
-#elif SET_GRIPS
+#endif
+#if SET_GRIPS
         s->loads_at[b].responds = s->sliding;
 #endif
     }

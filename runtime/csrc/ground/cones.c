@@ -37,6 +37,17 @@ typedef struct {
 } parts_at_rest_t;
 #endif
 
+#if SET_CORNERS
+/* What the state says of contacts and rollers at an instant: speeds along axles and slips along rolling directions; where
+ * contacts go whose rollers stick; the bearings of the rollers; and how often these have been decided since. */
+typedef struct {
+    double pair[2*MOST_WHEELS], way[2*MOST_WHEELS];
+    int still[MOST_WHEELS], turns;
+    omniroll_bearing_t before[MOST_WHEELS];
+    int *rests;                     /* which contacts rest, under the loads that they have                  */
+} under_loads_t;
+#endif
+
 /* A disc may be cut by a strip, which its first component does not leave (see cones.py). */
 #if SET_STRIPS
 #define OF_STRIP(d, i) ((d)->strip[i])

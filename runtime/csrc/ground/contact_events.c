@@ -116,7 +116,7 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     (void)slope;
 }
 
-#if SET_STRIPS
+#if SET_STRIPS && !SET_LOADS
 /* The same of contacts that slip and whose rollers turn. */
 static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
 {
@@ -141,7 +141,7 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     const point_t point = point_at_end(s, wheels, &at);
     if (s->turning)
         push_at_end(s, wheels, &point, at.ground_push);
-#if SET_STRIPS
+#if SET_STRIPS && !SET_LOADS
     push_corners_at_end(s, wheels, &at);
 #endif
     rates_near(wheels, &point, nu_dot);

@@ -31,7 +31,7 @@ static void force_in_direction(step_t *s, int i)
     }
 }
 
-#if SET_STRIPS
+#if SET_STRIPS && !SET_LOADS
 /* The forces of contacts that slip and whose rollers turn, at a vector of nodes where the wheels have these angles. */
 static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t *chi)
 {
@@ -58,7 +58,7 @@ static void forces_in_directions(step_t *s, const int wheels)
             force_in_direction(s, i);
         else
             memset(s->push + 2*i, 0, 2*sizeof *s->push);
-#if SET_STRIPS
+#if SET_STRIPS && !SET_LOADS
     lanes_t chi[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         chi[i] = lanes_of(s->chi[i]);
@@ -83,7 +83,7 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
     lanes_t rigid[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         rigid[i] = lanes_of(1);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, none, none, rigid, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, OF_NO_FORCE, none, rigid, slip, aside);
 #elif defined SET_HAS_CONTACT_SPEEDS
     const lanes_t *const axial = core + contact_speeds_at(wheels);
     set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, OF_NO_FORCE, slip, aside);
@@ -192,6 +192,9 @@ NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask
         for (int k = 0; k < 3; k++)
             s->loads_aside->sums[k] = s->loads_at[b].sums[k];
         s->loads_aside->responds = 1, s->loads_aside->knows_response = 0;   /* found by the first evaluation      */
+#if SET_CORNERS
+        s->loads_aside->rounds = 1;
+#endif
         point.loads = s->loads_aside;
 #endif
         rates_near(wheels, &point, nu_dot);
@@ -523,7 +526,7 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
 /* New directions of all contacts that slip, and their forces, from the states at the nodes. */
 static void find_directions(step_t *s, const int wheels)
 {
-#if SET_STRIPS
+#if SET_STRIPS && !SET_LOADS
     for (int b = 0; b < BLOCKS && s->sliding; b++) {
         lanes_t chi[MOST_WHEELS];
         for (int i = 0; i < wheels; i++)

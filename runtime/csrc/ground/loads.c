@@ -21,9 +21,16 @@ ALWAYS_INLINE void put_factors(const int wheels, const point_t *at)
     for (int i = 0; i < wheels; i++)        /* about 0 without a bearing: it is the load                     */
         loads->factor[i] = loads->about[i] + loads->gain[i]*(loads->factor[i] - loads->about[i]);
 #endif
+#if SET_CORNERS
+    for (int i = 0; i < wheels; i++)
+        loads->factor[i] *= loads->left[i];
+#endif
 }
 
-#if SET_NEARLY_LINEAR
+#if SET_CORNERS
+#define IS_WHOLE(loads) (loads)->whole
+#include "ground/corner_loads.c"
+#elif SET_NEARLY_LINEAR
 /* Friction beside bearings of rollers that turn is linear about the loads with these sums. */
 ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
 {
@@ -33,6 +40,15 @@ ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
     set_left_loads(wheels, at->vehicle, at->chi, at->inputs + SET_CONTACT_BEARING_INPUT*wheels, loads->compression,
                    taken, gain);
     be_linear_about(wheels, loads->compression, taken, gain, at->contact_sticks, loads);
+}
+
+#define IS_WHOLE(loads) 0
+
+/* How many rounds loads are found by at most. */
+ALWAYS_INLINE int rounds_of(const int wheels, const point_t *at)
+{
+    (void)wheels;
+    return at->loads->rounds;
 }
 #endif
 
@@ -100,6 +116,10 @@ ALWAYS_INLINE int gather_rates(const int wheels, const point_t *at, const lanes_
     for (int k = 0; k < 2*wheels; k++)
         all[count++] = at->slip_dot[k];
 #endif
+#if SET_CORNERS
+    for (int i = 0; i < wheels; i++)
+        all[count++] = at->contact_holding[i];
+#endif
     return count;
 }
 
@@ -129,6 +149,10 @@ ALWAYS_INLINE void spread_rates(const int wheels, const point_t *at, const lanes
         at->ground_force[k] = all[count++];
     for (int k = 0; k < 2*wheels; k++)
         at->slip_dot[k] = all[count++];
+#endif
+#if SET_CORNERS
+    for (int i = 0; i < wheels; i++)
+        at->contact_holding[i] = all[count++];
 #endif
 }
 
@@ -201,14 +225,22 @@ NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_
     for (int i = 0; i < wheels; i++)
         before[i] = lanes_of(0);
     moved_loads(wheels, at, before);
-    for (int round = 0; round < loads->rounds && left; round++) {
+    for (int round = 0; round < rounds_of(wheels, at) && left; round++) {
+#if SET_CORNERS
+        loads->whole = round == 0 && loads->rounds > 1;
+#endif
         loads->knows_response = 0;
         correct_loads(wheels, at, nu_dot);
         const lanes_t step = moved_loads(wheels, at, before);
+        if (IS_WHOLE(loads))
+            continue;
         left = settle_lanes(step, last, loads->sums[0], found);
         last = step;
     }
-    for (int k = 0; k < LANES && loads->rounds > 1; k++)
+#if SET_CORNERS
+    loads->whole = 0;
+#endif
+    for (int k = 0; k < LANES && rounds_of(wheels, at) > 1; k++)
         if (!found[k])
             loads->sums[1][k] = loads->sums[2][k] = NAN;
 }
@@ -244,6 +276,9 @@ NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_do
 #if SET_NEARLY_LINEAR
     put_about(wheels, at);
     put_factors(wheels, at);
+#if SET_CORNERS
+    put_yields(wheels, at, loads->compression);
+#endif
 #else
     put_loads(wheels, at);
 #endif
@@ -257,6 +292,9 @@ ALWAYS_INLINE void seek_loads(loads_t *loads, const double *sums)
     loads->responds = SET_FRICTION, loads->knows_response = 0;
 #if SET_NEARLY_LINEAR
     loads->rounds = MOST_ROUNDS;
+#endif
+#if SET_CORNERS
+    loads->whole = 0;
 #endif
 }
 #endif

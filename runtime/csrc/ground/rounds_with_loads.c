@@ -58,6 +58,20 @@ static void put_friction(omniroll_run_t *run, const work_t *work, const friction
     friction_in_lanes(run, work);
 }
 
+#if SET_STANDS
+/* Whether a bearing is one of those that rest. Of a contact that slips the state says whether its massless roller
+ * turns. */
+static int rests_in_rounds(const work_t *work, const int *rests, int k, const omniroll_bearing_t *bearing)
+{
+#if SET_CORNERS
+    if (k >= work->own.rollers_at && !rests[k - work->own.rollers_at])
+        return 0;
+#endif
+    (void)work, (void)rests, (void)k;
+    return bearing->resting;
+}
+#endif
+
 /* What rests has one friction in a round: the sliding one if it has broken away. */
 static void put_one_friction(omniroll_run_t *run, const work_t *work, const int *rests)
 {
@@ -72,9 +86,11 @@ static void put_one_friction(omniroll_run_t *run, const work_t *work, const int 
 #if SET_STANDS
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        if (bearing->resting && bearing->broken)
+        if (!rests_in_rounds(work, rests, k, bearing))
+            continue;
+        if (bearing->broken)
             bearing->holding = bearing->sliding;
-        else if (bearing->resting)
+        else
             bearing->sliding = bearing->holding;
     }
 #endif
@@ -92,7 +108,7 @@ static int break_away(omniroll_run_t *run, const work_t *work, const int *rests)
 #if SET_STANDS
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        const int breaks = bearing->resting && bearing->mode && !bearing->broken;
+        const int breaks = rests_in_rounds(work, rests, k, bearing) && bearing->mode && !bearing->broken;
         bearing->broken |= breaks, further |= breaks;
     }
 #endif

@@ -204,7 +204,30 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
 #endif
 }
 
-#if SET_STRIPS
+#if SET_CORNERS
+/* The rates that a row says: contacts that slip on rollers which stick go along its slips, also where these are so slow
+ * that a phase goes on in other directions. The headings of the row are these. */
+static void rates_in_row(omniroll_run_t *run, const work_t *work)
+{
+    double pair[2*MOST_WHEELS], kept[2*MOST_WHEELS];
+    lanes_t nu_dot[3];
+    slips_now(run, work, pair);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const double size = length_of(pair + 2*i, 2), speeds = fmax(speeds_of_slip(run, i), LEFT_OF*run->hold.speed);
+        memcpy(kept + 2*i, grip->towards, sizeof grip->towards);
+        if (!slides(run, i) || roller_mode(run, i))
+            continue;
+        if (size > SLIP_AT_REST*EPS*speeds && !goes_along(run, i, pair + 2*i, grip->towards, 0))
+            for (int k = 0; k < 2; k++)
+                grip->towards[k] = pair[2*i + k]/size;
+        run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
+    }
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    for (int i = 0; i < run->wheels; i++)
+        memcpy(run->grips[i].towards, kept + 2*i, sizeof run->grips[i].towards);
+}
+#elif SET_STRIPS
 /* Of rollers that stick and whose contacts slip, in a row: by its slips, and its headings by these, too. */
 static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
 {
@@ -288,8 +311,8 @@ static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
         }
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        const double asked = work->own.holding[k][0], beyond = fabs(asked) - bearing->holding;
-        if (bearing->mode || standing->has_part[k] || !(beyond > PASSED*rounding_of_holding(asked, bearing->holding)))
+        const double asked = work->own.holding[k][0], most = SET_CORNERS ? most_of(bearing) : bearing->holding;
+        if (bearing->mode || standing->has_part[k] || !(fabs(asked) - most > PASSED*rounding_of_holding(asked, most)))
             continue;
         bearing->released = asked > 0 ? -1 : 1;
         count++;
@@ -357,14 +380,22 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     stand_at_end(run, work);
     bearings_have_stuck(run, work);         /* once more: nu has just lost what standing wheels take from it    */
     memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
+#if SET_CORNERS
+    rates_in_row(run, work);
+#else
     rates_at_this_instant(run, work, run->wheels, nu_dot);
+#endif
     asked_now(run, work, &now);
     find_all_torques(run, work, &now);
-#if SET_STRIPS
+#if SET_STRIPS && !SET_CORNERS
     find_torques_in_row(run, work);
 #endif
     if (landed < 0)
         return;
+#if SET_CORNERS
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    asked_now(run, work, &now);
+#endif
     run->hold.ended = 1;
     if (landed >= run->own_count)
         release_where_used(run, work, &now, -INFINITY);

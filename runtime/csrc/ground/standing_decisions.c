@@ -23,6 +23,12 @@ static void forces_in_newtons(const omniroll_run_t *run, const work_t *work, lan
     put_corners_now(run, work, push);
     for (int k = 0; k < 2*run->wheels && SET_LOADS; k++)
         push[k] *= run->grips[k/2].load;
+#if SET_CORNERS
+    lanes_t chi[MOST_WHEELS], yield[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+    corners_at(run, work, chi, push, yield);
+#endif
 }
 
 /* The torques of bearings that turn, into work->own.torque, where those at rest take none. */
@@ -304,6 +310,9 @@ static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
     }
 }
 
+#if SET_CORNERS
+#include "ground/strips_under_loads.c"
+#endif
 #if SET_LOADS
 /* What is let go at this instant, kept in `let_go`: contacts, then bearings. */
 static void keep_released(const omniroll_run_t *run, int *let_go)
@@ -335,6 +344,9 @@ static void find_modes(omniroll_run_t *run, const work_t *work, const int *let_g
 {
     asked_t now;
     put_released(run, let_go);
+#if SET_CORNERS
+    put_under_loads(run, work, work->under_loads);
+#endif
     stop_resting_bearings(run);
     decide_modes(run, work, &now);
     stand(run, work);
@@ -361,9 +373,13 @@ static int is_determined(omniroll_run_t *run, const work_t *work)
     carrying_t sets[LANES];
     for (int i = 0; i < run->wheels; i++)
         holds[i] = run->grips[i].sticks;
+#if SET_CORNERS
+    count = undecided_under_loads(run, work, work->under_loads, resting);
+#else
     for (int k = 0; k < ON_GROUND*run->wheels; k++)
         if (own_bearings(run)[k].resting)
             resting[count++] = k;
+#endif
     for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
         carrying_t *const set = sets + tried++;
         for (int i = 0; i < run->wheels; i++)
@@ -396,6 +412,10 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
         grip->dropped |= gone, grip->released &= !gone;
         rests[i] = grip->resting;
     }
+#if SET_CORNERS
+    begin_under_loads(run, work, rests, work->under_loads);
+    put_under_loads(run, work, work->under_loads);
+#endif
     stop_resting_bearings(run);
     turn_own(run, work, 1);
     const int may_stick = carries_at_rest(run, work, rests, &at_rest);
@@ -411,6 +431,9 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
     }
     if (!is_determined(run, work))
         return 0;
+#if SET_CORNERS
+    stop_where_off(run, work);
+#endif
     stand(run, work);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, now);

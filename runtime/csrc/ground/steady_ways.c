@@ -11,6 +11,16 @@ typedef struct {
     lanes_t along, across, load[MOST_WHEELS];
 } turned_t;
 
+/* Whether a contact slips in a direction that may turn. */
+ALWAYS_INLINE int turns_in_plane(const omniroll_run_t *run, int contact)
+{
+#if SET_STRIPS
+    return slides(run, contact) && !roller_mode(run, contact);
+#else
+    return slides(run, contact);
+#endif
+}
+
 /* What a contact does in its directions, under the loads of these. */
 static void find_turned(const omniroll_run_t *run, const work_t *work, int contact, turned_t *turned)
 {
@@ -100,7 +110,7 @@ static void turn_on(omniroll_run_t *run, const work_t *work, const int *rests)
 {
     for (int i = 0; i < run->wheels; i++) {
         turned_t turned = {.turn = {0}};
-        if (!rests[i] || !slides(run, i))
+        if (!rests[i] || !turns_in_plane(run, i))
             continue;
         find_turned(run, work, i, &turned);
         const double way = next_steady(run, work, i, turned.across[0] > 0 ? 1 : -1, &turned);
@@ -117,7 +127,7 @@ static int turns_to_steady(omniroll_run_t *run, const work_t *work, const int *r
 {
     for (int i = 0; i < run->wheels; i++) {
         turned_t turned;
-        if (!rests[i] || !slides(run, i))
+        if (!rests[i] || !turns_in_plane(run, i))
             continue;
         if (begins_by_rate(run, work, i, &turned) || is_steady(run, work, i, &turned))
             continue;

@@ -18,7 +18,8 @@ static void stop_in_modes(const omniroll_run_t *run, const work_t *work)
     }
 }
 
-/* The torques of rollers that stick and whose contacts slip along these directions. */
+/* The torques of rollers that stick and whose contacts slip along these directions; of loads that follow the motion, per
+ * N of these. */
 static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS];
@@ -30,6 +31,7 @@ static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, cons
         asked[i] = arm[i]*force[2*i][0];
 }
 
+#if !SET_LOADS                      /* else loads have a part in that: strips_under_loads.c                    */
 /* A roller whose contact slips turns if it cannot stick (rule 2). */
 static void turn_in_series(omniroll_bearing_t *roller, double asked)
 {
@@ -76,6 +78,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
     }
     roll(run, work, 0);
 }
+#endif
 
 /* ---- what rests is decided together --------------------------------------------------------------------------- */
 
@@ -147,6 +150,12 @@ static void put_reaches(const omniroll_run_t *run, const work_t *work, const par
         problem->strip[part] = fmax(problem->strip[part], LEAST_REACH*problem->reach[2*part]);
 }
 
+/* Whether the rate of what slips says where it goes (take_mode() in grip.c). */
+ALWAYS_INLINE int says_its_way(const cones_t *problem, int part, int slips)
+{
+    return SET_LOADS ? slips && is_pulled(problem, part, CLEARLY) : slips;
+}
+
 /* Where a contact goes that slips, from the last round. */
 static void take_way(omniroll_grip_t *grip, int sticks, double axle, double rolling)
 {
@@ -167,9 +176,10 @@ static void take_pair(omniroll_run_t *run, const work_t *work, const parts_at_re
     const int used = grip->released && length_of(place, 2) >= 1 - USED;
     const int at_edge = fabs(force[0]) >= problem->strip[part]*(1 - USED);
     const int turns = rest->turns[part] || (roller->released && at_edge);
+    const int by_rate = says_its_way(problem, part, rest->slips[part]);
     double begun[2];
     for (int k = 0; k < 2; k++)
-        begun[k] = rest->slips[part] ? problem->rate[2*part + k] : -place[k]/reach[k];
+        begun[k] = by_rate ? problem->rate[2*part + k] : -place[k]/reach[k];
     roller->mode = turns ? (force[0] < 0) - (force[0] > 0) : 0;
     take_way(grip, !rest->slips[part] && !used, turns ? 0 : begun[0], begun[1]);
 }
@@ -179,7 +189,7 @@ static void take_rolling(omniroll_grip_t *grip, const cones_t *problem, int part
 {
     const int j = forces_at(problem->wide, problem->width, part);
     const int used = grip->released && fabs(problem->force[j]) >= problem->reach[j]*(1 - USED);
-    take_way(grip, !slips && !used, 0, slips ? problem->rate[j] : -problem->force[j]);
+    take_way(grip, !slips && !used, 0, says_its_way(problem, part, slips) ? problem->rate[j] : -problem->force[j]);
 }
 
 /* What gives way in a round; whether something does that has not before. */

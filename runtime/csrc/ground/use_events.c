@@ -22,12 +22,32 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
 }
 
 #if SET_STRIPS
+#define SAME_LOADS 1e-6             /* of the weight                                                        */
 #define LEFT_BEFORE_STRIP 0.2       /* of the way to where a bearing takes all of the friction: behind a step        */
 
-/* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
-ALWAYS_INLINE double left_in_corner(const step_t *s, int i, double arm)
+/* The load of a contact at the step's start and at its end, in N. */
+ALWAYS_INLINE double load_at_start_of(const step_t *s, int i)
 {
-    return s->load[i][0]*s->friction[2*i][0] - s->own_bearing[s->own->rollers_at + i].sliding/arm;
+#if SET_LOADS
+    return s->weight_carried*s->compressed_start[i];
+#else
+    return s->load[i][0];
+#endif
+}
+
+ALWAYS_INLINE double load_at_end_of(const step_t *s, int i)
+{
+#if SET_LOADS
+    return s->weight_carried*(weighted(&s->compressed[i], &gauss_end) + s->compressed_late[i]);
+#else
+    return s->load[i][0];
+#endif
+}
+
+/* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
+ALWAYS_INLINE double left_in_corner(const step_t *s, int i, double load, double arm)
+{
+    return load*s->friction[2*i][0] - s->own_bearing[s->own->rollers_at + i].sliding/arm;
 }
 
 /* The length of a step from here in which no roller that turns on a contact that slips comes to take all of its
@@ -37,7 +57,8 @@ static double longest_in_corners(const step_t *s, const int wheels)
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], time = INFINITY;
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->chi, arm, per_chi);
     for (int i = 0; i < wheels; i++) {
-        const double taken = s->own_bearing[s->own->rollers_at + i].sliding/arm[i], left = left_in_corner(s, i, arm[i]);
+        const double taken = s->own_bearing[s->own->rollers_at + i].sliding/arm[i];
+        const double left = left_in_corner(s, i, load_at_start_of(s, i), arm[i]);
         const double rises = -taken/arm[i]*per_chi[i]*s->start_core[rates_at(wheels) + i];
         if (s->corner[i] && left > 0 && rises > 0)
             time = fmin(time, (1 - LEFT_BEFORE_STRIP)*left/rises);
@@ -45,14 +66,38 @@ static double longest_in_corners(const step_t *s, const int wheels)
     return time;
 }
 
+#if SET_LOADS
+/* Whether one takes more than that at a node: loads that are found there are not those of its phase. */
+static int takes_all_at_a_node(const step_t *s, const int wheels)
+{
+    for (int m = 0; m < NODES; m++) {
+        double chi[MOST_WHEELS], arm[MOST_WHEELS], per_chi[MOST_WHEELS];
+        for (int i = 0; i < wheels; i++)
+            chi[i] = s->at_chi[i].node[m];
+        find_arms(wheels, s->vehicle, s->standing, s->joint, chi, arm, per_chi);
+        for (int i = 0; i < wheels; i++)
+            if (s->corner[i] && left_in_corner(s, i, s->weight_carried*s->compressed[i].node[m], arm[i]) < 0)
+                return 1;
+    }
+    return 0;
+}
+#endif
+
 /* Whether one has come to take more than that in a step all the same: 0.5, or 1. */
 static double turn_of_corners(const step_t *s, const int wheels)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], turned = 1;
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, arm, per_chi);
     for (int i = 0; i < wheels; i++)
-        if (s->corner[i] && left_in_corner(s, i, arm[i]) < 0)
+        if (s->corner[i] && left_in_corner(s, i, load_at_end_of(s, i), arm[i]) < 0)
             turned = 0.5;
+#if SET_LOADS
+    for (int i = 0; i < wheels; i++)        /* loads at the nodes that are not those which an instant finds        */
+        if (s->corner[i] && !(fabs(s->compressed_late[i]) <= SAME_LOADS))
+            turned = 0.5;
+    if (takes_all_at_a_node(s, wheels))
+        turned = 0.5;
+#endif
     return turned;
 }
 #endif

@@ -49,6 +49,9 @@ typedef struct {
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
 #if SET_LOADS
     int *let_go;                    /* contacts and bearings                                                */
+#if SET_CORNERS
+    under_loads_t *under_loads;
+#endif
 #endif
 #endif
 #if SET_OWN_BEARINGS
@@ -70,6 +73,9 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
     work->problem = numbers_part(parts, (long long)(sizeof(cones_t)/sizeof(double)) + 1);
 #if SET_LOADS
     work->let_go = numbers_part(parts, count);
+#if SET_CORNERS
+    work->under_loads = numbers_part(parts, (long long)(sizeof(under_loads_t)/sizeof(double)) + 1);
+#endif
 #endif
     int *const which[5] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count),
                            numbers_part(parts, count), numbers_part(parts, count)};

@@ -232,7 +232,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         at->ground_push[k] = s->push[k].lanes[b];
     put_contacts(at, &point);
 #endif
-#if SET_STRIPS
+#if SET_STRIPS && !SET_LOADS
     for (int i = 0; i < wheels; i++)
         at->ground_yield[i] = s->yield[i].lanes[b];
     point.ground_yield = at->ground_yield;

@@ -207,6 +207,8 @@ typedef struct {
 #endif
 #if SET_STRIPS
     int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
+#endif
+#if SET_STRIPS && !SET_LOADS
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
 #endif
 #if SET_APPROACHES
@@ -336,7 +338,7 @@ typedef struct {
 #if SET_GRIPS
     lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
 #endif
-#if SET_STRIPS
+#if SET_STRIPS && !SET_LOADS
     lanes_t ground_yield[MOST_WHEELS];
 #endif
 } arrays_t;

@@ -168,6 +168,10 @@ class LoadedGround(Ground):
         """Those that may stick beside the contacts."""
         return None
 
+    def bearings_in_rounds(self, rests: np.ndarray) -> np.ndarray:
+        """Which bearings at rest are decided in rounds, with contacts `rests` (N,) bool whose slip is zero."""
+        return self.bearings.resting.copy()
+
     def _settle(self, rests: np.ndarray, dynamics: Dynamics) -> None:
         """Friction and loads that belong together; `rests` (N,) bool, contacts whose slip is zero."""
 

@@ -180,6 +180,12 @@ class LoadedGroundWithMasslessRollers(LoadedGroundWithBearings, GroundWithMassle
         self.moving = ~rests
         return rests
 
+    def bearings_in_rounds(self, rests: np.ndarray) -> np.ndarray:
+        """The same without rollers of contacts that slip: the state says whether these turn."""
+        resting = super().bearings_in_rounds(rests)
+        resting[self.axles.contact[~rests]] = False
+        return resting
+
     def _asked_of_rigid(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
         """(N,) in N m, what would hold the rollers of contacts that slip (N, 2) if they stuck."""
         towards = np.where(np.linalg.norm(slip, axis=1)[:, None] > rounding[:, None], slip, self.towards)

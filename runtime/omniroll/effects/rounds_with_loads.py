@@ -101,7 +101,7 @@ def take_rounds(ground: LoadedGround, kept: Kept, rests: np.ndarray, find_modes:
     bearings = ground.bearings
     broken, still = ground.released.copy(), rests
     if bearings is not None:
-        turned, at_rest = bearings.released != 0, bearings.resting.copy()
+        turned, at_rest = bearings.released != 0, ground.bearings_in_rounds(rests)
     try:
         while True:
             ground.grip = _one_friction(ground.grip, broken, rests)

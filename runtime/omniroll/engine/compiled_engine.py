@@ -10,12 +10,12 @@ control of another, is never copied.
 
 import math
 import warnings
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from omniroll.codegen import python_alone
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
@@ -62,7 +62,7 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    return python_alone.lacking(kernel.signatures.__contains__)
+    return ""
 
 
 def can_run(task: Task) -> bool:
@@ -330,8 +330,14 @@ class CompiledRun:
         modes = {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in ("sticks", "slip_heading")}
         modes |= self.massless_modes()
         grip = self.task.effects.grip(self.task.kernel.vehicle)
+        if grip is not None and grip.balance:  # the loads of now are known
+            grip = replace(grip, loads=self._loads(), balance=None)
         contacts = Contacts(self.task.kernel, speeds, grip, lambda: modes)
         return {"contact_spin": contacts.spins(self.nu, self.chi).copy()}
+
+    def _loads(self) -> np.ndarray:
+        """(N,) in N, of the contacts as the engine has them."""
+        return np.array([self.run.grips[k].load for k in range(self.wheels)])
 
     def _give_inputs(self) -> None:
         guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)
@@ -453,7 +459,7 @@ class CompiledRun:
     def _why_the_ground_fails(self) -> tuple[str, int]:
         """In words why loads and motion do not go on together, and a wheel that has to do with it."""
         ground, grip = self.run.ground, self.task.effects.grip(self.kernel.vehicle)
-        compression = np.array([self.run.grips[k].load for k in range(self.wheels)])
+        compression = self._loads()
         found = Carried(compression, np.array(list(ground.failed_sums)), compression, ground.failed_determinant)
         try:
             Loads(self.kernel.vehicle.places(), grip.loads).refuse_as(

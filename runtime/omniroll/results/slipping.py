@@ -15,6 +15,7 @@ from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
 
 ALONG = 100  # roundings of the speeds that make a slip: one that is turned by less is not
+FAR_ABOVE = 1e6  # times the loads at rest: of loads so large bearings leave all of the friction
 
 
 def goes_along(slip: np.ndarray, heading: np.ndarray, rounding: np.ndarray) -> np.ndarray:
@@ -224,7 +225,9 @@ class Contacts:
             return carried(shares.reshape(*shape, 3), carries, sums_of, start, arm)
 
         at_rest = np.broadcast_to(self.grip.loads, shape)
-        found = settled(about, at_rest, self.grip.loads.sum()) if self._left_of_loads else about(at_rest)
+        # Newton's rule comes from above: below loads of which a bearing takes all of the friction it would stay.
+        begins = about(FAR_ABOVE * at_rest).loads if self._left_of_loads and self.grip.sticks else at_rest
+        found = settled(about, begins, self.grip.loads.sum()) if self._left_of_loads else about(at_rest)
         rounding = (ROUNDINGS * np.finfo(float).eps + misled) * self.grip.loads.sum()
         loads = np.where(found.loads > -rounding, np.maximum(found.loads, 0.0), found.loads)
         self._press(values, loads, carries, loads)

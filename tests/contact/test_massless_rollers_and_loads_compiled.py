@@ -1,0 +1,107 @@
+"""Massless rollers whose bearings stick beside the law coulomb where loads follow the motion, on the compiled engine:
+the Python engine's motion, how random scenes end, sessions and sweeps. Closed forms and every body are in
+test_massless_rollers_and_loads.py."""
+
+import numpy as np
+import pytest
+
+from contact.in_steps import (
+    assert_a_session_goes_back_to_the_bit,
+    assert_a_sweep_ends_where_its_runs_end,
+    assert_steps_may_end_beside,
+)
+from contact.test_axles_under_loads import ENGINES, run_or_stop
+from contact.test_massless_rollers_and_loads import assert_the_laws_hold, scene
+from contact.test_massless_rollers_beside_coulomb import changes
+from omniroll import simulate
+from omniroll.engine.simulate import checked_task
+from omniroll.results.comparison import distance_at
+from omniroll.scenes.explanation import runs_on
+
+SHORT = 0.006  # s, of which the Python engine takes a second
+LONGER = 0.03
+# How runs may stop, and no other way.
+KINDS = ("the vehicle tips over the edge", "have no solution", "have several solutions", "do not determine each other",
+         "do not find each other")  # fmt: skip
+
+
+def kind_of(why):
+    """The place of a reason among KINDS, or of none behind them."""
+    return next((k for k, kind in enumerate(KINDS) if kind in why), len(KINDS))
+
+
+def assert_same_motion(number, duration=SHORT):
+    vehicle, options = scene(number)
+    (own, why), (other, same) = (run_or_stop(vehicle, options, engine, duration) for engine in ENGINES)
+    assert [run.stats["engine"] for run in (own, other)] == list(ENGINES)
+    assert kind_of(why) == kind_of(same) and bool(why) == bool(same)
+    assert own.t[-1] == pytest.approx(other.t[-1], rel=0, abs=1e-10)
+    if own.t[-1] == 0:  # it tips where it starts
+        return
+    assert own.stats["phases"] == other.stats["phases"]
+    (instants, modes), (theirs, those) = (changes(run, options["effects"][1]) for run in (own, other))
+    np.testing.assert_array_equal(modes, those)
+    np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-10)
+    end = min(own.t[-1], other.t[-1])
+    assert distance_at(own, other, np.linspace(0, end, 7)) <= 1e-9
+
+
+@pytest.mark.parametrize("number", [0, 2, 4])
+def test_both_engines_make_the_same_motion(number):
+    assert_same_motion(number)
+
+
+@pytest.mark.long
+def test_both_engines_make_the_same_motion_in_many_scenes():
+    for number in range(5, 135):
+        assert_same_motion(number)
+
+
+@pytest.mark.parametrize("number", [1, 2, 4, 7])
+def test_the_laws_hold_in_every_row(number):
+    assert_the_laws_hold(number, "compiled")
+
+
+@pytest.mark.long
+def test_several_hundred_scenes_end():
+    """None hangs, and what does not run to its end says why."""
+    for number in range(400):
+        assert kind_of(assert_the_laws_hold(number, "compiled", LONGER, 1e-11) or KINDS[0]) < len(KINDS), number
+
+
+# Sessions and sweeps
+
+
+@pytest.mark.parametrize("number", [2, 4])
+def test_a_session_is_the_run_and_goes_back_to_the_bit(number):
+    vehicle, options = scene(number)
+    run = simulate(vehicle, duration=LONGER, **options)
+    assert run.stats["phases"] > 1
+    options.pop("control")
+    assert_a_session_goes_back_to_the_bit(vehicle, run, number, **options)
+
+
+def test_a_step_may_end_however_little_before_an_event():
+    vehicle, options = scene(4)
+    options["accuracy"] = 1e-12
+    run = simulate(vehicle, duration=2 * LONGER, **options)
+    instants, _ = changes(run, options["effects"][1])
+    events = instants[(instants > 1e-4) & (instants < LONGER)]
+    assert len(events) >= 1
+    options.pop("control")
+    assert_steps_may_end_beside(vehicle, run, events[:2], **options)
+
+
+def test_a_sweep_ends_where_its_runs_end():
+    """Its spins follow from the loads as the last step has them, to its accuracy; those of a row from its own loads."""
+    vehicle, options = scene(4)
+    assert_a_sweep_ends_where_its_runs_end(vehicle, options | {"duration": SHORT}, options["accuracy"])
+
+
+# Which engine runs
+
+
+def test_the_compiled_engine_runs_them_and_says_so():
+    vehicle, options = scene(0)
+    options.pop("control")
+    assert runs_on(checked_task(vehicle, duration=SHORT, **options)) == "compiled engine, compiled kernel"
