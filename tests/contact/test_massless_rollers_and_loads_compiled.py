@@ -21,8 +21,7 @@ from omniroll.scenes.explanation import runs_on
 SHORT = 0.006  # s, of which the Python engine takes a second
 LONGER = 0.03
 # How runs may stop, and no other way.
-KINDS = ("the vehicle tips over the edge", "have no solution", "have several solutions", "do not determine each other",
-         "do not find each other")  # fmt: skip
+KINDS = ("the vehicle tips over the edge", "have no solution", "have several solutions", "do not determine each other")
 
 
 def kind_of(why):

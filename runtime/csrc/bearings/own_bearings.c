@@ -13,6 +13,67 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
+#if SET_STRIPS && !SET_LOADS
+#define LEAST_SPEED 1e-300          /* m/s, along an axle                                                     */
+#define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
+
+/* What the ground gives along the axle to a wheel that is rigid, and what the bearing takes, over all of the friction:
+ * of each roller in a corner. Returns whether there are such rollers. */
+static int along_in_corners(const own_bearings_t *own, const vehicle_t *v, const int wheels, const lanes_t *nu,
+                            const lanes_t *chi, const lanes_t *core, lanes_t *rigid, lanes_t *taken)
+{
+    lanes_t pair[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS], rolls[MOST_WHEELS], turns[MOST_WHEELS];
+    int some = 0;
+    for (int i = 0; i < wheels; i++)
+        some |= own->corner[i] < 0 || own->corner[i] > 0;
+    if (!some)
+        return 0;
+    slips_of(wheels, v, nu, chi, core, pair);
+    set_sliding_forces(wheels, v, pair, own->load, own->friction, force, slope);
+    set_wheel_rates(wheels, v, nu, chi, rolls, turns);
+    for (int i = 0; i < wheels; i++) {
+        const lanes_t most = own->load[i]*own->friction[2*i];
+        const lanes_t arm = lanes_max(lanes_abs(pair[2*i]), lanes_of(LEAST_SPEED))/lanes_abs(turns[i]);
+        rigid[i] = lanes_abs(force[2*i])/most, taken[i] = fabs(own->corner[i])/(arm*most);
+    }
+    (void)slope, (void)rolls;
+    return 1;
+}
+
+/* In the place of a spin of a roller in a corner what has its sign, and vanishes with it, where the bearing takes nearly
+ * all of the friction along the axle. As it comes to take all of it, the slip along the axle grows beyond all bounds, over
+ * what is left across, and the spin passes zero so fast that no instant is as near to that as its rounding. What the
+ * ground gives along the axle to a wheel that is rigid, less what the bearing takes, is smooth there and has all digits. */
+static void spins_in_corners(const own_bearings_t *own, const vehicle_t *v, const int wheels, const lanes_t *nu,
+                             const lanes_t *chi, const lanes_t *core, lanes_t *spin)
+{
+    lanes_t rigid[MOST_WHEELS], taken[MOST_WHEELS];
+    if (!along_in_corners(own, v, wheels, nu, chi, core, rigid, taken))
+        return;
+    for (int i = 0; i < wheels; i++) {
+        const double mode = (own->corner[i] < 0) - (own->corner[i] > 0);
+        if (mode < 0 || mode > 0)
+            spin[i] = own->scale[i]*mode*(rigid[i] - taken[i])*(rigid[i] + taken[i]);
+    }
+}
+
+/* Which rollers are in corners from now on, and take nearly all there: they turn while their contacts slip. */
+static void begin_corners(const omniroll_run_t *run, const work_t *work, const instant_t *now)
+{
+    const double pace = length3(run->nu)*run->rate_of_speed;
+    lanes_t rigid[MOST_WHEELS], taken[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        work->own.corner[i] = slides(run, i)
+            ? -roller_mode(run, i)*own_bearings(run)[work->own.rollers_at + i].sliding : 0;
+    if (along_in_corners(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
+                         rigid, taken))
+        for (int i = 0; i < run->wheels; i++) {
+            work->own.corner[i] *= taken[i][0] > NEARLY_ALL;
+            work->own.scale[i] = pace/fmax((1 - taken[i][0])*(1 + taken[i][0]), EPS);
+        }
+}
+#endif
+
 #if SET_ROLLERS_TURN
 /* The rates of bearings in these states, with which rollers turn on their disks, and axles; of massless rollers, in
  * their modes, with what holds those that stick. Beside contacts that stick the last evaluation has found these. */
@@ -24,8 +85,13 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
     for (int k = 0; k < own->rollers_at; k++)
         rates[k] = first[k];
 #if SET_STRIPS
-    (void)v, (void)nu, (void)chi, (void)contact;
+    (void)contact;
     memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
+#if !SET_LOADS
+    spins_in_corners(own, v, wheels, nu, chi, core, rates + own->rollers_at);
+#else
+    (void)v, (void)nu, (void)chi;
+#endif
 #elif SET_IN_SERIES
     const int at = own->rollers_at;
     (void)contact;
@@ -70,6 +136,8 @@ static void own_rates_there(const omniroll_run_t *run, const work_t *work, insta
     set_slip_spins(run->wheels, &work->vehicle, now->arrays.nu, now->arrays.chi,
                    now->point.core + rates_at(run->wheels), torque, now->arrays.ground_push, now->arrays.ground_yield,
                    sticks, work->own.rate + at, aside);
+    spins_in_corners(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
+                     work->own.rate + at);
 }
 #else
 ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
@@ -97,6 +165,8 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
     at_this_instant(run, work, run->wheels, &now);
 #if SET_CORNERS
     put_yields_now(run, &now);
+#elif SET_STRIPS
+    begin_corners(run, work, &now);
 #endif
     own_rates_there(run, work, &now);
     for (int k = 0; k < run->own_count; k++)

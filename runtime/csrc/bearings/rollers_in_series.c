@@ -54,6 +54,17 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
     own_rates_there(run, work, &now);
 }
 
+/* Rounding of a spin, or of what stands in its place, beside that of rates of its size. */
+ALWAYS_INLINE double noise_in_corner(const work_t *work, int i)
+{
+#if SET_STRIPS && !SET_LOADS
+    if (work->own.corner[i] < 0 || work->own.corner[i] > 0)
+        return EPS*work->own.scale[i];
+#endif
+    (void)work, (void)i;
+    return 0;
+}
+
 /* Those whose spins have passed zero rest, and those that rounding does not tell from zero and that fall. Returns how
  * many there are. */
 static int stop_in_series(omniroll_run_t *run, const work_t *work)
@@ -63,7 +74,8 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_bearing_t *const roller = in_series(run, work) + i;
         const double spin = own_rate(run, work, work->own.rollers_at + i);
-        near[i] = roller->mode && !roller->resting && -roller->mode*spin >= -PASSED*EPS*(fabs(spin) + speed);
+        const double noise = EPS*(fabs(spin) + speed) + noise_in_corner(work, i);
+        near[i] = roller->mode && !roller->resting && -roller->mode*spin >= -PASSED*noise;
         some |= near[i];
     }
     if (some)
@@ -71,7 +83,8 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         const lanes_t spin = -roller->mode*work->own.rate[work->own.rollers_at + i];
-        if (!near[i] || !(spin[0] > PASSED*noise_of_own(roller, spin[0]) || spin[1] > spin[0]))
+        const double noise = noise_of_own(roller, spin[0]) + noise_in_corner(work, i);
+        if (!near[i] || !(spin[0] > PASSED*noise || spin[1] > spin[0]))
             continue;
         roller->resting = 1;
         count++;

@@ -17,6 +17,7 @@
 #define MOST_COMPONENTS (2*MOST_WHEELS)
 #define MOST_AIMS 8                                     /* rounds of Newton's rule */
 #define AIMED 1e-13                                     /* rad: directions are found that turn by no more */
+#define IDLE 1e-12              /* of the largest: turns that are no more are rounding */
 #define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
                                  * rad does not turn */
 
@@ -120,10 +121,13 @@ static void put_turns(const variations_t *w, const int *component, int count, co
 /* A slip that neither falls nor turns, since what stands holds the vehicle there, goes where it goes. */
 static void keep_idle(double *turns, int count)
 {
+    double most = 0;
+    for (int n = 0; n < count*count; n++)
+        most = fmax(most, fabs(turns[n]));
     for (int k = 0; k < count; k++) {
         int idle = 1;
         for (int j = 0; j < count; j++)
-            idle &= turns[k*count + j] == 0;
+            idle &= fabs(turns[k*count + j]) <= IDLE*most;
         turns[k*count + k] += idle;
     }
 }

@@ -6,7 +6,9 @@
 #define MOVED_MOMENT 1e-7           /* of the weight times the vehicle's size: by which slopes are found       */
 #define LEAST_PART 1e-3             /* of a step                                                              */
 #define BETTER 0.25                 /* of what a step promises it must keep                                    */
-#define SAME_LOADS 1e-11            /* of the weight: of loads that modes have, and for which they were found  */
+#define SAME_LOADS 1e-11            /* of the weight, and of it times the vehicle's size: loads that modes have, and for
+                                       which they were found, are the same */
+#define FLAT 1e-12                  /* of its terms: a determinant that is no more is rounding                 */
 
 /* By how much the moments are off that the motion asks for under loads of these, with the modes found for them. */
 static void moments_off(omniroll_run_t *run, const work_t *work, const int *other, const double *moments, double *off)
@@ -20,6 +22,9 @@ static void moments_off(omniroll_run_t *run, const work_t *work, const int *othe
         omniroll_grip_t *const grip = run->grips + i;
         grip->load = grip->carries ? fmax(compression[i][0], LEAST_LOAD*run->ground.weight) : 0;
     }
+#if SET_CORNERS                     /* a map knows nothing of the modes of before                              */
+    work->under_loads->turns = 0;
+#endif
     find_modes(run, work, other);
     put_modes(run);
     at_this_instant(run, work, run->wheels, &now);
@@ -31,8 +36,8 @@ static void moments_off(omniroll_run_t *run, const work_t *work, const int *othe
     off[0] = off_by[0][0], off[1] = off_by[1][0];
 }
 
-/* A step of Newton's rule from moments that are off. */
-static void step_of_moments(omniroll_run_t *run, const work_t *work, const int *other, const double *moments,
+/* A step of Newton's rule from moments that are off. Returns whether there is one. */
+static int step_of_moments(omniroll_run_t *run, const work_t *work, const int *other, const double *moments,
                             const double *off, double *step)
 {
     const double moved = MOVED_MOMENT*run->ground.weight*run->ground.arms[0];
@@ -44,9 +49,12 @@ static void step_of_moments(omniroll_run_t *run, const work_t *work, const int *
         for (int j = 0; j < 2; j++)
             slope[j][k] = (off_there[j] - off[j])/moved;
     }
-    const double determinant = slope[0][0]*slope[1][1] - slope[0][1]*slope[1][0];
+    const double terms[2] = {slope[0][0]*slope[1][1], slope[0][1]*slope[1][0]}, determinant = terms[0] - terms[1];
+    if (!(fabs(determinant) > FLAT*(fabs(terms[0]) + fabs(terms[1]))))
+        return 0;
     step[0] = -(slope[1][1]*off[0] - slope[0][1]*off[1])/determinant;
     step[1] = -(slope[0][0]*off[1] - slope[1][0]*off[0])/determinant;
+    return 1;
 }
 
 /* Moments that the motion asks for under loads of these, from `moments` on; whether they have been found. */
@@ -57,7 +65,8 @@ static int find_moments(omniroll_run_t *run, const work_t *work, const int *othe
     moments_off(run, work, other, moments, off);
     for (int round = 0; round < MOMENT_ROUNDS && length_of(off, 2) > LOADS_SETTLED*size; round++) {
         double step[2], there[2], off_there[2], part = 2;
-        step_of_moments(run, work, other, moments, off, step);
+        if (!step_of_moments(run, work, other, moments, off, step))
+            break;
         do {
             part /= 2;
             there[0] = moments[0] + part*step[0], there[1] = moments[1] + part*step[1];

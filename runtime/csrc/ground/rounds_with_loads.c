@@ -25,17 +25,19 @@ static int take_turns(omniroll_run_t *run, const work_t *work, const int *rests,
 
 #include "ground/moments_of_loads.c"
 
-/* Friction as it is. */
+/* Friction as it is, and which contacts rest. */
 typedef struct {
     omniroll_grip_t grips[MOST_WHEELS];
     omniroll_ground_t ground;
+    int rests[MOST_WHEELS];
     double *bounds;                 /* of bearings: while they turn, and the largest at rest                */
 } friction_t;
 
-static friction_t keep_friction(const omniroll_run_t *run, const work_t *work)
+static friction_t keep_friction(const omniroll_run_t *run, const work_t *work, const int *rests)
 {
     friction_t own = {.ground = run->ground};
     memcpy(own.grips, run->grips, sizeof *run->grips*(size_t)run->wheels);
+    memcpy(own.rests, rests, sizeof *rests*(size_t)run->wheels);
 #if SET_STANDS
     own.bounds = work->bounds;
     for (int k = 0; k < run->own_count; k++)
@@ -120,6 +122,9 @@ static void begin_again(omniroll_run_t *run, const work_t *work, const friction_
 {
     memcpy(run->grips, own->grips, sizeof *run->grips*(size_t)run->wheels);
     run->ground = own->ground;
+#if SET_CORNERS
+    memcpy(work->under_loads->rests, own->rests, sizeof *own->rests*(size_t)run->wheels);
+#endif
     put_friction(run, work, own);
     put_carrying(run);
 }
@@ -147,7 +152,7 @@ static int take_rounds(omniroll_run_t *run, const work_t *work, const int *rests
 /* Modes and loads that belong together; whether they have been found. */
 static int find_modes_and_loads(omniroll_run_t *run, const work_t *work, const int *rests, const int *other)
 {
-    const friction_t own = keep_friction(run, work);
+    const friction_t own = keep_friction(run, work, rests);
     carrying_t last;
     int found = take_turns(run, work, rests, other);
     if (found >= 0)

@@ -52,6 +52,11 @@ typedef struct {
 #endif
 #if SET_STRIPS
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
+#if !SET_LOADS
+    double *corner;                             /* torques of those that turn while their contacts slip, else 0 */
+    double *scale;                              /* of what stands in the place of their spins, in rad/s */
+    const lanes_t *load, *friction;             /* of the contacts                               */
+#endif
 #endif
 #if SET_DISKS_STICK
     lanes_t *dot;                               /* out: accelerations of the rollers' spins      */

@@ -73,6 +73,8 @@ class LoadedGround(Ground):
     pressing  (N,) in N, the same where a load that has vanished goes on below zero
     """
 
+    turns = 0  # how often modes have been looked for at an instant
+
     def __init__(self, kernel: Kernel, grip: Grip, rates: BoundRates):
         super().__init__(kernel, grip)
         self.loads = Loads(kernel.vehicle.places(), grip.loads)

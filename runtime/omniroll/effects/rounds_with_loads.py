@@ -18,26 +18,44 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from omniroll.effects.ground import Dynamics
 from omniroll.effects.ground_loads import Carried
 
-if TYPE_CHECKING:
-    from omniroll.effects.loaded_ground import LoadedGround
-
 MOMENT_ROUNDS = 40
 MOVED_MOMENT = 1e-7  # of the weight times the vehicle's size: by which slopes are found
 LEAST_PART = 1e-3  # of a step
 BETTER = 0.25  # of what a step promises it must keep
-SETTLED = 1e-14  # of the weight
-SAME_LOADS = 1e-11  # of the weight: of loads that modes have, and for which they were found
+SETTLED = 1e-14  # of the weight times the vehicle's size
+# Of the weight, and of it times the vehicle's size: loads that modes have, and for which they were found, are the same.
+SAME_LOADS = 1e-11
+FLAT = 1e-12  # of its terms: a determinant that is no more is rounding
 
 # Finds modes under the loads of the ground, of contacts (N,) bool whose slip is zero; returns these under the loads.
 FindModes = Callable[[np.ndarray], np.ndarray]
 OffBy = Callable[[np.ndarray], np.ndarray]  # from moments (2,) to what those that are asked for are more (2,)
+
+
+class FollowedLoads(Protocol):
+    """What a search needs of a ground whose loads follow the motion (loaded_ground.py)."""
+
+    loads: Any
+    bearings: Any  # those that may stick beside the contacts, or None
+    grip: Any
+    load: np.ndarray  # (N,) in N
+    off: np.ndarray  # (N,) bool
+    released: np.ndarray  # (N,) bool
+    sticks: np.ndarray  # (N,) bool
+    turns: int
+
+    def bearings_in_rounds(self, rests: np.ndarray) -> np.ndarray: ...
+    def press(self, found: Carried) -> None: ...
+    def sums_in_modes(self, dynamics: Dynamics) -> np.ndarray: ...
+    def carry_in_modes(self, rests: np.ndarray, dynamics: Dynamics) -> Carried: ...
+    def turns_to_steady(self, rests: np.ndarray, dynamics: Dynamics) -> bool: ...
 
 
 def root(off_by: OffBy, moments: np.ndarray, size: float) -> np.ndarray | None:
@@ -51,7 +69,8 @@ def root(off_by: OffBy, moments: np.ndarray, size: float) -> np.ndarray | None:
             break
         moved = MOVED_MOMENT * size
         slope = np.stack([(off_by(moments + moved * way) - off) / moved for way in np.eye(2)], axis=1)
-        if not np.linalg.det(slope):
+        terms = slope[0, 0] * slope[1, 1], slope[0, 1] * slope[1, 0]
+        if not abs(terms[0] - terms[1]) > FLAT * (abs(terms[0]) + abs(terms[1])):
             break
         step, part = -np.linalg.solve(slope, off), 2.0
         while part > LEAST_PART:
@@ -72,7 +91,7 @@ class Kept:
     values: list[tuple[Any, str, Any]]
 
     @classmethod
-    def of(cls, ground: LoadedGround) -> Kept:
+    def of(cls, ground: FollowedLoads) -> Kept:
         names = ("load", "pressing", "off", "resting", "sticks", "released", "towards", "grip")
         own = [(ground, name) for name in names]
         own += [(ground.loads, name) for name in ("carries", "start")]
@@ -90,7 +109,9 @@ class Kept:
                 setattr(owner, name, copy(value))
 
 
-def take_rounds(ground: LoadedGround, kept: Kept, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics) -> bool:
+def take_rounds(
+    ground: FollowedLoads, kept: Kept, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
+) -> bool:
     """Whether modes and loads are found by rounds (rule 3) that begin where `kept` does.
 
     rests  (N,) bool: contacts whose slip is zero
@@ -132,7 +153,7 @@ def _one_friction(grip: Any, broken: np.ndarray, rests: np.ndarray) -> Any:
 
 
 def _take_moments(
-    ground: LoadedGround, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
+    ground: FollowedLoads, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
 ) -> np.ndarray | None:
     """Contacts (N,) bool whose slip is zero where modes and loads are found (rule 2); None where they are not."""
     loads = ground.loads
@@ -143,6 +164,7 @@ def _take_moments(
         sums = np.append(loads.start[0], moments)
         compression = loads.springs.shares(loads.carries) @ sums
         ground.press(Carried(np.where(loads.carries, compression, 0.0), sums, compression, np.array(1.0)))
+        ground.turns = 0  # a map knows nothing of the modes of before
         still = find_modes(rests)
         return (ground.sums_in_modes(dynamics) - sums)[1:]
 

@@ -23,7 +23,6 @@ from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_deviations import SteppedDeviations
 from omniroll.engine.stepped_run import SteppedRun
-from omniroll.engine.workspace import MOST_WHEELS
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
 from omniroll.results.slipping import Contacts
@@ -97,8 +96,8 @@ class Session:
             raise KernelsMissingError(f"a session needs the compiled engine, which has no {lack}")
         if not can_run(self._task):
             raise KernelsMissingError(
-                f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
-                "effects whose kernels were not built beforehand"
+                "a session needs the compiled engine, which needs a C compiler for effects whose kernels were not "
+                "built beforehand"
             )
         names = validation.sequence("sensitivities", sensitivities, "must be a sequence of names")
         if names:
