@@ -438,7 +438,7 @@ def test_both_engines_make_the_same_motion_under_loads_that_follow(number):
 @pytest.mark.long
 @pytest.mark.parametrize("low", [True, False])
 def test_hundreds_of_scenes_run_under_loads_that_follow(low):
-    """Low ones run to their ends; of the others some tip, or have loads that friction and they do not determine."""
+    """Low ones run to their ends; of the others some tip, or have no loads."""
     for number in range(200):
         vehicle, options = rubbing_under_loads(number, low)
         run, why = run_or_stop(vehicle, options, "compiled", 0.05)
