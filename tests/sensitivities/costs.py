@@ -30,16 +30,22 @@ SLIPPING = {
     },
     "regularised, axles stick": {"roller_model": "free", "effects": [REGULARISED, AXLES]},
     "viscous, rollers stick": {"roller_model": "free", "effects": [VISCOUS, ROLLERS]},
-    "loads, regularised, rollers stick": {"roller_model": "free", "effects": [LOADED["regularised"], ROLLERS]},
+    "loads, regularised, rollers stick": {
+        "roller_model": "free",
+        "effects": [LOADED["regularised"], ROLLERS],
+        "duration": 3.0,
+    },
     "regularised, all stick": {"roller_model": "free", "effects": [REGULARISED, ALL]},
 }
 DRIVEN_ON_COULOMB = {
     "massless, coulomb, axles stick": {"roller_model": "massless", "effects": [COULOMB, AXLES, MOTOR]},
     "loads, massless, coulomb, axles stick": {"roller_model": "massless", "effects": [LOADED["coulomb"], AXLES, MOTOR]},
-    "coulomb, axles stick": {"roller_model": "free", "effects": [COULOMB, AXLES, MOTOR]},
-    "coulomb, rollers stick": {"roller_model": "free", "effects": [COULOMB, ROLLERS, MOTOR]},
-    "loads, coulomb, rollers stick": {"roller_model": "free", "effects": [LOADED["coulomb"], ROLLERS, MOTOR]},
-}
+    "coulomb, axles stick": {"roller_model": "free", "effects": [COULOMB, AXLES, MOTOR], "duration": 3.0},
+    "coulomb, rollers stick": {"roller_model": "free", "effects": [COULOMB, ROLLERS, MOTOR], "duration": 1.0},
+    "loads, coulomb, rollers stick": {
+        "roller_model": "free", "effects": [LOADED["coulomb"], ROLLERS, MOTOR], "duration": 1.0,
+    },
+}  # fmt: skip
 TO_AND_FRO = TorqueTable(
     tuple(0.5 * k for k in range(21)), tuple(tuple((-1.0) ** k * x for x in (0.03, -0.02, 0.01)) for k in range(21))
 )  # N m, of each wheel
