@@ -14,63 +14,66 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
 }
 
 #if SET_STRIPS && !SET_LOADS
-#define LEAST_SPEED 1e-300          /* m/s, along an axle                                                     */
 #define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
 
-/* What the ground gives along the axle to a wheel that is rigid, and what the bearing takes, over all of the friction:
- * of each roller in a corner. Returns whether there are such rollers. */
-static int along_in_corners(const own_bearings_t *own, const vehicle_t *v, const int wheels, const lanes_t *nu,
-                            const lanes_t *chi, const lanes_t *core, lanes_t *rigid, lanes_t *taken)
+/* The ground's forces on wheels that are rigid, and what would hold their rollers then. */
+static void asked_of_rigid_wheels(const own_bearings_t *own, const vehicle_t *v, const int wheels, const lanes_t *nu,
+                                  const lanes_t *chi, const lanes_t *core, lanes_t *force, lanes_t *asked)
 {
-    lanes_t pair[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS], rolls[MOST_WHEELS], turns[MOST_WHEELS];
-    int some = 0;
+    lanes_t pair[2*MOST_WHEELS], slope[4*MOST_WHEELS], none[MOST_WHEELS], rigid[MOST_WHEELS], spin[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
-        some |= own->corner[i] < 0 || own->corner[i] > 0;
-    if (!some)
-        return 0;
+        none[i] = lanes_of(0), rigid[i] = lanes_of(1);
     slips_of(wheels, v, nu, chi, core, pair);
     set_sliding_forces(wheels, v, pair, own->load, own->friction, force, slope);
-    set_wheel_rates(wheels, v, nu, chi, rolls, turns);
-    for (int i = 0; i < wheels; i++) {
-        const lanes_t most = own->load[i]*own->friction[2*i];
-        const lanes_t arm = lanes_max(lanes_abs(pair[2*i]), lanes_of(LEAST_SPEED))/lanes_abs(turns[i]);
-        rigid[i] = lanes_abs(force[2*i])/most, taken[i] = fabs(own->corner[i])/(arm*most);
-    }
-    (void)slope, (void)rolls;
-    return 1;
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, rigid, spin, asked);
+    (void)slope, (void)spin;
 }
 
-/* In the place of a spin of a roller in a corner what has its sign, and vanishes with it, where the bearing takes nearly
- * all of the friction along the axle. As it comes to take all of it, the slip along the axle grows beyond all bounds, over
- * what is left across, and the spin passes zero so fast that no instant is as near to that as its rounding. What the
- * ground gives along the axle to a wheel that is rigid, less what the bearing takes, is smooth there and has all digits. */
-static void spins_in_corners(const own_bearings_t *own, const vehicle_t *v, const int wheels, const lanes_t *nu,
-                             const lanes_t *chi, const lanes_t *core, lanes_t *spin)
+/* A roller turns on a contact that slips while the ground would ask its bearing for more than it takes, if the wheel
+ * were rigid. As the bearing comes to take all of the friction along the axle, the slip along the axle grows beyond all
+ * bounds, over what is left across, and the spin passes zero so fast that no instant is as near to that as its rounding.
+ * There what would be asked for, less what is taken, stands in the place of the spin: it has the same sign, vanishes with
+ * it, is smooth, and has all digits. */
+static void spins_at_the_most(const own_bearings_t *own, const vehicle_t *v, const int wheels, const lanes_t *nu,
+                              const lanes_t *chi, const lanes_t *core, lanes_t *spin)
 {
-    lanes_t rigid[MOST_WHEELS], taken[MOST_WHEELS];
-    if (!along_in_corners(own, v, wheels, nu, chi, core, rigid, taken))
+    lanes_t force[2*MOST_WHEELS], asked[MOST_WHEELS];
+    int some = 0;
+    for (int i = 0; i < wheels; i++)
+        some |= fabs(own->takes[i]) > 0;
+    if (!some)
         return;
+    asked_of_rigid_wheels(own, v, wheels, nu, chi, core, force, asked);
     for (int i = 0; i < wheels; i++) {
-        const double mode = (own->corner[i] < 0) - (own->corner[i] > 0);
-        if (mode < 0 || mode > 0)
-            spin[i] = own->scale[i]*mode*(rigid[i] - taken[i])*(rigid[i] + taken[i]);
+        const double taken = fabs(own->takes[i]), mode = own->takes[i] < 0 ? 1 : -1;
+        const lanes_t over = lanes_abs(asked[i])/taken;
+        if (taken > 0)
+            spin[i] = own->scale[i]*mode*(over - 1)*(over + 1);
     }
 }
 
-/* Which rollers are in corners from now on, and take nearly all there: they turn while their contacts slip. */
-static void begin_corners(const omniroll_run_t *run, const work_t *work, const instant_t *now)
+/* Which rollers turn on contacts that slip, and take nearly all of their friction along the axle, from now on. */
+static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, const instant_t *now)
 {
+    const own_bearings_t *const own = &work->own;
     const double pace = length3(run->nu)*run->rate_of_speed;
-    lanes_t rigid[MOST_WHEELS], taken[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        work->own.corner[i] = slides(run, i)
-            ? -roller_mode(run, i)*own_bearings(run)[work->own.rollers_at + i].sliding : 0;
-    if (along_in_corners(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
-                         rigid, taken))
-        for (int i = 0; i < run->wheels; i++) {
-            work->own.corner[i] *= taken[i][0] > NEARLY_ALL;
-            work->own.scale[i] = pace/fmax((1 - taken[i][0])*(1 + taken[i][0]), EPS);
-        }
+    lanes_t force[2*MOST_WHEELS], asked[MOST_WHEELS];
+    int some = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        own->takes[i] = slides(run, i) ? -roller_mode(run, i)*own_bearings(run)[own->rollers_at + i].sliding : 0;
+        some |= fabs(own->takes[i]) > 0;
+    }
+    if (!some)
+        return;
+    asked_of_rigid_wheels(own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core, force,
+                          asked);
+    for (int i = 0; i < run->wheels; i++) {
+        const double most = fabs(asked[i][0]/force[2*i][0])*(own->load[i]*own->friction[2*i])[0];
+        const double part = fabs(own->takes[i])/most;
+        if (!(part > NEARLY_ALL))
+            own->takes[i] = 0;
+        own->scale[i] = pace/fmax((1 - part)*(1 + part), EPS);
+    }
 }
 #endif
 
@@ -88,7 +91,7 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
     (void)contact;
     memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
 #if !SET_LOADS
-    spins_in_corners(own, v, wheels, nu, chi, core, rates + own->rollers_at);
+    spins_at_the_most(own, v, wheels, nu, chi, core, rates + own->rollers_at);
 #else
     (void)v, (void)nu, (void)chi;
 #endif
@@ -136,8 +139,8 @@ static void own_rates_there(const omniroll_run_t *run, const work_t *work, insta
     set_slip_spins(run->wheels, &work->vehicle, now->arrays.nu, now->arrays.chi,
                    now->point.core + rates_at(run->wheels), torque, now->arrays.ground_push, now->arrays.ground_yield,
                    sticks, work->own.rate + at, aside);
-    spins_in_corners(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
-                     work->own.rate + at);
+    spins_at_the_most(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
+                      work->own.rate + at);
 }
 #else
 ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
@@ -166,7 +169,7 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 #if SET_CORNERS
     put_yields_now(run, &now);
 #elif SET_STRIPS
-    begin_corners(run, work, &now);
+    begin_at_the_most(run, work, &now);
 #endif
     own_rates_there(run, work, &now);
     for (int k = 0; k < run->own_count; k++)

@@ -55,10 +55,10 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
 }
 
 /* Rounding of a spin, or of what stands in its place, beside that of rates of its size. */
-ALWAYS_INLINE double noise_in_corner(const work_t *work, int i)
+ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 {
 #if SET_STRIPS && !SET_LOADS
-    if (work->own.corner[i] < 0 || work->own.corner[i] > 0)
+    if (fabs(work->own.takes[i]) > 0)
         return EPS*work->own.scale[i];
 #endif
     (void)work, (void)i;
@@ -74,7 +74,7 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_bearing_t *const roller = in_series(run, work) + i;
         const double spin = own_rate(run, work, work->own.rollers_at + i);
-        const double noise = EPS*(fabs(spin) + speed) + noise_in_corner(work, i);
+        const double noise = EPS*(fabs(spin) + speed) + noise_at_the_most(work, i);
         near[i] = roller->mode && !roller->resting && -roller->mode*spin >= -PASSED*noise;
         some |= near[i];
     }
@@ -83,7 +83,7 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         const lanes_t spin = -roller->mode*work->own.rate[work->own.rollers_at + i];
-        const double noise = noise_of_own(roller, spin[0]) + noise_in_corner(work, i);
+        const double noise = noise_of_own(roller, spin[0]) + noise_at_the_most(work, i);
         if (!near[i] || !(spin[0] > PASSED*noise || spin[1] > spin[0]))
             continue;
         roller->resting = 1;

@@ -17,12 +17,6 @@ static int changes_in_series(const variations_t *w, long long row)
     return modes_differ(w, row, row + 1, MOST_OWN(w), w->wheels);
 }
 
-/* Whether a bearing takes less once it has broken away. */
-ALWAYS_INLINE int jumps_as_it_goes(const variations_t *w, int k)
-{
-    return w->run->own_most[k] > (1 + w->run->jumps)*w->run->own_sliding[k];
-}
-
 /* Whether a roller breaks away behind a row from more than it takes then. */
 static int jumps_in_series(const variations_t *w, long long row, int i)
 {

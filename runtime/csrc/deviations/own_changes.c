@@ -21,6 +21,12 @@ ALWAYS_INLINE int is_held(const variations_t *w, const own_change_t *e, int k)
 #endif
 }
 
+/* Whether a bearing takes less once it has broken away. */
+ALWAYS_INLINE int jumps_as_it_goes(const variations_t *w, int k)
+{
+    return w->run->own_most[k] > (1 + w->run->jumps)*w->run->own_sliding[k];
+}
+
 ALWAYS_INLINE int stops(const variations_t *w, const own_change_t *e, int k)
 {
     return own_mode(w, e->before, k) != 0 && own_mode(w, e->before, k) != own_mode(w, e->after, k) && is_held(w, e, k);

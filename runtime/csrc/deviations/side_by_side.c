@@ -185,8 +185,7 @@ static int settles_only_just(const variations_t *w, const own_change_t *e, const
         const double possible = fabs(dot[k]) + run->own_most[k]/run->own_inertia[k];
         const double mode = (double)own_mode(w, e->before, k);
         found |= mode != 0 && own_mode(w, e->after, k) == -own_mode(w, e->before, k) && !is_held(w, e, k);
-        found |= settles(w, e, k) && run->own_most[k] > (1 + run->jumps)*run->own_sliding[k]
-            && -mode*falls[i][0] <= run->only_just*possible;
+        found |= settles(w, e, k) && jumps_as_it_goes(w, k) && -mode*falls[i][0] <= run->only_just*possible;
     }
     take_way_back(w);
 #endif

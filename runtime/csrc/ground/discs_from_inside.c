@@ -75,10 +75,14 @@ static void add_cuts(discs_t *d, double left)
     }
 }
 
-static void follow_cut(const discs_t *d, const cut_t *cut, double left, double *slack, double *pull)
+/* The same as follow_step(), of a disc that is cut; whether it is. */
+static int follow_cut(const discs_t *d, int i, double left, cut_t *cut, double *slack, double *pull)
 {
+    if (!get_cut(d, i, cut))
+        return 0;
     *slack = -off_cut(cut) - *cut->place/(cut->strip*cut->strip)*d->newton.step[cut->row];
     *pull = (left*cut->scale - *cut->pull*(*cut->slack + *slack))/ *cut->slack;
+    return 1;
 }
 
 /* How much of a step leaves slack and pull of all cuts positive. */
@@ -87,9 +91,8 @@ static double part_inside_cuts(const discs_t *d, double left, double part)
     for (int i = 0; i < d->wide; i++) {
         cut_t cut;
         double slack, pull;
-        if (!get_cut(d, i, &cut))
+        if (!follow_cut(d, i, left, &cut, &slack, &pull))
             continue;
-        follow_cut(d, &cut, left, &slack, &pull);
         if (slack < 0)
             part = fmin(part, -STAYS_INSIDE**cut.slack/slack);
         if (pull < 0)
@@ -104,9 +107,8 @@ static void move_cuts(const discs_t *d, double left, double part)
     for (int i = 0; i < d->wide; i++) {
         cut_t cut;
         double slack, pull;
-        if (!get_cut(d, i, &cut))
+        if (!follow_cut(d, i, left, &cut, &slack, &pull))
             continue;
-        follow_cut(d, &cut, left, &slack, &pull);
         *cut.slack += part*slack, *cut.pull += part*pull;
     }
 }

@@ -22,7 +22,7 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
 }
 
 #if SET_STRIPS
-#define SAME_LOADS 1e-6             /* of the weight                                                        */
+#define LIKE_AN_INSTANT 1e-6        /* of the weight: loads of a step, beside those that an instant finds   */
 #define LEFT_BEFORE_STRIP 0.2       /* of the way to where a bearing takes all of the friction: behind a step        */
 
 /* The load of a contact at the step's start and at its end, in N. */
@@ -92,8 +92,8 @@ static double turn_of_corners(const step_t *s, const int wheels)
         if (s->corner[i] && left_in_corner(s, i, load_at_end_of(s, i), arm[i]) < 0)
             turned = 0.5;
 #if SET_LOADS
-    for (int i = 0; i < wheels; i++)        /* loads at the nodes that are not those which an instant finds        */
-        if (s->corner[i] && !(fabs(s->compressed_late[i]) <= SAME_LOADS))
+    for (int i = 0; i < wheels; i++)
+        if (s->corner[i] && !(fabs(s->compressed_late[i]) <= LIKE_AN_INSTANT))
             turned = 0.5;
     if (takes_all_at_a_node(s, wheels))
         turned = 0.5;

@@ -206,7 +206,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #if SET_STRIPS
     work->own.spin = lanes_part(&parts, wheels);
 #if !SET_LOADS
-    work->own.corner = numbers_part(&parts, wheels);
+    work->own.takes = numbers_part(&parts, wheels);
     work->own.scale = numbers_part(&parts, wheels);
     work->own.load = work->load, work->own.friction = work->friction;
 #endif

@@ -53,7 +53,7 @@ typedef struct {
 #if SET_STRIPS
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
 #if !SET_LOADS
-    double *corner;                             /* torques of those that turn while their contacts slip, else 0 */
+    double *takes;                              /* torques of those in own_bearings.c's spins_at_the_most(), else 0 */
     double *scale;                              /* of what stands in the place of their spins, in rad/s */
     const lanes_t *load, *friction;             /* of the contacts                               */
 #endif
