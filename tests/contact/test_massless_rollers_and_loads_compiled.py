@@ -52,7 +52,7 @@ def test_both_engines_make_the_same_motion(number):
 
 @pytest.mark.long
 def test_both_engines_make_the_same_motion_in_many_scenes():
-    for number in range(5, 45):
+    for number in range(5, 15):
         assert_same_motion(number)
 
 

@@ -344,7 +344,7 @@ def test_both_engines_make_the_same_motion(number, law):
 
 @pytest.mark.long
 @BOTH_LAWS
-@pytest.mark.parametrize("number", range(6, 18))
+@pytest.mark.parametrize("number", range(6, 10))
 def test_both_engines_make_the_same_motion_in_many_scenes(number, law):
     assert_same_motion(number, law)
 

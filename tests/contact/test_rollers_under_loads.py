@@ -324,7 +324,7 @@ def test_both_engines_make_the_same_motion_of_high_vehicles(number):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", range(12))
+@pytest.mark.parametrize("number", range(5))
 @pytest.mark.parametrize("make", [scene, high_scene])
 def test_both_engines_make_the_same_motion(make, number):
     assert_engines_agree(*make(number), 0.02)

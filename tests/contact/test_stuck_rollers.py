@@ -292,7 +292,7 @@ def torques_that_hold(run):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", range(16))
+@pytest.mark.parametrize("number", range(6))
 def test_both_engines_make_the_same_motion(number):
     vehicle, options = scene(number)
     one, other = (simulate(vehicle, duration=0.15, engine=engine, **options) for engine in ENGINES)

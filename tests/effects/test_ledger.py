@@ -106,8 +106,13 @@ def test_every_two_choices_meet():
         assert len({(c[one], c[other]) for c in FEW}) == len({(c[one], c[other]) for c in COMBINATIONS})
 
 
+def one_of_two_layouts():
+    """Every combination of effects with one of the layouts: each choice, and each pair, has both as often."""
+    return [combination for number, combination in enumerate(COMBINATIONS) if number.bit_count() % 2 == 0]
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("combination", COMBINATIONS, ids=", ".join)
+@pytest.mark.parametrize("combination", one_of_two_layouts(), ids=", ".join)
 def test_every_combination_closes(combination):
     check(account(combination, "free"), combination)
 
