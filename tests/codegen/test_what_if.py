@@ -77,14 +77,6 @@ def test_one_changed_term_of_the_kinetic_energy(asked):
 
 
 @pytest.mark.long
-def test_another_profile_of_the_rollers(asked):
-    told, tex = asked("paper/constraints.mac", "l*cos(chi) - r$", "l*cos(chi) - r + bulge*sin(chi)^2$")
-    assert "contact to roller axis (paper/constraints.mac)" in told and "massless, forward_dynamics" not in told
-    assert {"2.1:rho", "PP12", "PP13", "PP23", "3.4:wheel:1"} <= changed(told) and "7.1:13" not in changed(told)
-    compiled(tex)
-
-
-@pytest.mark.long
 def test_axles_that_are_not_horizontal(asked):
     told, tex = asked("paper/geometry.mac", "axle: level_axle$", "axle: cos(camber)*level_axle + sin(camber)*vertical$")
     assert "(2.2) (paper/constraints.mac)" in told
