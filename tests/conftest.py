@@ -8,6 +8,13 @@ import pytest
 
 os.environ.setdefault("OMNIROLL_CACHE", str(Path(sys.prefix, "omniroll-kernels")))
 
+MINUTES = ("tests/test_proofs.py", "tests/codegen/test_what_if.py")
+
+
+def pytest_collection_modifyitems(items):
+    """Tests that take minutes each come first: at the end one process would do them, and the others wait."""
+    items.sort(key=lambda item: not item.nodeid.startswith(MINUTES))
+
 
 @pytest.fixture
 def fresh_cache(tmp_path, monkeypatch):
