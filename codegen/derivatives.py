@@ -58,8 +58,8 @@ class Derivatives:
     residuals   the programs that are differentiated in a function's stead; of several the first that a set has
     held        steps of these programs that stand still besides
     positive    numbers that are positive
-    together    numbers that grow together, each as a power of the first: the slopes of sums by that follow from those
-                by the others
+    together    numbers that grow together, each as a power of the first, and the sums whose slopes by the first follow
+                from those by the others (none named: all)
     """
 
     rules: Rules
@@ -67,14 +67,15 @@ class Derivatives:
     residuals: Sequence["Residual"]
     held: Sequence[str]
     positive: Sequence[str]
-    together: Sequence[Mapping[str, int]]
+    together: Sequence[tuple[Mapping[str, int], frozenset[str]]]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
         residuals = tuple(Residual(*of) for of in data.get("residuals", ()))
         rules, named = Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ()))
         held, positive = (tuple(data.get(key, ())) for key in ("held", "positive"))
-        return cls(rules, named, residuals, held, positive, [dict(powers) for powers in data.get("together", ())])
+        together = [(dict(of["powers"]), frozenset(of["sums"])) for of in data.get("together", ())]
+        return cls(rules, named, residuals, held, positive, together)
 
     def at(self, values: Mapping[str, Expression]) -> "Derivatives":
         """The same where symbols have these values."""
@@ -209,7 +210,7 @@ class Numbers:
     def __init__(self, known: Derivatives, prepare: Function, wanted: Sequence[Differentiable], asked: Sequence[str]):
         self.rules, self.positive = known.rules, known.positive
         given = {array.name for array in prepare.inputs}
-        self.alike = [{name: k for name, k in powers.items() if name in given} for powers in known.together]
+        self.alike = [({name: k for name, k in of.items() if name in given}, sums) for of, sums in known.together]
         self.directions = list(self._directions(prepare, asked))
         lines = [step for of in wanted for step in steps((*of.body, *of.own))]
         read = set().union(*(symbols(step.expression) | self.rules.reads.get(step.name, set()) for step in lines))
@@ -279,8 +280,8 @@ class Numbers:
             if degrees:
                 rates += self._rate(direction, self._names[direction.name], prepare)
                 self.degrees[direction.name] = degrees
-        for powers in self.alike:
-            rates += self._grown_together(powers, prepare, tangents)
+        for powers, sums in self.alike:
+            rates += self._grown_together(powers, sums, prepare, tangents)
         body = (*body, *rates)
         kept = {f.name for f in prepare.fields} | self._new.keys()
         fields = prepare.fields + self.fields
@@ -321,7 +322,9 @@ class Numbers:
         self._new[new.name] = new
         return Symbol(new.name), [Step("put", new.name, values[0], Element(new, ()))]
 
-    def _grown_together(self, powers: Mapping[str, int], prepare: Function, tangents: Tangents) -> list[Step]:
+    def _grown_together(
+        self, powers: Mapping[str, int], sums: frozenset[str], prepare: Function, tangents: Tangents
+    ) -> list[Step]:
         """What the slopes by the first of the numbers that grow together follow from, where all are asked for."""
         if len(powers) < 2 or not self._names.keys() >= powers.keys():
             return []
@@ -336,7 +339,7 @@ class Numbers:
             itself = Array(f"{other}_itself", (), "field", given.unit, given.meaning)
             numbers[other], too = self._field_of([Symbol(name) for name in self._names[other]], itself, prepare)
             further += [*new, *too]
-        self.together.setdefault(own, []).append(Together(self._degrees(powers), ratios, powers, numbers))
+        self.together.setdefault(own, []).append(Together(self._degrees(powers), ratios, powers, numbers, sums))
         return further
 
     def function(self, program: Differentiable) -> Function:

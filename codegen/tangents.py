@@ -34,12 +34,14 @@ class Together:
     ratios   what each other number is of the column's own, by the name of its column
     powers   of the column's own number, by which the others grow
     numbers  the other numbers themselves, by the names of their columns
+    sums     those that it holds for, where it does not for all
     """
 
     degrees: Degrees
     ratios: Mapping[str, Expression]
     powers: Mapping[str, int]
     numbers: Mapping[str, Expression] = field(default_factory=dict)
+    sums: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,8 @@ class Tangents:
         proportional: dict[str, tuple[int, Together]] = {}
         for together in column.together:
             joint = degrees_of(body, together.degrees, self.rules, termwise, self.canonical)
-            for name in sums_of_one_loop(body) - termwise:
+            sums = sums_of_one_loop(body) - termwise
+            for name in sums & together.sums if together.sums else sums:
                 if joint[name] is not MIXED:
                     (following if found[name] is MIXED else proportional).setdefault(name, (joint[name], together))
         return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once), following=following,
@@ -230,7 +233,7 @@ class Tangents:
         keep      also the outputs themselves
         termwise  sums whose slopes are sums in any case, since they have other values where these slopes are read
         """
-        own = {column.name: self.along(body, column, termwise) for column in columns}
+        own = without_chains({column.name: self.along(body, column, termwise) for column in columns})
         moving = {column.name: own[column.name].moving(body, column.seeds) for column in columns}
         changing = {step.name for step in steps(body) if step.kind == "var"}
         changing |= {slope_name(name, column) for name in changing for column in columns}
@@ -389,6 +392,18 @@ class Tangents:
             else:
                 expression = self.canonical.substituted(node.expression, values)
                 yield replace(node, name=names.get(node.name, node.name), expression=expression)
+
+
+def without_chains(own: Mapping[str, Tangents]) -> dict[str, Tangents]:
+    """The tangents of columns, by name: a slope that others follow from is added up, and follows from none itself."""
+
+    def direct(following: Mapping[str, tuple[int, Together]]) -> dict[str, tuple[int, Together]]:
+        return {
+            name: (degree, together) for name, (degree, together) in following.items()
+            if not any(name in own[other].following for other in together.ratios)
+        }  # fmt: skip
+
+    return {column: replace(tangents, following=direct(tangents.following)) for column, tangents in own.items()}
 
 
 def without_sums(body: Body, values: Slopes) -> Body:

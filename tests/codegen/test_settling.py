@@ -11,7 +11,7 @@ from toy import ARGUMENTS, array, exact, function, let, put, random_data, run
 from codegen.degrees import MIXED, Degree, degrees_of
 from codegen.expressions import Canonical, Number, Order
 from codegen.operations import count_operations
-from codegen.programs import CONSTANTS, Loop, steps
+from codegen.programs import CONSTANTS, Element, Loop, steps
 from codegen.settling import settled, tightened
 from codegen.tangents import Column, Rules, Tangents, Together
 
@@ -137,6 +137,57 @@ def test_slopes_of_sums_follow_where_numbers_grow_together(seed, power):
     assert plain == short and len(plain) == 3
     added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
     assert added[0] - added[1] == {"s_by_a"} and added[0] >= {f"{name}_by_a" for name in "stuv"}
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_of_sums_that_are_named_these_alone_follow(seed):
+    inside = ["+", ["*", "a", "b", "chi"], ["*", "a", "a"]]
+    f = program([*({"var": name, "expr": 0} for name in "st"),
+                 wheels(*({"add": name, "expr": inside} for name in "st")),
+                 put(["nu_dot", 0], ["*", "s", "b"]), put(["nu_dot", 1], "t")])  # fmt: skip
+    data = random_data(f, 3, 4, random.Random(seed))
+    data["nu"][(2,)] = exact(Fraction(1, data["nu"][(0,)]))
+    c, powers = canonical(f), {"a": 1, "b": 1}
+    bodies = []
+    for sums in ("", "s"):
+        together = Together(powers, {"b": c.read(["*", "b", ["^", "a", -1]])}, powers, sums=frozenset(sums))
+        bodies.append(Tangents(c, Rules()).carried(f.body, grown_together(c, (together,)), keep=False))
+    every, named = (run(replace(f, body=body), 3, 4, data) for body in bodies)
+    assert every == named and len(every) == 2
+    added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
+    assert added[1] - added[0] == {"t_by_a"} and "s_by_a" not in added[1]
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_slope_that_another_follows_from_follows_from_none(seed, reverse):
+    """Of a with b, and of b with d: that by b follows, that by a is added up, whichever column is the first."""
+    body = [{"var": "s", "expr": 0},
+            wheels({"add": "s", "expr": ["+", ["*", "a", "b", "d", "chi"], ["*", "a", "a", "d", "d"]]}),
+            put(["nu_dot", 0], "s")]  # fmt: skip
+    arguments = ARGUMENTS | array("nu", [5], a=[0], b=[1], d=[2], over_a=[3], over_b=[4])
+    f = read(function("f", "F.", "nu chi", "nu_dot chi_dot", body), arguments)
+    data = random_data(f, 3, 4, random.Random(seed))
+    for place in (0, 1):
+        data["nu"][(3 + place,)] = exact(Fraction(1, data["nu"][(place,)]))
+    c = canonical(f)
+
+    def columns(follow):
+        for place, (name, other) in enumerate(["ab", "bd"]):
+            powers, ratios = {name: 1, other: 1}, {other: c.read(["*", other, ["^", name, -1]])}
+            target = lambda element, place=place: Element(element.array, (place,))  # noqa: E731
+            together = [Together(powers, ratios, powers)] if follow else ()
+            yield Column(name, {name: c.read(1)}, target, c.read(f"over_{name}"), {name: 1}, together)
+        yield Column("d", {"d": c.read(1)}, lambda element: None)
+
+    bodies = [
+        Tangents(c, Rules()).carried(f.body, list(columns(follow))[:: -1 if reverse else 1], keep=False)
+        for follow in (False, True)
+    ]
+    plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
+    assert plain == short and len(plain) == 2
+    added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
+    assert added[0] - added[1] == {"s_by_b"} and "s_by_a" in added[1]
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -196,7 +196,7 @@ LENGTHS = ("platform_radius", "roller_axis_radius", "wheel_radius")
     *((model, (effect,)) for effect in ("motor", "axle_coulomb", "axle_viscous", "layout") for model in MODELS[1:]),
     *(("massless", (effect,)) for effect in ("axle_coulomb", "roller_viscous", "roller_sticking")),
     *((model, ("layout", effect)) for effect in ("motor", "axle_coulomb") for model in MODELS),
-    *((model, ("layout", "axle_viscous")) for model in MODELS[1:]),
+    *((model, ("layout", "axle_viscous")) for model in MODELS[1:]), ("locked", ("layout", "roller_viscous")),
 ])  # fmt: skip
 def test_so_do_those_by_lengths_where_one_follows_from_the_others(model, effects):
     numbers = {*LENGTHS, "yaw_scale"} & numbers_of(model, (*effects, "derivatives")).keys()
@@ -307,17 +307,13 @@ ALONE = [(model, effects) for model in MODELS for effects in ((), *((effect,) fo
 ]  # fmt: skip
 
 
-# By the platform radius, with wheels at places of their own.
-DEAREST = {("locked", ("layout", "roller_viscous")): 0.53}
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("model, effects", ALONE)
 def test_no_number_beside_all_others_costs_more_than_half_the_accelerations(model, effects):
     """Of every roller model with every effect beside which its wheels roll, and of some with several."""
     forms = ("", "_sharp") if model != "massless" else ("",)
     dearest = max(max(prices(model, effects, form, wheels).values()) for form in forms for wheels in (3, 4))
-    assert dearest <= DEAREST.get((model, effects), 0.5)
+    assert dearest <= 0.5
 
 
 @pytest.mark.long
