@@ -271,9 +271,9 @@ def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tupl
     ground = task.kernel.slips and "disk_dynamics" not in task.kernel.signatures
     reference = true_ground if ground else true_bearings
     if "slip_contact_loss" in task.kernel.signatures:
-        reference = true_strips if "corner_forces" in task.kernel.signatures else true_massless
-        if "contact_loads" in task.kernel.effects:
-            reference = true_loaded_massless
+        loaded = "contact_loads" in task.kernel.effects
+        smooth = true_loaded_massless if loaded else true_massless
+        reference = true_strips if "corner_forces" in task.kernel.signatures else smooth
     with digits(DIGITS, ORDER):
         change = arb(CHANGE) * size(task, name)
         runs = [reference.Run(task, name, side * change) for side in (1, -1)]
