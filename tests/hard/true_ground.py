@@ -491,6 +491,7 @@ class Run:
             self.modes[first] = BEGINS
             self.towards[first] = -1 if float(forces[first][1]) > 0 else 1
             self.begun[first] = [-force / self.v.mass for force in forces[first]]
+            self._has_gone(first, loads[first])
         self._check_directions(series)
         now = [SLIPS if mode == BEGINS else mode for mode in self.modes]
         self.log += [(float(self.now), i, mode) for i, mode in enumerate(now) if mode != self.decided[i]]
@@ -508,6 +509,9 @@ class Run:
 
     def _has_given(self, bearing: int) -> None:
         """A bearing has just given way."""
+
+    def _has_gone(self, contact: int, load: Any) -> None:
+        """A contact with this load has just begun to slip."""
 
     def _rate(self, i: int) -> int:
         """The place of a wheel's rate in y."""

@@ -11,8 +11,8 @@ that run and then proved: the time at which it is there is solved for in 40 digi
 other wheel may be beyond its joint. Runs with other events are followed by Taylor series, which find all events by
 themselves, with the number larger and smaller: where axles stick by those of
 omniroll.studies.accuracy.reference, where rollers do by hard.true_bearings or hard.true_massless, where wheels may slip
-by hard.true_ground, and where massless rollers stick beside contacts that do by hard.true_strips, under loads that
-follow the motion by hard.true_loaded_massless.
+by hard.true_ground, and where massless rollers stick beside contacts that do by hard.true_strips; under a smooth law
+and loads that follow the motion by hard.true_loaded_massless.
 """
 
 import math

@@ -1,9 +1,10 @@
 """Massless rollers that stick on their disks beside contacts that stick on the ground, and axles, in 40 digits.
 
 Of the generated formulas it takes the accelerations that given forces of the ground make, the speeds of rigid wheels,
-and the balance of loads that follow the motion, which are three more unknown numbers. That a contact's force along the axle is its roller's torque over the arm, where rollers turn, the ellipse, and
-its normal along which a contact slips whose roller turns, are put down here. What sticks is held by unknown forces and
-torques (hard.true_ground), which must be determined.
+and the balance of loads that follow the motion, which are three more unknown numbers. That a contact's force along the
+axle is its roller's torque over the arm, where rollers turn, the ellipse, and its normal along which a contact slips
+whose roller turns, are put down here. What sticks is held by unknown forces and torques (hard.true_ground), which must
+be determined.
 """
 
 from typing import Any
@@ -152,6 +153,14 @@ class Run(true_ground.Run):
         self.towards[i] = sign_of(rolling) if self.modes[i] == SLIPS else self.towards[i]
         if self.modes[i] == SLIPS and abs(float(rolling)) < STILL:
             self.modes[i] = STICKS
+
+    def _has_gone(self, contact: int, load: Any) -> None:
+        """Its roller stands if the ground turns it no more: then the contact slips along the axle as fast as it has
+        turned."""
+        roller, slip = self.v.bearings.axles + contact, self.v.slip(self.y)[contact]
+        most = self.v.arms(self.y)[contact] * self.v.ground.numbers["friction"][0] * load
+        if self.turning[roller] and sign_of(slip[0]) and float(most - self.v.bearings.sliding[roller]) < 0:
+            self.turning[roller], self.modes[contact] = 0, SLIPS
 
     def _switch(self, i: int, direction: int) -> None:
         self.y[3 + i] = (-direction * self.v.joint).mid()
