@@ -124,6 +124,7 @@ class EngineSet:
         further += [CORNERS] * self.strips
         self.leaves_loads = self.loads and effects.function(LEFT_LOADS) is not None
         self.corners = self.loads and self.strips  # bearings leave parts of loads where contacts slip
+        self.of_corners = OF_CORNERS if self.corners else {}
         further += [LEFT_LOADS] * self.leaves_loads + [CORNER_LOADS] * self.corners
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
@@ -312,6 +313,7 @@ class EngineSet:
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
         names |= {LEFT_LOADS} if self.leaves_loads else set()
+        names |= {CORNER_LOADS} if self.corners else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
@@ -363,7 +365,7 @@ class EngineSet:
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | OF_LOADS | given
-        known |= OF_CORNERS if self.corners else {}
+        known |= self.of_corners
         calls = []
         for function in functions:
             own, arguments = [], [known[array.name] for array in function.inputs]
@@ -406,7 +408,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     """
     facts = deviating(effects, registry)
     called = (
-        *PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS, LEFT_LOADS,
+        *PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS, LEFT_LOADS, CORNER_LOADS,
     )  # fmt: skip
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)
@@ -426,4 +428,5 @@ def deviating(effects: EffectSet, registry: Registry) -> EngineSet:
     facts.inputs = [name for name in facts.inputs if name not in MOMENT_INPUTS]  # which follow from the bearings
     facts.still = {state.name: "at->still" for state in facts.core if state.size == "energy"}
     facts.core = [state for state in facts.core if state.size != "energy"]
+    facts.of_corners = {}  # no rate goes with them
     return facts

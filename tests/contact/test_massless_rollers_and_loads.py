@@ -269,9 +269,3 @@ def test_samples_between_rows_are_those_of_finer_runs():
     names = ("slip", "ground_force", "ground_load", "contact_spin")
     options |= {"duration": 0.006}
     assert_samples_are_those_of_finer_runs(vehicle, options, np.linspace(0.0005, 0.0055, 11), names, 1e-9)
-
-
-def test_sensitivities_are_refused():
-    vehicle, options = scene(0)
-    with pytest.raises(InvalidValueError, match="sensitivities"):
-        simulate(vehicle, duration=0.001, sensitivities=["mass"], **options)

@@ -275,7 +275,7 @@ class Vehicle:
         known = self.parts(y) | inputs | {"nu_dot": found["nu"], "rates_dot": found["rates"]}
         known |= {"contact_omega_dot": found["contact_omega"], "wheel_mass": arb(0)}
         known |= {"platform_products": [arb(0)] * 2, "spin_inertia": [self.inertia] * self.wheels}
-        if self.rollers_stick:
+        if self.rollers_stick and self.heavy:
             known["momenta"] = self.module.momenta(self.model, known["axial"])
             known["bearing_momenta_dot"] = self.module.bearing_momenta(self.model, known["free_bearing"])
         sums, _ = self.call("slip_load_balance", known | self.ground.numbers)
@@ -340,7 +340,7 @@ class Phase:
         own = [z[self.bearings[i]] if i in self.bearings else -sign * s for i, (sign, s) in signs]
         return self.v.with_bearings(found, own)
 
-    def speeds(self, y: Row) -> Row:
+    def speeds(self, y: Row, z: Row) -> Row:
         """The rates of all bearings."""
         return self.v.turning(y)
 
@@ -491,6 +491,7 @@ class Run:
             self.modes[first] = BEGINS
             self.towards[first] = -1 if float(forces[first][1]) > 0 else 1
             self.begun[first] = [-force / self.v.mass for force in forces[first]]
+            self._has_gone(first, loads[first])
         self._check_directions(series)
         now = [SLIPS if mode == BEGINS else mode for mode in self.modes]
         self.log += [(float(self.now), i, mode) for i, mode in enumerate(now) if mode != self.decided[i]]
@@ -508,6 +509,9 @@ class Run:
 
     def _has_given(self, bearing: int) -> None:
         """A bearing has just given way."""
+
+    def _has_gone(self, contact: int, load: Any) -> None:
+        """A contact with this load has just begun to slip."""
 
     def _rate(self, i: int) -> int:
         """The place of a wheel's rate in y."""
@@ -590,7 +594,7 @@ class Run:
 
     def _margins_of_bearings(self, phase: Phase, y: Row, z: Row) -> list[tuple[Any, Any]]:
         found: list[tuple[Any, Any]] = []
-        rates = phase.speeds(y) if self.turning else []
+        rates = phase.speeds(y, z) if self.turning else []
         for i, sign in enumerate(self.turning):
             if sign:
                 found.append((-sign * rates[i], lambda i=i: self.at_rest.add(i)))

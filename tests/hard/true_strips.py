@@ -1,9 +1,10 @@
 """Massless rollers that stick on their disks beside contacts that stick on the ground, and axles, in 40 digits.
 
-Of the generated formulas it takes the accelerations that given forces of the ground make, and the speeds of rigid
-wheels. That a contact's force along the axle is its roller's torque over the arm, where rollers turn, the ellipse, and
-its normal along which a contact slips whose roller turns, are put down here. What sticks is held by unknown forces and
-torques (hard.true_ground), which must be determined.
+Of the generated formulas it takes the accelerations that given forces of the ground make, the speeds of rigid wheels,
+and the balance of loads that follow the motion, which are three more unknown numbers. That a contact's force along the
+axle is its roller's torque over the arm, where rollers turn, the ellipse, and its normal along which a contact slips
+whose roller turns, are put down here. What sticks is held by unknown forces and torques (hard.true_ground), which must
+be determined.
 """
 
 from typing import Any
@@ -12,7 +13,7 @@ from flint import arb
 
 from hard import true_ground
 from hard.constrained import Row
-from hard.true_ground import BEGINS, SLIPS, STICKS, STILL, Phase, Vehicle, sign_of
+from hard.true_ground import BEGINS, OFF, SLIPS, STICKS, STILL, Phase, Vehicle, sign_of
 from omniroll.kernels.kernel import Kernel
 
 
@@ -23,7 +24,8 @@ class Rigid(Vehicle):
     two_ways = True
 
     def _of_ground(self) -> list[str]:
-        return ["contact", "contact_coulomb", "roller_sticking"]
+        loads = ["contact_loads"] if "contact_loads" in self.task.kernel.effects else []
+        return ["contact", "contact_coulomb", "roller_sticking", *loads]
 
     @staticmethod
     def _bearings_of_rollers(bound: Kernel) -> int:
@@ -31,7 +33,8 @@ class Rigid(Vehicle):
 
     def parts(self, y: Row) -> dict[str, Any]:
         n = self.wheels
-        return {"nu": y[:3], "chi": y[3 : 3 + n], "pose": y[3 + n : 6 + n], "rates": y[6 + n :]}
+        found = {"nu": y[:3], "chi": y[3 : 3 + n], "pose": y[3 + n : 6 + n], "rates": y[6 + n :]}
+        return found | {"contact_omega": []}
 
     def arms(self, y: Row) -> Row:
         """In m, from the axes of the rollers in contact to the ground."""
@@ -43,8 +46,8 @@ class Rigid(Vehicle):
         return self.call("slip_forces", known)[0]
 
     def _as_rigid(self) -> dict[str, Row]:
-        none = [arb(0)] * self.wheels
-        return {"contact_sticks": [arb(1)] * self.wheels, "contact_bearing": none, "ground_yield": none}
+        none, one = [arb(0)] * self.wheels, [arb(1)] * self.wheels
+        return {"contact_sticks": one, "contact_bearing": none, "ground_yield": none, "load_factor": one}
 
     def rates(self, y: Row, forces: list[Row], inputs: dict[str, Any]) -> Row:
         none = [arb(0)] * self.wheels
@@ -83,33 +86,34 @@ class StripPhase(Phase):
         self.of_contacts = len(self.places)
         stuck = [i for i, sign in enumerate(turning[:axles]) if not sign]
         self.bearings = {i: self.of_contacts + k for k, i in enumerate(stuck)}
-        self.of_loads = self.unknowns = self.of_contacts + len(stuck)
+        self.of_loads = self.of_contacts + len(stuck)
+        self.unknowns = self.of_loads + 3 * vehicle.is_loaded
 
     def forces(self, y: Row, z: Row) -> list[Row]:
-        slip, arms, axles = self.v.slip(y), self.v.arms(y), self.v.bearings.axles
+        slip, arms, axles, loads = self.v.slip(y), self.v.arms(y), self.v.bearings.axles, self.loads(z)
         first, second = self.v.ground.numbers["friction"]
         found = []
         for i, (mode, spin) in enumerate(zip(self.modes, self.spins, strict=True)):
             held = [z[self.places[i, c]] if (i, c) in self.places else arb(0) for c in (0, 1)]
             if spin:
                 axle = -spin * self.v.bearings.sliding[axles + i] / arms[i]
-                left = ((first * self.at_rest[i]) ** 2 - axle * axle).sqrt()
+                left = ((first * loads[i]) ** 2 - axle * axle).sqrt() if mode != STICKS else arb(0)
                 found.append([axle, held[1] if mode == STICKS else -self.towards[i] * left * second / first])
-            elif mode == STICKS:
+            elif mode in (STICKS, OFF):
                 found.append(held)
             else:
                 towards = slip[i] if mode == SLIPS else held
-                found.append([self.at_rest[i] * f for f in self.v.ground.sliding(towards, True)])
+                found.append([loads[i] * f for f in self.v.ground.sliding(towards, True)])
         return found
 
-    def speeds(self, y: Row) -> Row:
+    def speeds(self, y: Row, z: Row) -> Row:
         """Where the contact slips, too, the roller takes what its slip along the ellipse's normal leaves."""
         found, axles = self.v.turning(y), self.v.bearings.axles
         first, second = self.v.ground.numbers["friction"]
         slip = self.v.slip(y)
         for i, (mode, spin) in enumerate(zip(self.modes, self.spins, strict=True)):
             if spin and mode != STICKS:
-                axle, rolling = self.forces(y, [arb(0)] * self.unknowns)[i]
+                axle, rolling = self.forces(y, z)[i]
                 found[axles + i] -= slip[i][1] * (axle / first**2) / (rolling / second**2)
         return found
 
@@ -150,6 +154,14 @@ class Run(true_ground.Run):
         if self.modes[i] == SLIPS and abs(float(rolling)) < STILL:
             self.modes[i] = STICKS
 
+    def _has_gone(self, contact: int, load: Any) -> None:
+        """Its roller stands if the ground turns it no more: then the contact slips along the axle as fast as it has
+        turned."""
+        roller, slip = self.v.bearings.axles + contact, self.v.slip(self.y)[contact]
+        most = self.v.arms(self.y)[contact] * self.v.ground.numbers["friction"][0] * load
+        if self.turning[roller] and sign_of(slip[0]) and float(most - self.v.bearings.sliding[roller]) < 0:
+            self.turning[roller], self.modes[contact] = 0, SLIPS
+
     def _switch(self, i: int, direction: int) -> None:
         self.y[3 + i] = (-direction * self.v.joint).mid()
         self.log.append((float(self.now), i, "switch"))
@@ -157,3 +169,8 @@ class Run(true_ground.Run):
         if self.modes[i] == STICKS:
             self.modes[i] = SLIPS
             self._see()
+
+    def _lift(self, i: int) -> None:
+        """The roller of a contact that is off stands on its disk."""
+        self.turning[self.v.bearings.axles + i] = 0
+        super()._lift(i)

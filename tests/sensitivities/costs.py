@@ -76,7 +76,13 @@ PULL = replace(TO_AND_FRO, torque=tuple(tuple(12 * x for x in row) for row in TO
 IN_SERIES |= {
     "in series, coulomb, skid, no drive": SKID,
     "in series, coulomb, skid, torque": SKID | {"effects": [*SKID["effects"], PULL], "duration": 1.5},
-}
+    "in series, coulomb, loads, skid, no drive": SKID | {
+        "effects": [replace(SKID["effects"][0], **FOLLOWING), SKID["effects"][1]],
+    },
+    "in series, coulomb, loads, motor": {
+        "roller_model": "massless", "effects": [LOADED["coulomb"], HELD_LONGER, MOTOR], "duration": 2.0,
+    },
+}  # fmt: skip
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},

@@ -44,6 +44,56 @@ ALWAYS_INLINE void be_linear_about(const int wheels, const lanes_t *load, const 
 }
 #endif
 
+#if SET_CORNERS
+/* Which contacts are in corners, lane by lane. */
+ALWAYS_INLINE lane_mask_t in_corner(const int wheels, const point_t *at, int i)
+{
+    return (at->contact_sticks[i] == 0) & (at->inputs[SET_MODES_INPUT*wheels + i] == 0)
+        & (at->inputs[SET_CARRIES_INPUT*wheels + i] != 0);
+}
+
+/* Whether loads have to be found by Newton's rule: some contact is in a corner. */
+ALWAYS_INLINE int is_nearly_linear(const int wheels, const point_t *at)
+{
+    long long some = 0;
+    for (int i = 0; i < wheels; i++) {
+        const lane_mask_t corner = in_corner(wheels, at, i);
+        for (int k = 0; k < LANES; k++)
+            some |= corner[k];
+    }
+    return some != 0;
+}
+
+/* Near these loads those about which friction in corners is linear, of which bearings take `taken`. */
+ALWAYS_INLINE void find_about_in_corners(const int wheels, const lanes_t *load, const lanes_t *taken, lanes_t *about)
+{
+    for (int i = 0; i < wheels; i++) {
+        const lanes_t least = lanes_max(lanes_abs(taken[i])*(1 + TIP), lanes_of(LEAST_ABOUT));
+        about[i] = lanes_select(load[i] >= least, load[i], least);
+    }
+}
+
+/* Friction in corners is linear about these, where gain and what is left are known; elsewhere it is in proportion to
+ * the loads. */
+ALWAYS_INLINE void be_linear_in_corners(const int wheels, const point_t *at, const lanes_t *load, const lanes_t *about)
+{
+    loads_t *const loads = at->loads;
+    for (int i = 0; i < wheels; i++) {
+        const lane_mask_t corner = in_corner(wheels, at, i), leaves = load[i] >= about[i];
+        loads->about[i] = lanes_select(corner, about[i], lanes_of(0));
+        loads->gain[i] = lanes_select(corner, lanes_select(leaves, loads->gain[i], lanes_of(0)), lanes_of(1));
+        loads->left[i] = lanes_select(corner, loads->left[i], lanes_of(1));
+    }
+}
+
+/* Friction is in proportion to the loads everywhere. */
+ALWAYS_INLINE void be_whole(const int wheels, loads_t *loads)
+{
+    for (int i = 0; i < wheels; i++)
+        loads->about[i] = lanes_of(0), loads->gain[i] = loads->left[i] = lanes_of(1);
+}
+#endif
+
 #if SET_NEARLY_LINEAR
 /* Which lanes have their loads, after a step of Newton's rule behind the last one. Returns how many have not. */
 ALWAYS_INLINE int settle_lanes(lanes_t step, lanes_t last, lanes_t weight, int *found)

@@ -122,7 +122,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
 #endif
 #if SET_LOADS
     w->balance = part(base, &size, 2*(long long)sizeof *w->balance);
-    w->balance_numbers = part(base, &size, 2*(2 + wheels)*lane);
+    w->balance_numbers = part(base, &size, 2*BALANCE_ARRAYS(wheels)*lane);
     w->loads = part(base, &size, 2*(long long)sizeof *w->loads);
     lanes_t *const response = part(base, &size, 3*responding_size(wheels, w->known)*lane);
     if (base)

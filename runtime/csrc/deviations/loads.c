@@ -16,7 +16,8 @@
 
 #if SET_LOADS
 #define BALANCE_SIZE(wheels) (5 + (wheels))     /* numbers of the loads' balance */
-#define RESPONDING_PARTS (2 + 2*SET_GRIPS + SET_AXLES_STICK + 3*SET_DISKS_STICK)
+#define BALANCE_ARRAYS(wheels) (2 + (wheels) + SET_CORNERS*2*(wheels))  /* of these in arrays; and of friction */
+#define RESPONDING_PARTS (2 + 2*SET_GRIPS + SET_AXLES_STICK + 3*SET_DISKS_STICK + SET_STRIPS)
 
 /* What goes with the loads: how the rates move, the forces on contacts and the rates of the slips, what holds bearings
  * and the accelerations of spins. */
@@ -40,6 +41,9 @@ ALWAYS_INLINE responding_t responding(const int wheels, const point_t *along, la
     found.of[at] = along->contact_holding, found.count[at] = wheels;
     found.of[at + 1] = along->free_holding, found.count[at + 1] = wheels*(rollers - 1);
     found.of[at + 2] = along->contact_spin_dot, found.count[at + 2] = wheels*rollers;    /* and spins_dot behind it */
+#elif SET_STRIPS
+    found.of[2 + 2*SET_GRIPS + SET_AXLES_STICK] = along->contact_holding;
+    found.count[2 + 2*SET_GRIPS + SET_AXLES_STICK] = wheels;
 #endif
     return found;
 }
@@ -48,7 +52,7 @@ ALWAYS_INLINE responding_t responding(const int wheels, const point_t *along, la
 ALWAYS_INLINE int responding_size(const int wheels, int core)
 {
     const int free = SET_DISKS_STICK*(core - 3 - 2*wheels);
-    return core + (4*SET_GRIPS + SET_AXLES_STICK + 2*SET_DISKS_STICK)*wheels + 2*free;
+    return core + (4*SET_GRIPS + SET_AXLES_STICK + 2*SET_DISKS_STICK + SET_STRIPS)*wheels + 2*free;
 }
 
 /* The numbers of the balance, or how one of the numbers moves them; without one they stay. */
@@ -56,7 +60,7 @@ static void put_balance(const variations_t *w, int model, int moves)
 {
     const int wheels = w->wheels, size = BALANCE_SIZE(wheels);
     balance_t *const balance = w->balance + moves;
-    lanes_t *const arrays = w->balance_numbers + moves*(2 + wheels);
+    lanes_t *const arrays = w->balance_numbers + moves*BALANCE_ARRAYS(wheels);
     const double *const own = w->run->balance + model*size;
     const double by = model > 0 || !moves;
     balance->normal_gravity = lanes_of(by*own[0]), balance->height = lanes_of(by*own[1]);
@@ -64,6 +68,11 @@ static void put_balance(const variations_t *w, int model, int moves)
     balance->platform_products = arrays, balance->spin_inertia = arrays + 2;
     for (int k = 0; k < 2 + wheels; k++)
         arrays[k] = lanes_of(by*own[3 + k]);
+#if SET_CORNERS
+    balance->friction = arrays + 2 + wheels;
+    for (int k = 0; k < 2*wheels; k++)
+        arrays[2 + wheels + k] = lanes_of(by*w->run->grip[3*wheels*model + wheels + k]);
+#endif
 }
 
 /* How the numbers of a vector of columns move the balance. */
@@ -76,7 +85,7 @@ ALWAYS_INLINE void put_balance_of_columns(const variations_t *w, int group)
             own[k][p%LANES] = w->run->balance[w->run->number[p]*size + k];
     balance_t *const balance = w->balance + 1;
     balance->normal_gravity = own[0], balance->height = own[1], balance->wheel_mass = own[2];
-    memcpy(w->balance_numbers + 2 + w->wheels, own + 3, (2 + w->wheels)*sizeof *own);
+    memcpy(w->balance_numbers + BALANCE_ARRAYS(w->wheels), own + 3, (2 + w->wheels)*sizeof *own);
 }
 
 /* The rates, and the sums of the loads that they ask for, under loads with the sums of the point. */
@@ -92,6 +101,10 @@ NEVER_INLINE void rates_and_sums_along(const int wheels, const point_t *at, cons
 #if SET_NEARLY_LINEAR
         own->factor[i] = own->about[i] + own->gain[i]*(own->factor[i] - own->about[i]);
         moved->factor[i] *= own->gain[i];
+#endif
+#if SET_CORNERS
+        moved->factor[i] = own->left[i]*moved->factor[i] + moved->left[i]*own->factor[i];
+        own->factor[i] *= own->left[i];
 #endif
     }
     rates_under_loads_along(wheels, at, along, nu_dot, nu_dot_along);
@@ -132,7 +145,48 @@ static void find_response(const int wheels, const point_t *at, const point_t *al
     solve_for_sums(loads, sums, loads->sums);
 }
 
-#if SET_NEARLY_LINEAR
+#if SET_CORNERS
+/* What bearings leave of the friction in corners under loads that stay, and how it goes with them; and how what they
+ * leave moves. */
+static void put_left_along(const int wheels, const point_t *at, const point_t *along, const lanes_t *load,
+                           lanes_t *taken, lanes_t *moved)
+{
+    const int torque = SET_CONTACT_BEARING_INPUT*wheels;
+    lanes_t still[MOST_WHEELS] = {{0}}, other[2*MOST_WHEELS];
+    set_corner_loads_along(wheels, at->vehicle, at->chi, at->inputs + torque, at->balance->friction, load, along->chi,
+                           along->inputs + torque, along->balance->friction, still, taken, at->loads->gain,
+                           at->loads->left, other, other + MOST_WHEELS, moved);
+}
+
+/* Friction in corners is linear about these loads, or near them. */
+static void put_about(const int wheels, const point_t *at, const point_t *along, const lanes_t *load)
+{
+    lanes_t taken[MOST_WHEELS], about[MOST_WHEELS], moved[MOST_WHEELS];
+    if (!is_nearly_linear(wheels, at)) {
+        be_whole(wheels, at->loads);
+        return;
+    }
+    put_left_along(wheels, at, along, load, taken, moved);
+    find_about_in_corners(wheels, load, taken, about);
+    put_left_along(wheels, at, along, about, taken, moved);
+    be_linear_in_corners(wheels, at, load, about);
+}
+
+/* How what bearings leave moves with a point. */
+static void move_left(const int wheels, const point_t *at, const point_t *along)
+{
+    loads_t own = *at->loads;
+    point_t there = *at;
+    lanes_t taken[MOST_WHEELS], moved[MOST_WHEELS];
+    there.loads = &own;
+    memset(along->loads->left, 0, wheels*sizeof *moved);
+    if (!is_nearly_linear(wheels, at))
+        return;
+    put_left_along(wheels, &there, along, own.about, taken, moved);
+    for (int i = 0; i < wheels; i++)
+        along->loads->left[i] = lanes_select(in_corner(wheels, at, i), moved[i], lanes_of(0));
+}
+#elif SET_NEARLY_LINEAR
 /* Friction beside bearings is linear about these loads. */
 static void put_about(const int wheels, const point_t *at, const point_t *along, const lanes_t *load)
 {
@@ -142,26 +196,45 @@ static void put_about(const int wheels, const point_t *at, const point_t *along,
                          moved + MOST_WHEELS);
     be_linear_about(wheels, load, taken, gain, at->contact_sticks, at->loads);
 }
+#endif
+
+#if SET_NEARLY_LINEAR
+/* Whether some roller leaves a part of a load. */
+ALWAYS_INLINE int some_leave(const int wheels, const point_t *at)
+{
+#if SET_CORNERS
+    return is_nearly_linear(wheels, at);
+#else
+    int found = 0;
+    for (int i = 0; i < wheels; i++)
+        found |= at->contact_sticks[i][0] == 0;         /* the same in all lanes */
+    return found;
+#endif
+}
 
 /* The loads at a point about which friction beside bearings is linear, by Newton's rule from those of the vehicle at
- * rest; not a number where that does not end. */
+ * rest; not a number where that does not end. In corners it comes to them from above, from whole friction. */
 static void settle_loads(const int wheels, const point_t *at, const point_t *along, const double *at_rest)
 {
     const lanes_t *const carries = at->inputs + SET_CARRIES_INPUT*wheels;
     loads_t *const loads = at->loads;
     lanes_t load[MOST_WHEELS], last = lanes_of(INFINITY);
-    int found[LANES] = {0}, left = 0;
-    for (int i = 0; i < wheels; i++) {
+    int found[LANES] = {0}, left = some_leave(wheels, at);
+    for (int i = 0; i < wheels; i++)
         load[i] = lanes_of(at_rest[i]);
-        left |= at->contact_sticks[i][0] == 0;          /* the same in all lanes */
-    }
     if (!left) {
         put_about(wheels, at, along, load);
         return;
     }
     for (int round = 0; round < MOST_ROUNDS && left; round++) {
+        const int whole = SET_CORNERS && round == 0;
         lanes_t step = {0};
-        put_about(wheels, at, along, load);
+#if SET_CORNERS
+        if (whole)
+            be_whole(wheels, loads);
+        else
+#endif
+            put_about(wheels, at, along, load);
         memset(loads->sums, 0, sizeof loads->sums);
         find_response(wheels, at, along);
         loads_of_sums_along(wheels, at, along, loads->sums, along->loads->sums, loads->compression,
@@ -170,6 +243,8 @@ static void settle_loads(const int wheels, const point_t *at, const point_t *alo
             step = lanes_max(step, lanes_abs(carries[i]*loads->compression[i] - load[i]));
             load[i] = carries[i]*loads->compression[i];
         }
+        if (whole)
+            continue;
         left = settle_lanes(step, last, loads->sums[0], found);
         last = step;
     }
@@ -187,6 +262,9 @@ static void find_loads(const int wheels, const point_t *at, const point_t *along
     loads_t *const loads = at->loads;
     (void)at_rest;
     memset(along->loads->sums, 0, sizeof loads->sums);
+#if SET_CORNERS
+    memset(along->loads->left, 0, sizeof loads->left);
+#endif
 #if SET_NEARLY_LINEAR
     settle_loads(wheels, at, along, at_rest);
 #endif
@@ -219,6 +297,9 @@ NEVER_INLINE void rates_along(const int wheels, const point_t *at, const point_t
     loads_t *const loads = at->loads, *const moved = along->loads;
     lanes_t sums[3], own[3];
     memset(moved->sums, 0, sizeof moved->sums);
+#if SET_CORNERS
+    move_left(wheels, at, along);
+#endif
     if (!loads->responds && !loads->seeks) {
         memcpy(loads->factor, at->inputs + SET_CARRIES_INPUT*wheels, wheels*sizeof *loads->factor);
         memset(moved->factor, 0, wheels*sizeof *moved->factor);

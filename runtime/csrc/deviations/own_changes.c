@@ -8,13 +8,33 @@ typedef struct {
     long long row, before, after;
 } own_change_t;
 
+#if SET_STRIPS
+/* Whether a contact lets go while its wheel moves along its axle: if its roller sticks, it slips as fast as this has
+ * turned. */
+static int slips_along_axle(const variations_t *w, const own_change_t *e, int i)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    if (!sticks_in(w, e->row, i) || sticks_in(w, e->after, i))
+        return 0;
+    lanes_t own[point_size(w)], still[point_size(w)], slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    memset(still, 0, sizeof still);
+    put_state(w, e->row, own);
+    const point_t at = point_of(w, w->vehicle, own), along = point_of(w, w->vehicle, still);
+    slips_of(w, &at, &along, slip, moved);
+    double fastest = 0;
+    for (int j = 0; j < wheels; j++)
+        fastest = fmax(fastest, fabs(slip[2*j][0]));
+    return fabs(slip[2*i][0]) > fmax(SAME*fastest, w->run->slip_rounding[e->row*wheels + i]);
+}
+#endif
+
 /* Whether the speed of a bearing is one that what holds it may bring to rest: along the axle of a massless roller where
  * its contact sticks, or comes to rest as well. */
 ALWAYS_INLINE int is_held(const variations_t *w, const own_change_t *e, int k)
 {
 #if SET_STRIPS
     const int i = k - roller_bearing(w, 0, 0);
-    return i < 0 || sticks_in(w, e->row, i) || rests_behind(w, e->row, i);
+    return i < 0 || rests_behind(w, e->row, i) || (sticks_in(w, e->row, i) && !slips_along_axle(w, e, i));
 #else
     (void)w, (void)e, (void)k;
     return 1;

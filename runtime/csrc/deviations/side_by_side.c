@@ -171,6 +171,27 @@ static void put_rests_moved(const variations_t *w, const beside_t *rests, lanes_
     put_turning(w, of, rests->count - rests->contacts, to + rests->contacts*w->groups);
 }
 
+#if SET_CORNERS
+/* How spins move under loads, which have been moved: contacts in corners slip along their axles. */
+static void move_spins(const variations_t *w)
+{
+    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    lanes_t force[2*MOST_WHEELS], yield[2*MOST_WHEELS], holding[2*MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
+    set_corner_forces_along(wheels, at.vehicle, at.chi, w->towards, at.loads->compression, at.balance->friction,
+                            at.inputs + torque, along.chi, still, along.loads->compression, still,
+                            along.inputs + torque, force, yield, force + wheels, yield + wheels);
+    for (int i = 0; i < wheels; i++) {
+        const int corner = in_corner(wheels, &at, i)[0] != 0;
+        yield[i] = corner ? yield[i] : lanes_of(0), yield[wheels + i] = corner ? yield[wheels + i] : lanes_of(0);
+    }
+    set_slip_spins_along(wheels, at.vehicle, at.nu, at.chi, at.core, at.inputs + torque, at.ground_push,
+                         at.loads->factor, yield, at.contact_sticks, along.nu, along.chi, along.core,
+                         along.inputs + torque, along.ground_push, along.loads->factor, yield + wheels, still,
+                         at.contact_spin, holding, along.contact_spin, holding + wheels);
+}
+#endif
+
 /* Whether a roller that stops on its disk while its contact slips only just does, and its bearing holds more than it
  * takes; or one turns back there. The rates before have been computed last. */
 static int settles_only_just(const variations_t *w, const own_change_t *e, const lanes_t *before, const double *dot)
@@ -179,13 +200,17 @@ static int settles_only_just(const variations_t *w, const own_change_t *e, const
 #if SET_STRIPS
     const omniroll_variations_t *const run = w->run;
     move_along(w, e->row, TIMES_ALONE, before);
+#if SET_CORNERS
+    move_spins(w);
+#endif
     const lanes_t *const falls = point_of(w, w->vehicle, w->along).contact_spin;
     for (int i = 0; i < w->wheels; i++) {
         const int k = roller_bearing(w, i, 0);
         const double possible = fabs(dot[k]) + run->own_most[k]/run->own_inertia[k];
         const double mode = (double)own_mode(w, e->before, k);
         found |= mode != 0 && own_mode(w, e->after, k) == -own_mode(w, e->before, k) && !is_held(w, e, k);
-        found |= settles(w, e, k) && jumps_as_it_goes(w, k) && -mode*falls[i][0] <= run->only_just*possible;
+        found |= settles(w, e, k) && !sticks_in(w, e->row, i) && jumps_as_it_goes(w, k)
+            && -mode*falls[i][0] <= run->only_just*possible;
     }
     take_way_back(w);
 #endif
@@ -229,22 +254,31 @@ static void forget_what_is_held(const variations_t *w, const beside_t *rests, do
 }
 #endif
 
+/* Put slips right that come to rest in directions that turn. Returns whether that is determinate. */
+static int put_directions_right(variations_t *w, const own_change_t *e, const beside_t *rests)
+{
+#if SET_TURNS
+    int turning[MOST_COMPONENTS];
+    memcpy(turning, rests->unit, rests->contacts*sizeof *turning);
+    const int turns = keep_turns(w, e->row, turning, rests->contacts);
+    double to_known[w->known*(turns + 1)], to_own[(turns + 1)*(turns + 1)];
+    if (turns) {
+        put_responses(w, turning, turns, to_known, to_own);
+        return put_rests_right(w, e->row, turning, turns, to_known, to_own);
+    }
+#endif
+    (void)w, (void)e, (void)rests;
+    return 1;
+}
+
 /* Let slips and rates come to rest, where the rates before have been computed last. */
 static int take_rests_beside(variations_t *w, const own_change_t *e, const beside_t *rests)
 {
-    const int count = rests->count, contacts = rests->contacts, groups = w->groups;
+    const int count = rests->count, groups = w->groups;
     double to_known[w->known*count], to_own[count*count];
     lanes_t force[count*groups];
-#if SET_TURNS
-    int turning[MOST_COMPONENTS];
-    memcpy(turning, rests->unit, contacts*sizeof *turning);
-    const int turns = keep_turns(w, e->row, turning, contacts);
-    if (turns) {
-        put_responses(w, turning, turns, to_known, to_own);
-        if (!put_rests_right(w, e->row, turning, turns, to_known, to_own))
-            return 0;
-    }
-#endif
+    if (!put_directions_right(w, e, rests))
+        return 0;
     put_responses(w, rests->unit, count, to_known, to_own);
     put_rests_moved(w, rests, force);
 #if SET_STRIPS
@@ -258,6 +292,60 @@ static int take_rests_beside(variations_t *w, const own_change_t *e, const besid
     take_roundings(w, e, rests, force);
     return 1;
 }
+
+#if SET_CORNERS
+/* Whether a roller turns on a contact that slips on while others come to rest: its bearing leaves of the friction what
+ * goes with the load in no proportion, so that rates are no linear function of the forces of these. */
+static int answers_bend(const variations_t *w, const own_change_t *e)
+{
+    for (int i = 0; i < w->wheels; i++)
+        if (slides_in(w, e->row, i) && own_mode(w, e->before, roller_bearing(w, i, 0)) != 0
+            && !(e->after > e->row && rests_behind(w, e->row, i)))
+            return 1;
+    return 0;
+}
+
+/* By how much the times deviate (columns) at which slips and rates come to rest, where the rates before have been
+ * computed last. Returns 0 where they do so apart. */
+static int put_times_of_rests(const variations_t *w, const beside_t *rests, const double *dot, double *time)
+{
+    const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
+    lanes_t moved[rests->count*w->groups];
+    put_rests_moved(w, rests, moved);
+    for (int p = 0; p < w->columns; p++) {
+        double least = INFINITY, most = -INFINITY;
+        for (int j = 0; j < rests->count;) {
+            const int i = rests->unit[j]/2;
+            double own = 0, falls = 0;
+            do {                        /* both components of a slip */
+                const int unit = rests->unit[j], slips = j < rests->contacts;
+                const double along = slips ? w->towards[unit][0] : 1;
+                own += along*moved[j*w->groups + p/LANES][p%LANES];
+                falls += along*(slips ? slip_dot[unit][0] : dot[unit - 2*w->wheels]);
+                j++;
+            } while (j < rests->contacts && rests->unit[j]/2 == i);
+            time[p] = -own/falls;
+            least = fmin(least, time[p]), most = fmax(most, time[p]);
+        }
+        if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
+            return 0;
+    }
+    return 1;
+}
+
+/* Let slips and rates come to rest there, all at one time: d* = d- + (f- - f*) dt, from the rates `before` to those
+ * `resting`. */
+static int take_bent_rests(variations_t *w, const own_change_t *e, const beside_t *rests, const double *dot,
+                           const lanes_t *before, const lanes_t *resting, double *time)
+{
+    lanes_t left[rests->count*w->groups];
+    if (!put_directions_right(w, e, rests) || !put_times_of_rests(w, rests, dot, time))
+        return 0;
+    add_jump(w, before, resting, time);
+    take_roundings(w, e, rests, left);
+    return 1;
+}
+#endif
 
 /* By how much the times deviate (columns) at which rates of bearings come to zero. Returns 0 where they do so apart. */
 static int put_times_of_stops(const variations_t *w, const beside_t *rests, const double *dot, double *time)
@@ -301,9 +389,16 @@ static int pass_own_change(variations_t *w, const own_change_t *e)
         return pass_let_go(w, e, before, after);
     if (grazes_rest_beside(w, &rests, dot, asked))
         return 0;
-    if (on && !put_times_of_stops(w, &rests, dot, time) && !are_same(w, resting, after))
+#if SET_CORNERS
+    const int bend = answers_bend(w, e);
+    if (bend && !take_bent_rests(w, e, &rests, dot, before, on ? resting : after, time))
         return 0;
-    if (!take_rests_beside(w, e, &rests))
+#else
+    const int bend = 0;
+#endif
+    if (!bend && on && !put_times_of_stops(w, &rests, dot, time) && !are_same(w, resting, after))
+        return 0;
+    if (!bend && !take_rests_beside(w, e, &rests))
         return 0;
     if (on)
         add_jump(w, resting, after, time);

@@ -90,7 +90,7 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
     }
 }
 
-#if SET_STRIPS
+#if SET_STRIPS && !SET_CORNERS
 /* Of contacts that slip and whose rollers turn: the forces along the rolling direction, which are what their bearings
  * leave, and what their slips along the axles go with; and how these move. */
 static void put_corners(const variations_t *w, const point_t *at, const point_t *along, const lanes_t *load,
@@ -135,7 +135,7 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
     }
     set_sliding_forces_along(wheels, at->vehicle, w->towards, load, friction, still, load_moved, friction_moved,
                              at->ground_push, slope, along->ground_push, slope_moved);
-#if SET_STRIPS
+#if SET_STRIPS && !SET_CORNERS        /* else what their bearings leave goes with the loads: loads.c */
     put_corners(w, at, along, load, load_moved, friction, friction_moved);
 #endif
     for (int k = 0; k < 2*wheels; k++)      /* by the angle of the direction */
@@ -279,7 +279,7 @@ static void put_ground_along(const variations_t *w, long long row, int d, int b,
     else if (turning >= 0) {
         memset(along->ground_push, 0, 2*wheels*sizeof *along->ground_push);
         memcpy(along->ground_push + 2*turning, w->turned + 2*turning, 2*sizeof *w->turned);
-#if SET_STRIPS
+#if SET_STRIPS && !SET_CORNERS
         memset(w->yielding + wheels, 0, wheels*sizeof *w->yielding);
     } else if (d >= w->core) {
         put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings */

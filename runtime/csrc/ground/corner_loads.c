@@ -2,25 +2,6 @@
  * ellipse and the bearing's strip. Of the friction across the axle the bearing leaves what is in no proportion to the
  * load. The rules are in runtime/omniroll/effects/loaded_ground_with_massless_rollers.py. */
 
-/* Which contacts are in corners, lane by lane. */
-ALWAYS_INLINE lane_mask_t in_corner(const int wheels, const point_t *at, int i)
-{
-    return (at->contact_sticks[i] == 0) & (at->inputs[SET_MODES_INPUT*wheels + i] == 0)
-        & (at->inputs[SET_CARRIES_INPUT*wheels + i] != 0);
-}
-
-/* Whether loads have to be found by Newton's rule: some contact is in a corner. */
-ALWAYS_INLINE int is_nearly_linear(const int wheels, const point_t *at)
-{
-    long long some = 0;
-    for (int i = 0; i < wheels; i++) {
-        const lane_mask_t corner = in_corner(wheels, at, i);
-        for (int k = 0; k < LANES; k++)
-            some |= corner[k];
-    }
-    return some != 0;
-}
-
 /* By how many rounds at most. */
 ALWAYS_INLINE int rounds_of(const int wheels, const point_t *at)
 {
@@ -35,18 +16,10 @@ ALWAYS_INLINE void put_corners_about(const int wheels, const point_t *at, const 
     lanes_t taken[MOST_WHEELS], about[MOST_WHEELS];
     set_corner_loads(wheels, at->vehicle, at->chi, bearing, at->balance->friction, load, taken, loads->gain,
                      loads->left);
-    for (int i = 0; i < wheels; i++) {
-        const lanes_t least = lanes_max(lanes_abs(taken[i])*(1 + TIP), lanes_of(LEAST_ABOUT));
-        about[i] = lanes_select(load[i] >= least, load[i], least);
-    }
+    find_about_in_corners(wheels, load, taken, about);
     set_corner_loads(wheels, at->vehicle, at->chi, bearing, at->balance->friction, about, taken, loads->gain,
                      loads->left);
-    for (int i = 0; i < wheels; i++) {
-        const lane_mask_t corner = in_corner(wheels, at, i), leaves = load[i] >= about[i];
-        loads->about[i] = lanes_select(corner, about[i], lanes_of(0));
-        loads->gain[i] = lanes_select(corner, lanes_select(leaves, loads->gain[i], lanes_of(0)), lanes_of(1));
-        loads->left[i] = lanes_select(corner, loads->left[i], lanes_of(1));
-    }
+    be_linear_in_corners(wheels, at, load, about);
 }
 
 /* The same near the loads with these sums; friction elsewhere is in proportion to the loads. In the first of many rounds
@@ -60,8 +33,7 @@ ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
         put_corners_about(wheels, at, loads->compression);
         return;
     }
-    for (int i = 0; i < wheels; i++)
-        loads->about[i] = lanes_of(0), loads->gain[i] = loads->left[i] = lanes_of(1);
+    be_whole(wheels, loads);
 }
 
 /* How far contacts in corners slip along their axles under these loads, and the spins of all rollers: no rate follows

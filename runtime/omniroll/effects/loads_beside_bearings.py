@@ -47,17 +47,22 @@ class BesideBearings:
 
 
 def settled(solve: Callable[[np.ndarray], Carried], loads: np.ndarray, weight: float) -> Carried:
-    """The loads about which what `solve` finds are these; not a number where that does not end.
+    """The loads about which what `solve` finds are these, in each state (...) for itself; not a number where that does
+    not end.
 
     loads   (..., N) in N, where it begins
     weight  in N, of the vehicle
     """
-    last = np.inf
+    last: np.ndarray | float = np.inf
+    is_found: np.ndarray | bool = False
     for _ in range(ROUNDS):
         found = solve(loads)
-        step, loads = np.abs(found.loads - loads).max(), found.loads
-        falls = last < np.inf and step * (step / last) ** 2 <= SURE * SETTLED * weight
-        if not step > SETTLED * weight or falls or last <= step <= ROUNDED * weight:
+        step, loads = np.abs(found.loads - loads).max(axis=-1), found.loads
+        with np.errstate(divide="ignore", invalid="ignore"):
+            falls = (last < np.inf) & (step * (step / last) ** 2 <= SURE * SETTLED * weight)
+        rounded = (last <= step) & (step <= ROUNDED * weight)
+        is_found = is_found | ~(step > SETTLED * weight) | falls | rounded
+        if np.all(is_found):
             return found
         last = step
     return replace(found, compression=np.full_like(loads, np.nan), determinant=np.full(loads.shape[:-1], np.nan))

@@ -29,27 +29,35 @@ TURNS = 1e-9  # of its speed towards rest: a slip whose rate across its directio
 MODES = ("sticks", "slip_heading", "carries")  # what rows keep of contacts
 
 
-def pushes(kernel: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def pushes(kernel: Kernel, known: Mapping[str, np.ndarray], about: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """`ground_push` (..., N, 2) in N, the forces on contacts with `slip_heading` and `load` (..., N), 0 for those that
-    stick; with what `pushed` (..., N, 2) adds to them. Where massless rollers may stick, `ground_yield` (..., N)."""
+    stick; with what `pushed` (..., N, 2) adds to them. Where massless rollers may stick, `ground_yield` (..., N).
+
+    about  (..., N) in N, loads that follow the motion, for each N of which the forces of contacts are whose bearings
+           leave of friction what goes with the load in no proportion; of the others load is 1
+    """
     heading = np.asarray(known["slip_heading"])
     if "corner_forces" in kernel.signatures:
-        return _pushes_in_strips(kernel, known, heading)
+        return _pushes_in_strips(kernel, known, heading, 1.0 if about is None else about)
     across = np.cos(heading) if kernel.has_spins else np.zeros_like(heading)  # massless rollers slip one way alone
     towards = np.stack([across, np.sin(heading)], axis=-1)
     force, _ = kernel.call("sliding_forces", towards, known["load"], known["friction"])
     return {"ground_push": force + known["pushed"]}
 
 
-def _pushes_in_strips(kernel: Kernel, known: Mapping[str, np.ndarray], heading: np.ndarray) -> dict[str, np.ndarray]:
+def _pushes_in_strips(
+    kernel: Kernel, known: Mapping[str, np.ndarray], heading: np.ndarray, about: np.ndarray | float
+) -> dict[str, np.ndarray]:
     """The same where massless rollers may stick: one that turns has its contact slip along the rolling direction alone,
     and its bearing says the force along the axle (maxima/effects/contact_strip.mac)."""
     turns, slips = np.asarray(known["contact_sticks"]) < 0.5, np.asarray(known["load"]).real > 0
     across, along = np.where(turns, 0.0, np.cos(heading)), np.where(turns, np.sign(heading.real), np.sin(heading))
     given = dict(known) | {"slip_direction": np.stack([across, along], axis=-1)}
     force, _ = call_named(kernel, "sliding_forces", given)
-    given["load"] = np.where(slips, known["load"], 1.0)
-    corner, per_slip = call_named(kernel, "corner_forces", given)
+    given["load"] = np.where(slips, known["load"] * about, 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):  # of those that are in no corner
+        corner, per_slip = call_named(kernel, "corner_forces", given)
+        corner = corner / about
     both = turns & slips
     rolling = np.where(both, corner, force[..., 1])
     push = np.stack([np.broadcast_to(force[..., 0], rolling.shape), rolling], axis=-1)
@@ -150,10 +158,10 @@ class ContactModes:
         balance = self.grip.balance or {}
         moving = {name: with_tangent(found[name], tangent(name, found[name])) for name in balance}
         if self.grips:
-            load, friction = found["load"], found["friction"]
-            of_load = np.zeros(load.shape) if self.loaded else tangent("contact_load", self.grip.loads)
-            moving["load"] = with_tangent(load, np.where(load > 0, of_load, 0.0))
-            moving["friction"] = with_tangent(friction, tangent("ground_friction", friction))
+            moving["friction"] = with_tangent(found["friction"], tangent("ground_friction", found["friction"]))
+        if self.grips and not self.loaded:
+            of_load = np.where(found["load"] > 0, tangent("contact_load", self.grip.loads), 0.0)
+            moving["load"] = with_tangent(found["load"], of_load)
         return dict(found) | moving
 
     def per_reach(self) -> np.ndarray:

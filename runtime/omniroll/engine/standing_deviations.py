@@ -188,16 +188,19 @@ class StandingDeviations(ContactDeviations):
         after, f = self._modes(following), self.motion.rates[following]
         jumps = following > row and self._inputs_jump(row)
         rests = np.flatnonzero(self.contacts.slides[row] & self._has_come(row)) if following > row else np.zeros(0, int)
-        stops = self._stops(before, after, rests)
+        stops = self._stops(row, before, after, rests)
         self._refuse_edges(following, after, self._settle(row, before, after, stops))
         if not (rests.size or stops.size):
             if jumps:
                 return moved if knot is None else moved + (self.motion.rates[row] - f)[:, None] * knot
             return self._let_go(row, following, before, moved, inputs)
         times = self._times_of_all(row, before, moved, rests, stops)
-        found = self._rested(row, moved, (rests, stops), before)
         resting = Modes(before.sticks.copy(), before.bearings.copy())
         resting.sticks[rests], resting.bearings[stops] = True, 0
+        if self._answers_bend(row, before, rests):
+            found = self._rested_at(row, moved, times, (rests, stops), (before, resting))
+        else:
+            found = self._rested(row, moved, (rests, stops), before)
         same = np.array_equal(resting.sticks, after.sticks) and np.array_equal(resting.bearings, after.bearings)
         if same and not jumps:
             return found
@@ -208,9 +211,14 @@ class StandingDeviations(ContactDeviations):
             self._refuse_apart(row, times, np.union1d(rests, self.bearings.wheel_of[stops]))
         return found + (rates - f)[:, None] * times[0]
 
-    def _stops(self, before: Modes, after: Modes, rests: np.ndarray) -> np.ndarray:
+    def _stops(self, row: int, before: Modes, after: Modes, rests: np.ndarray) -> np.ndarray:
         """The bearings whose rates have come to rest, beside the slips of contacts `rests`."""
         return np.flatnonzero((before.bearings != 0) & (before.bearings != after.bearings))
+
+    def _answers_bend(self, row: int, before: Modes, rests: np.ndarray) -> bool:
+        """Whether rates are no linear function of the forces and torques of what comes to rest, contacts `rests` among
+        that."""
+        return False
 
     def _settle(self, row: int, before: Modes, after: Modes, stops: np.ndarray) -> np.ndarray:
         """(B,) bool: bearings that begin to stick at their bound, which they leave."""
@@ -287,6 +295,22 @@ class StandingDeviations(ContactDeviations):
         found = moved - ((scale[:, None] * (inverse @ (scale[:, None] * left.T))).T @ rates[units]).T
         resting = Modes(before.sticks.copy(), before.bearings.copy())
         resting.sticks[contacts], resting.bearings[stops] = True, 0
+        return self._stilled(row, found, stops, resting)
+
+    def _rested_at(
+        self, row: int, moved: np.ndarray, times: np.ndarray, rests: tuple[np.ndarray, np.ndarray],
+        modes: tuple[Modes, Modes],
+    ) -> np.ndarray:  # fmt: skip
+        """(m, P) the same where rates are no linear function of these forces and torques: d- + (f- - f*) dt, where all
+        come to rest at one time, times (k, P). modes: before, and while these stick."""
+        contacts, stops = rests
+        self._refuse_apart(row, times, np.union1d(contacts, self.bearings.wheel_of[stops]))
+        jump = self._rates_where(row, modes[0]) - self._rates_where(row, modes[1])
+        return self._stilled(row, moved + jump[:, None] * times[0], stops, modes[1])
+
+    def _stilled(self, row: int, moved: np.ndarray, stops: np.ndarray, resting: Modes) -> np.ndarray:
+        """(m, P) without what rounding has left of rates of bearings, and of nu where the vehicle stands."""
+        found = np.array(moved)
         if not self.bearings.standing.where(self._stands(resting))["directions"].any():  # the vehicle stands
             found[:3] = 0.0
         return self.bearings.stilled(row, found, stops)

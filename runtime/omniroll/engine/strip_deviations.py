@@ -122,17 +122,36 @@ class StripDeviations(StandingDeviations):
         moves = sizes > SAME * self.contacts.friction_rate()
         return second[moves].T @ ((first[:, moves].T @ left) / sizes[moves, None])
 
+    def _answers_bend(self, row: int, before: Modes, rests: np.ndarray) -> bool:
+        """Whether a roller turns on a contact that slips on: where loads follow the motion, its bearing leaves of the
+        friction what goes with the load in no proportion."""
+        corners = self.contacts.slides[row] & self._turns(before)
+        corners[rests] = False
+        return self.deviations.corners and bool(corners.any())
+
     def _at_rest_from_start(self, row: int, moved: np.ndarray, still: np.ndarray, modes: Modes) -> np.ndarray:
         rests = np.flatnonzero(still & modes.sticks)
+        if self._answers_bend(row, modes, rests) and self._slips(row, moved)[:, rests].any():
+            reason = "a contact slips beside the run that sticks, while a roller turns on another one that slips"
+            raise self._none(row, reason, rests)
         stops = np.flatnonzero(modes.stuck[: self.bearings.of_axles])
         bearings = np.array(modes.bearings)
         bearings[stops] = 1
         return self._rested(row, moved, (rests, stops), Modes(modes.sticks & ~still, bearings))
 
-    def _stops(self, before: Modes, after: Modes, rests: np.ndarray) -> np.ndarray:
-        """The same, but for rollers on contacts that slip."""
-        stops = super()._stops(before, after, rests)
+    def _slips_along(self, row: int, before: Modes, after: Modes) -> np.ndarray:
+        """(N,) bool: contacts that let go whose wheels move along their axles: with rollers that stick then, contacts
+        slip as fast as these have turned."""
+        y = self.motion.y[row]
+        speeds = np.abs(slips(self.motion.plain, self.deviations.known_in(y, self.motion.inputs[row]))[:, 0])
+        moves = speeds > np.maximum(self.contacts.roundings(y), SAME * speeds.max())
+        return before.sticks & ~after.sticks & moves
+
+    def _stops(self, row: int, before: Modes, after: Modes, rests: np.ndarray) -> np.ndarray:
+        """The same, but for rollers on contacts that slip, or do from now on."""
+        stops = super()._stops(row, before, after, rests)
         holds = before.sticks | np.isin(np.arange(self.wheels), rests)
+        holds &= ~self._slips_along(row, before, after)
         return stops[(stops < self.bearings.of_axles) | holds[self.bearings.wheel_of[stops]]]
 
     def _settle(self, row: int, before: Modes, after: Modes, stops: np.ndarray) -> np.ndarray:
@@ -140,7 +159,8 @@ class StripDeviations(StandingDeviations):
         comes to zero."""
         found = (before.bearings != 0) & (after.bearings == 0)
         found[stops], found[: self.bearings.of_axles] = False, False
-        self._refuse_grazing(row, before, found & (self.bearings.holding > (1 + JUMPS) * self.bearings.sliding))
+        slow = found & (self.bearings.holding > (1 + JUMPS) * self.bearings.sliding)
+        self._refuse_grazing(row, before, slow & ~before.sticks[self.bearings.wheel_of])
         return found
 
     def _refuse_grazing(self, row: int, before: Modes, bearings: np.ndarray) -> None:

@@ -101,6 +101,7 @@ class Deviations:
     grips      whether contacts may stick on the ground
     loaded     whether loads follow the motion; coupled, whether the motion follows the loads as well
     left       whether then bearings of massless rollers leave a part of the loads
+    corners    whether they do where contacts slip under Coulomb's friction
     at_rest    (N,) in N, the loads of the vehicle at rest; None where loads do not follow the motion
     functions  generated functions that give the rates, in the order in which they are called
     """
@@ -119,7 +120,8 @@ class Deviations:
         self.inputs |= {name: (bound.wheels,) for name in MODES if name in drives}  # which a phase holds
         self.grips, self.loaded = "sticks" in drives, "carries" in drives
         self.coupled = self.loaded and "contact_viscous" not in effects.names()
-        self.plain, self.left = bound, self.coupled and "left_loads" in bound.signatures
+        self.corners = self.coupled and "corner_loads" in bound.signatures
+        self.plain, self.left = bound, self.corners or (self.coupled and "left_loads" in bound.signatures)
         self.at_rest = effects.grip(bound.vehicle).loads if self.loaded else None
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
@@ -207,11 +209,11 @@ class Deviations:
     ) -> dict[str, np.ndarray]:
         """The same, with what the functions of the rates give; `held`, what sticks leaves to nu."""
         known = self.known_in(y, inputs) | dict(held)
-        if self.grips:
+        if self.grips and not self.corners:
             known |= pushes(kernel, known)
         if self.coupled:
             known |= self.loads_among(kernel, known)
-            known |= self.pressed(known, known["loads"], known["loads"])
+            known |= self.pressed(kernel, known, known["loads"], known["loads"])
         elif self.loaded:
             known["load_factor"] = known["carries"]
         return self._called(kernel, known)
@@ -253,26 +255,36 @@ class Deviations:
         """What loads_that_follow gives where friction beside bearings is linear about loads (..., N)."""
 
         def rates_under(loads: np.ndarray) -> dict[str, np.ndarray]:
-            given = self.pressed(known, loads, about) if self.coupled else {"load_factor": known["carries"]}
+            given = self.pressed(kernel, known, loads, about) if self.coupled else {"load_factor": known["carries"]}
             return self._called(kernel, dict(known) | given)
 
         return loads_that_follow(kernel, known, rates_under)
 
     def pressed(
-        self, known: Mapping[str, np.ndarray], loads: np.ndarray, about: np.ndarray | None
+        self, kernel: Kernel, known: Mapping[str, np.ndarray], loads: np.ndarray, about: np.ndarray | None
     ) -> dict[str, np.ndarray]:
         """What generated functions take of loads (..., N) by which friction goes; beside rollers that turn it is linear
         about loads (..., N), whose tangents are none."""
         if not self.left:
             return {"load_factor": loads}
+        function, taken = ("corner_loads", ("chi", "contact_bearing", "friction")) if self.corners else (
+            "left_loads", ("chi", "contact_bearing")
+        )  # fmt: skip
 
         def left(there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            given = {name: np.real(known[name]) for name in ("chi", "contact_bearing")}
-            return call_named(self.plain, "left_loads", dict(known) | given | {"load_about": there})
+            given = {name: np.real(known[name]) for name in taken}
+            bearing_load, gain, *_ = call_named(self.plain, function, dict(known) | given | {"load_about": there})
+            return bearing_load, gain
 
         turns = (np.real(known["contact_sticks"]) < 0.5) & (np.real(known["carries"]) > 0.5)
+        if self.corners:
+            turns &= np.real(known["sticks"]) < 0.5
         beside = BesideBearings.at(left, turns, np.real(about))
-        return {"load_factor": beside.factor(loads), "bearing_factor": 1 / beside.about}
+        if not self.corners:
+            return {"load_factor": beside.factor(loads), "bearing_factor": 1 / beside.about}
+        own = pushes(kernel, known, beside.about)
+        own["ground_yield"] = pushes(kernel, known, np.where(turns, loads, 1.0))["ground_yield"]
+        return {"load_factor": beside.factor(loads)} | own
 
     def _called(self, kernel: Kernel, known: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """With what the functions of the rates give."""
