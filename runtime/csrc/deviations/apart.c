@@ -64,15 +64,8 @@ static void put_answered(const variations_t *w, const nodes_t *answer, const nod
     for (int k = 0; k < w->nodes; k++)
         for (int b = 0; b < w->blocks; b++)
             scaled[k].lanes[b] = slope->node[k]*table[k].lanes[b];
-    for (int b = 0; b < w->blocks; b++)
-        for (int j = 0; j < w->nodes; j += AT_ONCE) {
-            lanes_t sum[AT_ONCE] = {{0}};
-            for (int k = 0; k < w->nodes; k++)
-                for (int i = 0; i < AT_ONCE; i++)
-                    sum[i] += answer[j + i].node[k]*scaled[k].lanes[b];
-            for (int i = 0; i < AT_ONCE; i++)
-                to[j + i].lanes[b] = sum[i];
-        }
+    memset(to, 0, w->nodes*sizeof *to);
+    add_product(w->nodes, w->blocks, NODES/LANES, answer, 1, scaled->lanes, to->lanes);
 }
 
 /* Take what nu does through a number from a block of the matrix: the slopes by it in the rows of nu, times a table. */
@@ -117,7 +110,7 @@ static void eliminate(variations_t *w, double h, int a, int width)
     const lanes_t *const own = gathered(w, a, width);
     lanes_t *const sum = w->answered;
     memset(sum, 0, w->nodes*groups*sizeof *sum);
-    add_product(w, answer, 1, own, sum);
+    add_product_of(w, answer, 1, own, sum);
     for (int c = 0; c < 3; c++)
         for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
@@ -140,7 +133,7 @@ static void put_rates_apart(variations_t *w, int a, int width)
                 own[j*groups + g] += slope[d].node[j]*by[j*groups + g];
     }
     memset(moved, 0, nodes*groups*sizeof *moved);
-    add_product(w, answer_of(w, a), 1, own, moved);
+    add_product_of(w, answer_of(w, a), 1, own, moved);
     for (int j = 0; j < nodes; j++)
         for (int g = 0; g < groups; g++)
             row[j][width + g] = own[j*groups + g] + slope[a].node[j]*moved[j*groups + g];

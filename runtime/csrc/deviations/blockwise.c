@@ -61,15 +61,7 @@ static void subtract_full(const blockwise_t *e, const nodes_t *left, int left_ki
                 to[j].lanes[b] -= left->node[j]*right[j].lanes[b];
         return;
     }
-    for (int b = 0; b < e->blocks; b++)
-        for (int j = 0; j < e->nodes; j += AT_ONCE) {
-            lanes_t sum[AT_ONCE] = {{0}};
-            for (int k = 0; k < e->nodes; k++)
-                for (int i = 0; i < AT_ONCE; i++)
-                    sum[i] += left[j + i].node[k]*right[k].lanes[b];
-            for (int i = 0; i < AT_ONCE; i++)
-                to[j + i].lanes[b] -= sum[i];
-        }
+    add_product(e->nodes, e->blocks, NODES/LANES, left, -1, right->lanes, to->lanes);
 }
 
 /* Take from the block (row, column) that of (row, pivot) times that of (pivot, column). */
@@ -109,15 +101,8 @@ static void subtract_values(const blockwise_t *e, int row, int column, const lan
         for (int j = 0; j < e->nodes; j++)
             for (int g = 0; g < groups; g++)
                 to[j*groups + g] -= own->node[j]*value[j*groups + g];
-    for (int g = 0; kind == FULL && g < groups; g++)
-        for (int j = 0; j < e->nodes; j += AT_ONCE) {
-            lanes_t sum[AT_ONCE] = {{0}};
-            for (int k = 0; k < e->nodes; k++)
-                for (int i = 0; i < AT_ONCE; i++)
-                    sum[i] += own[j + i].node[k]*value[k*groups + g];
-            for (int i = 0; i < AT_ONCE; i++)
-                to[(j + i)*groups + g] -= sum[i];
-        }
+    else if (kind == FULL)
+        add_product(e->nodes, groups, groups, own, -1, value, to);
 }
 
 /* Divide the equations of an unknown by its own block, which is full. */

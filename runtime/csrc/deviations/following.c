@@ -80,7 +80,6 @@ static void lay_out_spins(variations_t *w, long long *size, char *base)
     w->axial_nodes = part(base, size, NODES*count*w->groups);
     w->axial_at = part(base, size, count);
     w->basis = part(base, size, SUMS(w)*(long long)sizeof *w->basis);
-    w->is_given = part(base, size, w->inputs*(long long)sizeof(int));
 }
 #endif
 
@@ -157,6 +156,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->answer_at = part(base, &size, (w->core - 3)*(long long)sizeof(int));
     w->answered = part(base, &size, NODES*groups*lane);
     w->aimed = part(base, &size, wheels*(long long)sizeof *w->aimed);
+    w->is_given = part(base, &size, w->inputs*(long long)sizeof *w->is_given);
     w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
     w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
 #if SET_GATHERS

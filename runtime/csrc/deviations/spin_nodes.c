@@ -83,7 +83,7 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
     for (int k = 0; k < FREE(w); k++) {
         lanes_t *const own = w->axial_nodes + k*NODES*groups, *const start = w->axial_moved + k*groups;
         memset(w->answered, 0, nodes*groups*sizeof *w->answered);
-        add_product(w, answer_of(w, first_momentum(w) + k/(w->rollers - 1)*2), 1, own, w->answered);
+        add_product_of(w, answer_of(w, first_momentum(w) + k/(w->rollers - 1)*2), 1, own, w->answered);
         for (int g = 0; g < groups; g++) {
             lanes_t end = start[g];
             for (int j = 0; j < nodes; j++) {

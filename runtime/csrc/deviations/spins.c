@@ -203,9 +203,6 @@ static void begin_spins(variations_t *w, long long row)
             w->given[(moving + k)*groups + g] = moments[k];
     }
     put_momenta_moved(w);
-    for (int u = 0; u < w->inputs; u++)
-        w->is_given[u] = !are_zero(w->given + u*groups, groups)
-            || (u < moving && !are_zero(w->given + (w->inputs + u)*groups, groups));
 }
 
 #if SET_SPINS_STICK
@@ -228,13 +225,6 @@ ALWAYS_INLINE int moment_of(const variations_t *w, int d)
 {
     const int input = d - w->core - w->felt;
     return d < first_turn(w) && input >= SET_MOVING*w->wheels ? input - SET_MOVING*w->wheels : -1;
-}
-
-/* Whether nothing deviates along a direction, so that no slope by it is needed. */
-ALWAYS_INLINE int is_not_given(const variations_t *w, int d)
-{
-    const int input = d - w->core - w->felt;
-    return d < first_turn(w) && input >= 0 && !w->is_given[input];
 }
 
 /* What a direction moves of the rollers: one of the momenta, or of the moments; or where nu, the angles or a number of

@@ -86,6 +86,8 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
 {
     const int groups = w->groups, nodes = w->nodes, all = NODES*groups;
     lanes_t *const rate = w->carried_at;
+    if (unknown[count] < 0)
+        return;
     memset(w->core_at, 0, w->core*all*sizeof *rate);
     memset(w->felt_at, 0, w->felt*all*sizeof *rate);
     for (int p = 0; p < count; p++)

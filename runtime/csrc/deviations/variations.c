@@ -90,8 +90,8 @@ typedef struct {
     lanes_t *axial_moved, *axial_nodes; /* rollers x groups: of axial speeds there; x NODES in between */
     lanes_t *axial_at;          /* axial speeds at a block of nodes                             */
     double (*basis)[2];         /* of each momentum of a wheel                                  */
-    int *is_given;              /* inputs: whether any column has one                           */
 #endif
+    int *is_given;              /* inputs: whether any column has one in a step                 */
     long long aimed_row;        /* a row behind which slips come to rest, and the directions there: rests.c */
     double *aimed;
 } variations_t;
@@ -276,17 +276,30 @@ ALWAYS_INLINE int are_zero(const lanes_t *x, int count)
 #include "deviations/slipping.c"
 #include "deviations/spins.c"
 
+/* Which inputs deviate in a step, in any column. */
+static void find_given(variations_t *w)
+{
+    const int groups = w->groups, moving = SET_MOVING*w->wheels;
+    for (int u = 0; u < w->inputs; u++)
+        w->is_given[u] = !are_zero(w->given + u*groups, groups)
+            || (u < moving && !are_zero(w->given + (w->inputs + u)*groups, groups));
+}
+
+/* Whether a direction is an input that does not deviate. */
+ALWAYS_INLINE int is_not_given(const variations_t *w, int d)
+{
+    const int input = d - w->core - w->felt;
+    return d < first_turn(w) && input >= 0 && !w->is_given[input];
+}
+
 /* Whether nothing moves in a direction by itself, or nothing deviates along it, so that no slope by it is needed. */
 ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
 {
-    int found = 0;
+    int found = is_not_given(w, d);
 #if SET_GRIPS
     found |= is_bound_to_ground(w, row, d);
 #endif
-#if SET_GATHERS
-    found |= is_not_given(w, d);
-#endif
-    (void)w, (void)row, (void)d;
+    (void)row;
     return found;
 }
 
@@ -462,27 +475,47 @@ ALWAYS_INLINE const double *carries_felt(const variations_t *w, int f)
     return w->carries[SET_FEELS_CHI && f < w->wheels ? f : w->wheels];
 }
 
-#define AT_ONCE 4               /* sums that are made beside each other */
+#define AT_ONCE 4               /* sums that are made beside each other, */
+#define VECTORS_AT_ONCE 3       /* each in so many vectors, where there are as many */
 
-/* Add to values a factor times a table by rows times others (NODES x groups), of one number. */
-static void add_product(const variations_t *w, const nodes_t *table, double factor, const lanes_t *of, lanes_t *value)
+/* Add to some vectors at the nodes a factor times a table by rows times others, each node's `stride` behind the last. */
+ALWAYS_INLINE void add_product_in(int nodes, int some, int stride, const nodes_t *table, double factor,
+                                  const lanes_t *of, lanes_t *value)
 {
-    const int groups = w->groups;
-    for (int g = 0; g < groups; g++)
-        for (int j = 0; j < w->nodes; j += AT_ONCE) {
-            lanes_t sum[AT_ONCE] = {{0}};
-            for (int k = 0; k < w->nodes; k++)
-                for (int i = 0; i < AT_ONCE; i++)
-                    sum[i] += table[j + i].node[k]*of[k*groups + g];
+    for (int j = 0; j < nodes; j += AT_ONCE) {
+        lanes_t sum[AT_ONCE][VECTORS_AT_ONCE] = {{{0}}};
+        for (int k = 0; k < nodes; k++)
             for (int i = 0; i < AT_ONCE; i++)
-                value[(j + i)*groups + g] += factor*sum[i];
-        }
+                for (int v = 0; v < some; v++)
+                    sum[i][v] += table[j + i].node[k]*of[k*stride + v];
+        for (int i = 0; i < AT_ONCE; i++)
+            for (int v = 0; v < some; v++)
+                value[(j + i)*stride + v] += factor*sum[i][v];
+    }
+}
+
+/* The same in any number of vectors. */
+NEVER_INLINE void add_product(int nodes, int vectors, int stride, const nodes_t *table, double factor,
+                              const lanes_t *of, lanes_t *value)
+{
+    int v = 0;
+    for (; v + VECTORS_AT_ONCE <= vectors; v += VECTORS_AT_ONCE)
+        add_product_in(nodes, VECTORS_AT_ONCE, stride, table, factor, of + v, value + v);
+    for (; v < vectors; v++)
+        add_product_in(nodes, 1, stride, table, factor, of + v, value + v);
+}
+
+/* The same of values of one number, NODES x groups. */
+static void add_product_of(const variations_t *w, const nodes_t *table, double factor, const lanes_t *of,
+                           lanes_t *value)
+{
+    add_product(w->nodes, w->groups, w->groups, table, factor, of, value);
 }
 
 /* values + h times the integrals up to each node of rates. */
 static void integrate(const variations_t *w, double h, const lanes_t *rate, lanes_t *value)
 {
-    add_product(w, w->once, h, rate, value);
+    add_product_of(w, w->once, h, rate, value);
 }
 
 /* The rate of something carried by the numbers of the core that carry it, each `stride` vectors behind the other. */
@@ -524,9 +557,6 @@ ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t
         sum[i] += slope->node[j + i]*moved;
 }
 
-/* Whether an input that does nothing is passed over: where it is most often so. */
-ALWAYS_INLINE int is_spared(const int *still, int direction) { return SET_GATHERS && still[direction]; }
-
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, int a, int width)
 {
@@ -544,10 +574,10 @@ static void put_right(variations_t *w, int a, int width)
                 for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
-                if (!is_spared(still, fed + u))
+                if (!still[fed + u])
                     add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
             for (int u = 0; u < SET_MOVING*w->wheels; u++)
-                for (int i = 0; i < AT_ONCE && !is_spared(still, fed + u); i++)
+                for (int i = 0; i < AT_ONCE && !still[fed + u]; i++)
                     sum[i] += slope[fed + u].node[j + i]*w->length*w->node.node[j + i]
                         *w->given[(w->inputs + u)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
@@ -612,19 +642,31 @@ ALWAYS_INLINE void eliminate_two(const equations_t *e, int p)
     }
 }
 
+/* An unknown from those behind it, in some vectors of right sides. */
+ALWAYS_INLINE void substitute_in(const equations_t *e, int p, int first, int some)
+{
+    const double *const own = (const double *)e->row[p];
+    lanes_t left[VECTORS_AT_ONCE], *const to = e->row[p] + e->width + first;
+    for (int g = 0; g < some; g++)
+        left[g] = to[g];
+    for (int i = p + 1; i < e->unknowns; i++)
+        for (int g = 0; g < some; g++)
+            left[g] -= own[i]*e->row[i][e->width + first + g];
+    for (int g = 0; g < some; g++)
+        to[g] = left[g]*(1/own[p]);
+}
+
 /* Eliminate below the pivots; then the right sides become the solution. */
 NEVER_INLINE void solve(const equations_t *e)
 {
     for (int p = 0; p < e->unknowns; p += 2)
         eliminate_two(e, p);
     for (int p = e->unknowns - 1; p >= 0; p--) {
-        const double *const own = (const double *)e->row[p];
-        for (int g = 0; g < e->groups; g++) {
-            lanes_t left = e->row[p][e->width + g];
-            for (int i = p + 1; i < e->unknowns; i++)
-                left -= own[i]*e->row[i][e->width + g];
-            e->row[p][e->width + g] = left*(1/own[p]);
-        }
+        int g = 0;
+        for (; g + VECTORS_AT_ONCE <= e->groups; g += VECTORS_AT_ONCE)
+            substitute_in(e, p, g, VECTORS_AT_ONCE);
+        for (; g < e->groups; g++)
+            substitute_in(e, p, g, 1);
     }
 }
 
@@ -655,11 +697,12 @@ static void put_slopes(variations_t *w, long long step, long long row)
     put_still(w);
 }
 
-/* The deviations of the core at the nodes, from its rates. */
+/* The deviations of the core at the nodes, from its rates: of those of its numbers that carry something, or that spins
+ * at the nodes go with. */
 static void put_core(variations_t *w, double h, int width)
 {
-    const int groups = w->groups;
-    for (int a = 0; a < w->core; a++) {
+    const int groups = w->groups, count = SET_GATHERS ? first_momentum(w) : CARRYING(w->wheels);
+    for (int a = 0; a < count; a++) {
         lanes_t *const at = w->core_at + a*NODES*groups;
         for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
@@ -844,6 +887,7 @@ static void begin_step(variations_t *w, long long row)
 #if SET_GATHERS
     begin_spins(w, row);
 #endif
+    find_given(w);
 }
 
 /* From a step's start up to a part of it, in pieces. Where one is too fast it is cut in half. Behind the first ones

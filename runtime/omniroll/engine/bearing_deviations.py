@@ -202,7 +202,7 @@ class BearingDeviations:
         if not left.any():
             return moved
         own = self.places[rests]
-        inputs = self.motion.inputs[row]
+        inputs = self.motion.inputs_in(row)
         pushed = np.zeros((len(own), len(inputs)))
         pushed[np.arange(len(own)), own] = 1.0
         y = np.broadcast_to(self.motion.y[row], (len(own), self.motion.vector.size))

@@ -158,7 +158,7 @@ class ContactDeviations:
         if inputs_jump:
             times = np.concatenate([times, np.zeros((1, len(self.columns))) if knot is None else knot[None]])
         self._refuse_apart(row, times, rests)
-        given = np.array(motion.inputs[row])
+        given = np.array(motion.inputs_in(row))
         self.deviations.views(given)["sticks"][rests] = 1.0
         rates = self.deviations.rates_of(motion.plain, motion.y[row], given, contacts.where(after))
         return found + (rates - f[row + 1])[:, None] * times[0]
@@ -169,7 +169,7 @@ class ContactDeviations:
         """What generated functions take and give in a row, where the contacts `sticks` (N,) stick, carrying tangents of
         3 N units: of the forces on contacts, and of the headings."""
         held = self.contacts.at(np.array(row))
-        y, inputs, count = self.motion.y[row], np.array(self.motion.inputs[row]), self.wheels
+        y, inputs, count = self.motion.y[row], np.array(self.motion.inputs_in(row)), self.wheels
         self.deviations.views(inputs)["sticks"][...] = sticks
         units = np.eye(3 * count, 2 * count).reshape(-1, count, 2)
         held["pushed"] = with_tangent(np.zeros(units.shape), units)
@@ -187,12 +187,12 @@ class ContactDeviations:
     def _slips(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(P, N, 2) deviations of the slips where the state has these (m, P)."""
         y = with_tangent(self.motion.y[row], self.motion.whole(moved.T))
-        return tangent_of(slips(self.columns.kernel, self.deviations.known_in(y, self.motion.inputs[row])))
+        return tangent_of(slips(self.columns.kernel, self.deviations.known_in(y, self.motion.inputs_in(row))))
 
     def _still(self, row: int) -> np.ndarray:
         """(N,) bool: contacts whose slip is rounding."""
         y = self.motion.y[row]
-        slip = slips(self.motion.plain, self.deviations.known_in(y, self.motion.inputs[row]))
+        slip = slips(self.motion.plain, self.deviations.known_in(y, self.motion.inputs_in(row)))
         return np.linalg.norm(slip, axis=-1) <= self.contacts.roundings(y)
 
     def _has_come(self, row: int) -> np.ndarray:
@@ -211,7 +211,7 @@ class ContactDeviations:
 
     def _directions(self, row: int, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k, 2) and (k, 2): the directions in which some contacts slip in a row, and those across."""
-        heading = self.deviations.views(self.motion.inputs[row])["slip_heading"][contacts]
+        heading = self.deviations.views(self.motion.inputs_in(row))["slip_heading"][contacts]
         across = np.where(self.contacts.turning[row, contacts], np.cos(heading), 0.0)
         along = np.stack([across, np.sin(heading)], axis=-1)
         return along, np.stack([-along[:, 1], along[:, 0]], axis=-1)
@@ -271,7 +271,7 @@ class ContactDeviations:
         """
         contacts, count = self.contacts, len(moved)
         y = with_tangent(self.motion.y[row], self.motion.whole(moved))
-        inputs = with_tangent(self.motion.inputs[row], given)
+        inputs = with_tangent(self.motion.inputs_in(row), given)
         held = contacts.moved(self.motion.held_at(np.array(row)), constants, 0)
         if contacts.turns:
             self._turn(row, y, inputs, kernel)

@@ -76,19 +76,17 @@ class HoldDeviations:
     def turning(self) -> np.ndarray:
         """(H, P, 3, 3) dA. Raises NoDerivativeError for a number by which what sticks would leave less to nu."""
         holds = self.holds
-        found = np.zeros((len(holds.sets), len(self.columns), 3, 3))
-        lengths = np.linalg.norm(holds.rows, axis=1, keepdims=True)
-        for k, sticking in enumerate(holds.sets):
-            rows, turning = (holds.rows / lengths)[sticking], (self.turning_rows / lengths)[:, sticking]
-            asked = turning @ holds.allowed[k]
-            if not asked.any():
-                continue
-            found[k] = -np.linalg.pinv(rows) @ asked
-            left = np.abs(rows @ found[k] + asked).max(axis=(1, 2)) > TOGETHER * np.abs(turning).max(axis=(1, 2))
-            if left.any():
-                row = int(np.flatnonzero(holds.which == k)[0])
-                names = ", ".join(np.array(self.columns.names)[left])
-                raise self._none(row, f"what sticks together would leave other directions; by {names}", sticking)
+        lengths, sticking = np.linalg.norm(holds.rows, axis=1, keepdims=True), holds.sets[:, :, None]
+        rows = np.where(sticking, holds.rows / lengths, 0.0)[:, None]  # (H, 1, B, 3), 0 of those that turn
+        turning = np.where(sticking[:, None], self.turning_rows / lengths, 0.0)
+        asked = turning @ holds.allowed[:, None]
+        found = -np.linalg.pinv(rows) @ asked
+        sizes = np.abs(turning).max(axis=(2, 3))
+        left = np.abs(rows @ found + asked).max(axis=(2, 3)) > TOGETHER * sizes
+        for k in np.flatnonzero(left.any(axis=1)):
+            row = int(np.flatnonzero(holds.which == k)[0])
+            names = ", ".join(np.array(self.columns.names)[left[k]])
+            raise self._none(row, f"what sticks together would leave other directions; by {names}", holds.sets[k])
         return found
 
     def held(self, rows: np.ndarray) -> tuple[Mapping, Mapping]:
@@ -274,6 +272,7 @@ class HoldDeviations:
         if not (changed & ((before == 0) | (after != 0))).any() and knot is None:
             if not self._inputs_jump(row):
                 self._refuse_grazing(event, np.flatnonzero(changed))
+            self.left_to_do[row + 1] = 0  # the same is done where the step begins
             return self.projected(row + 1, moved)
         return self._after(event, moved, knot, inputs)
 

@@ -1,6 +1,6 @@
 """A run as its sensitivities see it: its rows and rates, and the numbers beside which it is looked at."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -38,6 +38,7 @@ class Motion:
         self.starts_step = np.zeros(len(trajectory), bool)
         self.starts_step[trajectory.step_rows] = True
         self.y = trajectory.state_rows()
+        self._jumps: dict[tuple[str, ...], np.ndarray] = {}  # of rows, by the names that do not count
 
     @cached_property
     def axial(self) -> np.ndarray | None:
@@ -100,12 +101,14 @@ class Motion:
         first, elapsed = first_with_modes(modes, row), self.trajectory.elapsed
         return float(elapsed[row] - elapsed[first] if first else elapsed[-1])
 
-    def drives_jump(self, row: int, but: Container[str]) -> bool:
+    def drives_jump(self, row: int, but: tuple[str, ...]) -> bool:
         """Whether drives jump between a row and the next, but for those of some names."""
-        trajectory = self.trajectory
-        own = [k for k, name in enumerate(trajectory.effects.drives()) if name not in but]
-        before, after = trajectory.drive[row : row + 2, own]
-        return bool((np.abs(after - before) > JUMPS * np.maximum(np.abs(after), np.abs(before))).any())
+        if but not in self._jumps:
+            own = [k for k, name in enumerate(self.trajectory.effects.drives()) if name not in but]
+            drive = np.abs(self.trajectory.drive[:, own])
+            jumps = np.abs(np.diff(self.trajectory.drive[:, own], axis=0)) > JUMPS * np.maximum(drive[1:], drive[:-1])
+            self._jumps[but] = jumps.any(axis=(1, 2))
+        return bool(self._jumps[but][row])
 
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
@@ -117,26 +120,37 @@ class Motion:
     @cached_property
     def inputs(self) -> np.ndarray:
         """(T, U) what the rows' phases were given."""
-        trajectory, shapes = self.trajectory, self.deviations.inputs
-        given = {name: trajectory.drive[:, k] for k, name in enumerate(trajectory.effects.drives())}
-        if "momenta" in shapes:
-            given["momenta"] = self.plain.momenta(
-                self.plain.axial_speeds(trajectory.nu, trajectory.chi, trajectory.spins)
-            )
-        if self.deviations.rollers_stick:
-            given |= self.rollers.given(self.rollers.torques)
-        elif self.deviations.spins_stick:
-            given["free_bearing"] = self.holds.spins.torques
-        if self.massless is not None:
-            given["contact_bearing"] = self.massless.torques
-        if self.axles is not None:
-            given["bearing_torque"] = self.axles.torques
-        found = self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
-        if self.contacts is not None:
-            found = self.contacts.headed(self.y, found, np.arange(len(trajectory)))
+        found = self._given_in(np.arange(len(self.trajectory)))
         if self.contacts is not None and self.contacts.turns:
             self.contacts.aim(self.y, found, self.held_at)
         return found
+
+    def inputs_in(self, row: int) -> np.ndarray:
+        """(U,) the same of one row. Of the first one they are had without the others, if no slip is aimed there."""
+        return self.inputs[row] if row or "inputs" in vars(self) else self._first_inputs
+
+    @cached_property
+    def _first_inputs(self) -> np.ndarray:
+        aims = self.contacts is not None and self.contacts.turns and self.contacts.rests[0].any()
+        return self.inputs[0] if aims else self._given_in(np.zeros(1, int))[0]
+
+    def _given_in(self, rows: np.ndarray) -> np.ndarray:
+        """(k, U) what the phases of rows (k,) were given; slips that come to rest are not aimed."""
+        trajectory, shapes = self.trajectory, self.deviations.inputs
+        given = {name: trajectory.drive[rows, k] for k, name in enumerate(trajectory.effects.drives())}
+        if "momenta" in shapes:
+            start = (own[rows] for own in (trajectory.nu, trajectory.chi, trajectory.spins))
+            given["momenta"] = self.plain.momenta(self.plain.axial_speeds(*start))
+        if self.deviations.rollers_stick:
+            given |= self.rollers.given(self.rollers.torques[rows])
+        elif self.deviations.spins_stick:
+            given["free_bearing"] = self.holds.spins.torques[rows]
+        if self.massless is not None:
+            given["contact_bearing"] = self.massless.torques[rows]
+        if self.axles is not None:
+            given["bearing_torque"] = self.axles.torques[rows]
+        found = self.deviations.joined(given) if shapes else np.zeros((len(rows), 0))
+        return found if self.contacts is None else self.contacts.headed(self.y[rows], found, rows)
 
     @cached_property
     def directions(self) -> np.ndarray:

@@ -235,7 +235,7 @@ class StandingDeviations(ContactDeviations):
     def _given(self, row: int, modes: Modes) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """The inputs (U,) in a row in these modes, and what functions take of them."""
         slides, bearings = self.contacts.slides[row] & ~modes.sticks, self.bearings
-        given = np.array(self.motion.inputs[row])
+        given = np.array(self.motion.inputs_in(row))
         self.deviations.views(given)["sticks"][...] = modes.sticks
         given[bearings.places] = np.where(modes.stuck, 0.0, -modes.bearings * bearings.sliding)
         held = self.contacts.where(slides) | bearings.where(modes.stuck)

@@ -108,7 +108,7 @@ class StripDeviations(StandingDeviations):
     def _still(self, row: int) -> np.ndarray:
         """(N,) bool: contacts whose slip is rounding; where rollers turn that along the rolling direction."""
         y = self.motion.y[row]
-        slip = slips(self.motion.plain, self.deviations.known_in(y, self.motion.inputs[row]))
+        slip = slips(self.motion.plain, self.deviations.known_in(y, self.motion.inputs_in(row)))
         size = np.where(self._turns(self._modes(row)), np.abs(slip[:, 1]), np.linalg.norm(slip, axis=1))
         return size <= self.contacts.roundings(y)
 
