@@ -8,6 +8,7 @@ import pytest
 
 from omniroll import Bearings, Contact, Motor, OmnirollError, TorqueTable, simulate
 from omniroll.engine import sensitivities
+from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.motion import Motion
 from omniroll.engine.standing_deviations import StandingDeviations
 from tests.sensitivities import test_bearings_beside_contacts as beside
@@ -171,8 +172,41 @@ def refuse_python(monkeypatch):
     def refused(*_):
         raise AssertionError("left to Python")
 
-    for name in ("passed", "turned"):
-        monkeypatch.setattr(StandingDeviations, name, refused)
+    for kind, name in ((ContactDeviations, "passed"), (StandingDeviations, "passed"), (StandingDeviations, "turned")):
+        monkeypatch.setattr(kind, name, refused)
+
+
+TIMES = np.linspace(0, 0.15, 4)
+SWINGS = TorqueTable(TIMES, np.array([[-1.0], [1.0], [-1.0], [1.0]]) * [0.3, -0.2, 0.12])
+TURNS_BACK = {  # further numbers of the ground, bearings, whether another contact lets go with one that turns back
+    "contacts": ({}, (), True),
+    "loads": (LOADED, (), False),
+    "axles": ({}, (Bearings(wheel_coulomb=1e-2),), False),
+    "rollers": ({}, (Bearings(roller_coulomb=3e-3, roller_break_away=4e-3),), True),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("which", TURNS_BACK)
+def test_contacts_of_massless_rollers_that_turn_back_are_passed_in_c(which, monkeypatch):
+    """Torques swing, and slips along the rolling direction with them, through zero: by two derivations, since Python
+    lets the contact rest in between."""
+    further, bearings, go = TURNS_BACK[which]
+    ground = Contact(
+        law="coulomb", friction=(0.1, 0.08), static_friction=(0.12, 0.1), wheel_rates=(6.0, -4.0, 3.0), **further
+    )
+    case = Case("massless", effects=(ground, *bearings, SWINGS), start={"nu": (0.4, 0.2, -0.3)}, duration=TIMES[-1])
+    names = ("nu[0]", "chi[1]", "mass", "friction[1]", "wheel_rates[1]")
+    with monkeypatch.context() as context:
+        refuse_python(context)
+        assert case.run(sensitivities=names).followed.compiled is not None
+    own, difference = apart(case, names, monkeypatch)
+    contacts, between = Motion(own).contacts, ~Motion(own).starts_step[:-1]
+    one_way = contacts.slides & ~contacts.turning
+    turned = one_way[:-1] & one_way[1:] & (np.diff(np.sign(np.sin(contacts.headings)), axis=0) != 0)
+    lets_go = (contacts.sticks[:-1] & ~contacts.sticks[1:]).any(axis=1)
+    assert turned[between].sum() >= 4 and (turned.any(axis=1) & lets_go)[between].any() == go
+    assert difference <= BOUND["massless"]
 
 
 def test_massless_rollers_that_stick_are_passed_in_c(monkeypatch):

@@ -16,6 +16,7 @@
  * responses.c    what forces on contacts and torques of bearings do where something comes to rest
  * ways.c         how a point moves with time, and as deviations do
  * rests.c        slips that come to rest
+ * turning_back.c slips that turn back at once
  * letting_go.c   contacts that let go, and loads that vanish, where rates jump
  * modes.c        contacts that change their modes
  * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll
@@ -33,6 +34,7 @@
 #include "deviations/ways.c"
 #include "deviations/responses.c"
 #include "deviations/rests.c"
+#include "deviations/turning_back.c"
 #include "deviations/letting_go.c"
 #include "deviations/modes.c"
 #include "deviations/spin_rests.c"

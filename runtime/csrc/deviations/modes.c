@@ -1,6 +1,6 @@
-/* How deviations pass where contacts change their modes: they come to rest (rests.c), let go, or a load vanishes or
- * comes back. Where the rates do not jump then no deviation does (letting_go.c: where they do). Where anything else
- * happens, or a contact is near its bounds, the caller decides. */
+/* How deviations pass where contacts change their modes: they come to rest (rests.c), turn back (turning_back.c), let
+ * go, or a load vanishes or comes back. Where the rates do not jump then no deviation does (letting_go.c: where they
+ * do). Where anything else happens, or a contact is near its bounds, the caller decides. */
 
 #if SET_GRIPS || SET_LOADS
 /* Whether a contact changes its mode, or the way that it slips, between a row and the next. */
@@ -71,8 +71,8 @@ static int pass_modes(variations_t *w, long long row)
     if (inputs_jump(w, row))
         return 0;
 #if SET_GRIPS
-    int component[MOST_COMPONENTS];
-    const int count = list_rests(w, row, component);
+    int component[MOST_COMPONENTS], turned[MOST_WHEELS];
+    const int count = list_rests(w, row, component), back = list_turns_back(w, row, turned);
     if (count && others_change(w, row))
         return 0;
     aim_rests(w, row);
@@ -85,6 +85,10 @@ static int pass_modes(variations_t *w, long long row)
         return 0;
 #endif
     rates_in_row(w, row, before);
+#if SET_GRIPS
+    if (back)
+        return pass_turns_back(w, turned, back, before, after);
+#endif
     if (count == 0)
         return are_same(w, before, after) || pass_jump(w, row, before, after);
 #if SET_GRIPS

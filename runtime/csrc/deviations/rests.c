@@ -25,12 +25,10 @@
 ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
 {
     const double *const heading = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels + i;
-#if SET_STRIPS
     for (long long k = row; k < row + 2; k++)
         if (!slides_in(w, k, i) || turns_in(w, k, i))
             return 0;
-#endif
-    return !SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i) && heading[0] != heading[SET_INPUTS*w->wheels];
+    return heading[0]*heading[SET_INPUTS*w->wheels] < 0;
 }
 
 ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)

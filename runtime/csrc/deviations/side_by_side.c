@@ -11,9 +11,9 @@
  *
  *     d+ = d- + (f- - f+) dt,   dt = -d beyond/beyond'
  *
- * (runtime/omniroll/engine/standing_deviations.py). Where W says too little, where a wheel that stands is at its bound
- * or lets go whose forces are not determined, where something only just happens, or several things do apart beside the
- * run, the caller decides. */
+ * (runtime/omniroll/engine/standing_deviations.py). Contacts turn back as turning_back.c says, where nothing comes to
+ * rest then. Where W says too little, where a wheel that stands is at its bound or lets go whose forces are not
+ * determined, where something only just happens, or several things do apart beside the run, the caller decides. */
 
 #if SET_STANDS
 /* What comes to rest in a change: components of slips, then bearings. */
@@ -45,15 +45,6 @@ static int list_let_go(const variations_t *w, const own_change_t *e, int *of)
         if (breaks_away(w, e, k))
             of[count++] = 2*w->wheels + k;
     return count;
-}
-
-/* Whether a contact turns back at once. */
-static int some_turn_back(const variations_t *w, const own_change_t *e)
-{
-    int found = 0;
-    for (int i = 0; i < w->wheels && e->after > e->row; i++)
-        found |= turns_back(w, e->row, i);
-    return found;
 }
 
 /* Whether what sticks after a change, whose rates have been computed last, holds all that it can, or may do so. */
@@ -351,17 +342,11 @@ static int take_bent_rests(variations_t *w, const own_change_t *e, const beside_
 static int put_times_of_stops(const variations_t *w, const beside_t *rests, const double *dot, double *time)
 {
     lanes_t turning[rests->count*w->groups];
+    double rate[rests->count];
     put_rests_moved(w, rests, turning);
-    for (int p = 0; p < w->columns; p++) {
-        double least = INFINITY, most = -INFINITY;
-        for (int j = rests->count - 1; j >= 0; j--) {
-            time[p] = -turning[j*w->groups + p/LANES][p%LANES]/dot[rests->unit[j] - 2*w->wheels];
-            least = fmin(least, time[p]), most = fmax(most, time[p]);
-        }
-        if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
-            return 0;
-    }
-    return 1;
+    for (int j = 0; j < rests->count; j++)
+        rate[j] = dot[rests->unit[j] - 2*w->wheels];
+    return put_times_of_zeros(w, turning, rate, rests->count, time);
 }
 
 /* Pass a change of modes. Returns whether it was one of those above; else nothing has been done. */
@@ -369,11 +354,12 @@ static int pass_own_change(variations_t *w, const own_change_t *e)
 {
     const int bearings = MOST_OWN(w);
     double dot[bearings], asked[bearings], time[w->columns];
-    int unit[MOST_COMPONENTS + bearings], of[w->wheels + bearings];
+    int unit[MOST_COMPONENTS + bearings], of[w->wheels + bearings], turned[MOST_WHEELS];
     lanes_t before[w->size], resting[w->size], after[w->size];
     const beside_t rests = list_rests_beside(w, e, unit);
     const int go = list_let_go(w, e, of), on = some_turn_on(w, e) && rests.count;
-    if (some_turn_back(w, e) || (rests.count && go && of[0] < 2*w->wheels) || (rests.contacts && on))
+    const int back = e->after > e->row ? list_turns_back(w, e->row, turned) : 0;
+    if ((back && rests.count) || (rests.count && go && of[0] < 2*w->wheels) || (rests.contacts && on))
         return 0;
     if (rests.contacts)
         aim_rests(w, e->row);
@@ -385,6 +371,8 @@ static int pass_own_change(variations_t *w, const own_change_t *e)
     rates_of_change(w, e, BEFORE, before, dot, asked);
     if (settles_only_just(w, e, before, dot))
         return 0;
+    if (back)
+        return pass_turns_back(w, turned, back, before, after);
     if (!rests.count)
         return pass_let_go(w, e, before, after);
     if (grazes_rest_beside(w, &rests, dot, asked))

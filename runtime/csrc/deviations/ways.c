@@ -48,6 +48,22 @@ static void put_way(const variations_t *w, long long row, int column, const lane
     put_inputs_along(w, row, column);
 }
 
+/* By how much the times deviate (columns) at which what moves like this, count x groups, comes to zero at these rates.
+ * Returns 0 where that happens apart. */
+static int put_times_of_zeros(const variations_t *w, const lanes_t *moved, const double *rate, int count, double *time)
+{
+    for (int p = 0; p < w->columns; p++) {
+        double least = INFINITY, most = -INFINITY;
+        for (int j = count - 1; j >= 0; j--) {
+            time[p] = -moved[j*w->groups + p/LANES][p%LANES]/rate[j];
+            least = fmin(least, time[p]), most = fmax(most, time[p]);
+        }
+        if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
+            return 0;
+    }
+    return 1;
+}
+
 /* Rates jump at times that deviate (columns). */
 static void add_jump(variations_t *w, const lanes_t *before, const lanes_t *after, const double *time)
 {
