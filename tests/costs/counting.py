@@ -1,8 +1,8 @@
 """Instructions of the compiled engine, counted by valgrind's callgrind: no other program on the machine moves them.
 
-A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else; where a
-task asks for sensitivities, then what follows the deviations in C. Under it there is no AVX-512: engines of the level
-x86-64-v3 run, of all sets alike. Four numbers are a vector there.
+A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else; or a
+part of what `simulate` does, where a name says so. Under it there is no AVX-512: engines of the level x86-64-v3 run, of
+all sets alike. Four numbers are a vector there.
 """
 
 import importlib
@@ -31,8 +31,14 @@ LEVEL = "x86-64-v3"
 HERE = Path(__file__).resolve().parent
 HEADER = Path("/usr/include/valgrind/callgrind.h")
 LONGEST = 1800  # seconds
-# Behind a task's name: with its control; what follows the deviations; all that is done for the derivatives.
+# Parts of a call of `simulate`, as they stand behind a task's name: the run with its control and without sensitivities,
+# what C follows of the deviations, all that is done for the derivatives.
 CONTROLLED, FOLLOWED, DERIVED = ", controlled", ", deviations", ", derivatives"
+PARTS = {
+    CONTROLLED: (simulating, "controlled_run"),
+    FOLLOWED: (CompiledVariations, "follow"),
+    DERIVED: (simulating, "with_sensitivities"),
+}
 WRITTEN = re.compile(r"^desc: Trigger: Client Request: (.+?)$.*?^summary: (\d+)", re.MULTILINE | re.DOTALL)
 MARKS = """
 void start_counting(void);
@@ -79,11 +85,10 @@ def counted(module: str, names: list[str]) -> dict[str, Count]:
     return {name: Count(_instructions(texts[name]), **figures[name]) for name in names}
 
 
-def counted_with_sensitivities(module: str, name: str) -> tuple[int, int, int]:
-    """Instructions of a run whose task asks for sensitivities, with its control; of following its deviations; and of
-    all that `simulate` does for the derivatives, in C and in Python."""
-    _, texts = under_callgrind(module, [name])
-    return tuple(_instructions(texts[name + part]) for part in (CONTROLLED, FOLLOWED, DERIVED))
+def counted_parts(module: str, names: list[str], parts: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
+    """Instructions of parts of `simulate`, by the names of tasks that ask for sensitivities."""
+    _, texts = under_callgrind(module, [name + part for name in names for part in parts])
+    return {name: tuple(_instructions(texts[name + part]) for part in parts) for name in names}
 
 
 def _instructions(text: str) -> int:
@@ -127,8 +132,15 @@ class CountedEngine:
         return self._marks.lib.counted_call(*(self._marks.ffi.cast("void *", place) for place in places))
 
 
-def count_calls(kind: Any, name: str, task: Mapping, marks: SimpleNamespace) -> None:
-    """Simulate, and count what a method or a module's function of this name does."""
+def split_name(name: str) -> tuple[str, str]:
+    """The name of a task, and which part of it is counted; none where that is the engine."""
+    part = next((part for part in PARTS if name.endswith(part)), "")
+    return name.removesuffix(part), part
+
+
+def count_part(part: str, task: Mapping, marks: SimpleNamespace) -> None:
+    """Simulate, and count what a method or a module's function does."""
+    kind, name = PARTS[part]
     own = getattr(kind, name)
 
     def counted_call(*given, **named) -> Any:
@@ -139,7 +151,7 @@ def count_calls(kind: Any, name: str, task: Mapping, marks: SimpleNamespace) -> 
 
     setattr(kind, name, counted_call)
     try:
-        simulate(**task)
+        simulate(**task | ({"sensitivities": ()} if part == CONTROLLED else {}))
     finally:
         setattr(kind, name, own)
 
@@ -166,22 +178,21 @@ def main(marks_library: str, module: str, *names: str) -> None:
     ffi = cffi.FFI()
     ffi.cdef(MARKS)
     marks, task = SimpleNamespace(ffi=ffi, lib=ffi.dlopen(marks_library)), importlib.import_module(module).task
-    for name in names:  # kernels are made and loaded beforehand, and so is what one run keeps for the next
-        run(task(name) | {"duration": 1e-3})
-        if "sensitivities" in task(name):
-            simulate(**task(name))
+    places = {name: split_name(name) for name in names}
+    # Kernels are made and loaded beforehand, and so is what one run keeps for the next.
+    for own, part in places.values():
+        if part:
+            count_part(part, task(own), marks)
+        else:
+            run(task(own) | {"duration": 1e-3})
     marks.lib.start_counting()
     found = {}
-    for name in names:
-        found[name] = run(task(name), marks)
+    for name, (own, part) in places.items():
+        if part:
+            count_part(part, task(own), marks)
+        else:
+            found[name] = run(task(own), marks)
         marks.lib.write_down(name.encode())
-        if "sensitivities" in task(name):
-            count_calls(simulating, "controlled_run", task(name) | {"sensitivities": ()}, marks)
-            marks.lib.write_down((name + CONTROLLED).encode())
-            count_calls(CompiledVariations, "follow", task(name), marks)
-            marks.lib.write_down((name + FOLLOWED).encode())
-            count_calls(simulating, "with_sensitivities", task(name), marks)
-            marks.lib.write_down((name + DERIVED).encode())
     print(json.dumps(found))
 
 

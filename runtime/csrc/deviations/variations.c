@@ -478,7 +478,7 @@ ALWAYS_INLINE const double *carries_felt(const variations_t *w, int f)
 #define AT_ONCE 4               /* sums that are made beside each other, */
 #define VECTORS_AT_ONCE 3       /* each in so many vectors, where there are as many */
 
-/* Add to some vectors at the nodes a factor times a table by rows times others, each node's `stride` behind the last. */
+/* Add to some vectors at the nodes a factor times a table by rows times others; nodes are `stride` vectors apart. */
 ALWAYS_INLINE void add_product_in(int nodes, int some, int stride, const nodes_t *table, double factor,
                                   const lanes_t *of, lanes_t *value)
 {

@@ -73,10 +73,15 @@ class HoldDeviations:
         return found
 
     @cached_property
+    def _lengths(self) -> np.ndarray:
+        """(B,) of the rows G."""
+        return np.linalg.norm(self.holds.rows, axis=1)
+
+    @cached_property
     def turning(self) -> np.ndarray:
         """(H, P, 3, 3) dA. Raises NoDerivativeError for a number by which what sticks would leave less to nu."""
         holds = self.holds
-        lengths, sticking = np.linalg.norm(holds.rows, axis=1, keepdims=True), holds.sets[:, :, None]
+        lengths, sticking = self._lengths[:, None], holds.sets[:, :, None]
         rows = np.where(sticking, holds.rows / lengths, 0.0)[:, None]  # (H, 1, B, 3), 0 of those that turn
         turning = np.where(sticking[:, None], self.turning_rows / lengths, 0.0)
         asked = turning @ holds.allowed[:, None]
@@ -317,7 +322,7 @@ class HoldDeviations:
     def _refuse_grazing(self, event: "Event", which: np.ndarray) -> np.ndarray:
         """(k,) the accelerations with which some bearings (k,) come to zero; raises NoDerivativeError for none."""
         rows, rates = self.holds.rows, event.rates[0]
-        slopes, fastest = rows @ rates[:3], np.linalg.norm(rows, axis=1) * np.linalg.norm(rates[:3])
+        slopes, fastest = rows @ rates[:3], self._lengths * np.linalg.norm(rates[:3])
         if self.holds.spins is not None:
             spins = rates[self._places_of_spins()]
             slopes = np.append(slopes, spins)
