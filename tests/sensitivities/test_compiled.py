@@ -375,7 +375,8 @@ WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "in series, viscous, loads, no drive": 4.2, "in series, viscous, loads, torque": 3.3,
          "in series, viscous, loads, motor": 4.3,
          "in series, regularised, loads, torque": 2.4, "in series, regularised, loads, no drive": 5.3,
-         "in series, regularised, loads, motor": 4.0}  # fmt: skip
+         "in series, regularised, loads, motor": 4.0,
+         "in series, coulomb, loads, skid, no drive": 5.0}  # fmt: skip
 
 
 @pytest.mark.long
