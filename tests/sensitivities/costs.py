@@ -68,21 +68,17 @@ IN_SERIES = {
     for drive, given in (("no drive", ()), ("torque", (TO_AND_FRO,)), ("motor", (MOTOR,)))
 }  # massless rollers that stick
 # They let go and stop, and contacts come to rest, let go and stand.
+SLIDING, LIGHT = replace(COULOMB, wheel_rates=(3, -2, 1)), Bearings(roller_coulomb=0.02, roller_break_away=0.03)
 SKID = {
     "roller_model": "massless",
-    "effects": [replace(COULOMB, wheel_rates=(3, -2, 1)), Bearings(roller_coulomb=0.02, roller_break_away=0.03)],
+    "effects": [SLIDING, LIGHT],
 }
 PULL = replace(TO_AND_FRO, torque=tuple(tuple(12 * x for x in row) for row in TO_AND_FRO.torque))
 IN_SERIES |= {
     "in series, coulomb, skid, no drive": SKID,
     "in series, coulomb, skid, torque": SKID | {"effects": [*SKID["effects"], PULL], "duration": 1.5},
-    "in series, coulomb, loads, skid, no drive": SKID | {
-        "effects": [replace(SKID["effects"][0], **FOLLOWING), SKID["effects"][1]],
-    },
-    "in series, coulomb, loads, motor": {
-        "roller_model": "massless", "effects": [LOADED["coulomb"], HELD_LONGER, MOTOR], "duration": 2.0,
-    },
-}  # fmt: skip
+    "in series, coulomb, loads, skid, no drive": SKID | {"effects": [replace(SLIDING, **FOLLOWING), LIGHT]},
+}
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},

@@ -361,7 +361,8 @@ COUNTED = (
     "loads, massless, coulomb", "massless, viscous, axles stick", "loads, massless, regularised, axles stick",
     "massless, coulomb, axles stick", "coulomb, axles stick, no drive", "in series, viscous, no drive",
     "in series, regularised, no drive", "in series, coulomb, no drive", "in series, regularised, loads, no drive",
-    "in series, coulomb, skid, no drive", "massless, coulomb, axles stick, no drive",
+    "in series, coulomb, skid, no drive", "in series, coulomb, loads, skid, no drive",
+    "massless, coulomb, axles stick, no drive",
 )  # fmt: skip
 MOST = 6  # times the plain run
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, NoDerivativeError, OmnirollError
+from omniroll import Bearings, Contact, NoDerivativeError
 from omniroll.engine.motion import Motion
 from tests.sensitivities import test_massless_rollers_beside_contacts as static
 from tests.sensitivities.differences import Case, assert_the_same_backwards_and_in_sessions, derivative
-from tests.sensitivities.test_compiled_beside_contacts import BOUND, IN_SERIES, apart, in_series_at_random, passes_rest
+from tests.sensitivities.test_compiled_beside_contacts import BOUND, IN_SERIES, apart, in_series_at_random
 from tests.sensitivities.test_loads_that_follow import STARTING, TALL
 from tests.sensitivities.test_massless_rollers_beside_contacts import ways
 from tests.sensitivities.test_massless_rollers_under_loads import LIFT
@@ -30,8 +30,8 @@ LIFTED = Case("massless", vehicle=TALL, effects=(HIGH, SOFT, LIFT), start=STARTI
 # Modes are those of the contact and of its roller: "s" sticks, "m" moves, the contact first.
 CASES = {name: (loaded(case), names[0], seen) for name, (case, names, seen) in static.CASES.items()}
 LET_GO, GIVES_WAY = "a contact that stands lets go", "a roller that turns gives way to one that stands"
-BRIEF = {"break-aways": (replace(CASES["break-aways with a jump, and a wheel that stands"][0], duration=0.02), "height",
-                         {"ms mm", "mm sm"})}  # fmt: skip
+IN_BOTH = ("break-aways with a jump, and a wheel that stands", "a roller that stands lets go, then its contact",
+           "switches", "axles stop and stick")  # fmt: skip
 
 
 def assert_true(case, name, seen):
@@ -48,20 +48,20 @@ def test_where_rollers_let_go_and_contacts_come_to_rest_beside_others_in_corners
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("case, name, seen", [CASES[LET_GO], CASES[GIVES_WAY], BRIEF["break-aways"]],
-                         ids=["a contact lets go", "its roller stands then", "break-aways"])  # fmt: skip
+@pytest.mark.parametrize("case, name, seen", [CASES[LET_GO], CASES[GIVES_WAY]],
+                         ids=["a contact lets go", "its roller stands then"])  # fmt: skip
 def test_they_are_the_differences_of_runs_in_40_digits(case, name, seen):
     assert_true(case, name, seen)
 
 
 @pytest.mark.long
-def test_where_a_load_vanishes_and_comes_back_they_are():
+def test_where_rollers_break_away_and_a_load_vanishes_and_comes_back_they_are():
     run = assert_true(LIFTED, "mass", {"ms mm", "sm mm", "sm ms"})
     assert np.diff(Motion(run).contacts.carries.astype(int), axis=0).ravel().tolist().count(-1) == 1
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", static.CASES)
+@pytest.mark.parametrize("name", IN_BOTH)
 def test_c_gives_what_python_gives(name, monkeypatch):
     case, names, seen = static.CASES[name]
     own, difference = apart(loaded(case), (*names, "height"), monkeypatch)
@@ -70,21 +70,14 @@ def test_c_gives_what_python_gives(name, monkeypatch):
 
 @pytest.mark.long
 def test_it_does_in_random_scenes(monkeypatch):
-    found, count = set(), 0
-    for seed in range(30):
+    """Some in which much happens."""
+    found = set()
+    for seed in (5, 9, 11, 21, 23):
         case = loaded(in_series_at_random(seed), (0.03, 0.06, 0.12)[seed % 3])
-        try:
-            if passes_rest(case.run()):
-                continue
-            own, difference = apart(case, (*IN_SERIES, "height"), monkeypatch)
-        except OmnirollError:  # something only just happens
-            continue
+        own, difference = apart(case, (*IN_SERIES, "height"), monkeypatch)
         assert difference <= BOUND["massless"], seed
         found |= ways(own)
-        count += 1
-        if count == 8:
-            break
-    assert count == 8 and {"ms mm", "mm sm", "sm mm", "sm ss"} <= found, found
+    assert {"ms mm", "mm ms", "mm sm", "sm mm", "sm ss"} <= found
 
 
 @pytest.mark.long
