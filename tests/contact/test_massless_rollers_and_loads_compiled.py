@@ -13,7 +13,8 @@ from contact.in_steps import (
 from contact.test_axles_under_loads import ENGINES, run_or_stop
 from contact.test_massless_rollers_and_loads import assert_the_laws_hold, scene
 from contact.test_massless_rollers_beside_coulomb import changes
-from omniroll import simulate
+from omniroll import Bearings, Contact, TorqueTable, Vehicle, simulate
+from omniroll.engine.motion import Motion
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import distance_at
 from omniroll.scenes.explanation import runs_on
@@ -96,6 +97,30 @@ def test_a_sweep_ends_where_its_runs_end():
     """Its spins follow from the loads as the last step has them, to its accuracy; those of a row from its own loads."""
     vehicle, options = scene(4)
     assert_a_sweep_ends_where_its_runs_end(vehicle, options | {"duration": SHORT}, options["accuracy"])
+
+
+# Events
+
+STOPPING = {
+    "nu": (-0.50383388, 0.36680109, -0.15133744), "chi": (-0.46279298, -0.56904078, -0.52358438), "effects": [
+        Contact(law="coulomb", friction=(0.3, 0.25), static_friction=(0.4, 0.35), loads="dynamic", height=0.06,
+                wheel_rates=(0.0266188, 3.11377031, 3.9311959)),
+        Bearings(roller_coulomb=(0.0010472, 0.01968064, 0.00394484),
+                 roller_break_away=(0.00164048, 0.02268021, 0.00565381)),
+        TorqueTable((0.0, 0.025), ((0, 0, 0), (0.48382411, -0.37471067, -0.35763075))),
+    ], "duration": 0.025, "accuracy": 1e-12, "roller_model": "massless", "control": False,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("by", [0, *(sign * size for size in (1e-10, 1e-9, 3e-9, 1e-8) for sign in (1, -1))])
+def test_a_roller_stops_where_its_spin_is_zero(by):
+    """Its spin at a step's end follows from the load there: by that of the step before it seemed to have passed zero,
+    and the roller stopped with 0.06 rad/s left, in some runs with slightly larger wheels."""
+    paper = Vehicle.paper()
+    run = simulate(paper.replace(wheel_radius=paper.wheel_radius * (1 + by)), **STOPPING)
+    modes = Motion(run).massless.modes.reshape(len(run), -1)[:, 1]
+    (stop,) = np.flatnonzero((modes[:-1] == 1) & (modes[1:] == 0))
+    assert run.contact_spin[:, 1].max() > 1 and abs(run.contact_spin[stop, 1]) < 1e-9
 
 
 # Which engine runs

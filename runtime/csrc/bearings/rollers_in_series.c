@@ -84,7 +84,7 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         const lanes_t spin = -roller->mode*work->own.rate[work->own.rollers_at + i];
         const double noise = noise_of_own(roller, spin[0]) + noise_at_the_most(work, i);
-        if (!near[i] || !(spin[0] > PASSED*noise || spin[1] > spin[0]))
+        if (!near[i] || !(spin[0] > PASSED*noise || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
             continue;
         roller->resting = 1;
         count++;

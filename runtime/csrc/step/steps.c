@@ -626,6 +626,9 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_LOADS
     loads_have_moved(run, s);
 #endif
+#if SET_CORNERS
+    find_own_rates(run, work);          /* spins of massless rollers follow from the loads                      */
+#endif
     (void)work;
     put_row(run);
 }
