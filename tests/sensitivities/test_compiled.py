@@ -250,13 +250,13 @@ def derivatives_of_slip(run, row):
 
 @pytest.mark.long
 def test_rests_of_slips_are_passed_in_c(monkeypatch):
-    """Those that change nothing else. Where the slip of a massless roller turns back they are left to Python."""
+    """Also where the slip of a massless roller turns back."""
     passed = rows_passed(monkeypatch, ContactDeviations, "passed")
-    for name, rests in {"rolling, free": 0, "rolling, massless": 0, "turns back": 6}.items():
+    for name in ("rolling, free", "rolling, massless", "turns back"):
         passed.clear()
         case, changes = ON_COULOMB_GROUND[name]
         run = case.run(sensitivities=tuple(changes))
-        assert run.followed.compiled is not None and len(passed) == rests, name
+        assert run.followed.compiled is not None and not passed, name
 
 
 @pytest.mark.long
