@@ -115,7 +115,7 @@ STOPPING = {
 @pytest.mark.parametrize("by", [0, *(sign * size for size in (1e-10, 1e-9, 3e-9, 1e-8) for sign in (1, -1))])
 def test_a_roller_stops_where_its_spin_is_zero(by):
     """Its spin at a step's end follows from the load there: by that of the step before it seemed to have passed zero,
-    and the roller stopped with 0.06 rad/s left, in some runs with slightly larger wheels."""
+    and the roller stopped with 0.06 rad/s left, in runs whose wheels differ by rounding."""
     paper = Vehicle.paper()
     run = simulate(paper.replace(wheel_radius=paper.wheel_radius * (1 + by)), **STOPPING)
     modes = Motion(run).massless.modes.reshape(len(run), -1)[:, 1]

@@ -11,7 +11,13 @@ from omniroll import Bearings, Contact, NoDerivativeError
 from omniroll.engine.motion import Motion
 from tests.sensitivities import test_massless_rollers_beside_contacts as static
 from tests.sensitivities.differences import Case, assert_the_same_backwards_and_in_sessions, derivative
-from tests.sensitivities.test_compiled_beside_contacts import BOUND, IN_SERIES, apart, in_series_at_random
+from tests.sensitivities.test_compiled_beside_contacts import (
+    BOUND,
+    IN_SERIES,
+    apart,
+    in_series_at_random,
+    refuse_python,
+)
 from tests.sensitivities.test_loads_that_follow import STARTING, TALL
 from tests.sensitivities.test_massless_rollers_beside_contacts import ways
 from tests.sensitivities.test_massless_rollers_under_loads import LIFT
@@ -65,6 +71,16 @@ def test_where_rollers_break_away_and_a_load_vanishes_and_comes_back_they_are():
 def test_c_gives_what_python_gives(name, monkeypatch):
     case, names, seen = static.CASES[name]
     own, difference = apart(loaded(case), (*names, "height"), monkeypatch)
+    assert difference <= BOUND["massless"] and seen <= ways(own)
+
+
+@pytest.mark.long
+def test_a_contact_lets_go_whose_roller_stands_then_in_c_as_in_python(monkeypatch):
+    case, name, seen = CASES[GIVES_WAY]
+    with monkeypatch.context() as context:
+        refuse_python(context)
+        assert case.run(sensitivities=(name,)).followed.compiled is not None
+    own, difference = apart(case, (name,), monkeypatch)
     assert difference <= BOUND["massless"] and seen <= ways(own)
 
 
