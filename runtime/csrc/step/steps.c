@@ -374,83 +374,131 @@ ALWAYS_INLINE double longer(const omniroll_run_t *run, step_t *s, double factor,
     return step;
 }
 
-/* One accepted step from the state of the run, of the length `most` or to the next event. Returns a status. */
+/* What the lengths of a step's tries follow from. */
+typedef struct {
+    double rest;            /* to the limit of the step                                                      */
+    double meant;           /* by the step before; 0 at a start                                              */
+    double most;            /* of this try                                                                   */
+    double calm;            /* before slips that come to rest make it shorter                                */
+    double ahead;           /* of a next step in whose middle rates bend                                     */
+    int after_switch;
+    int slow;               /* whether the iteration and not the error has made the step short               */
+    tried_t last_try;
+} lengths_t;
+
+ALWAYS_INLINE lengths_t first_lengths(const omniroll_run_t *run)
+{
+    lengths_t of = {.meant = run->step, .ahead = INFINITY, .last_try = {0, INFINITY}};
+    of.rest = limit_of_step(run) - run->elapsed - run->carry;
+    of.most = of.meant > 0 && of.meant < of.rest ? of.meant : of.rest;
+    of.after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
+    if (of.after_switch && run->first_step > 0)     /* the ground spins the entering roller up in a short time */
+        of.most = fmin(of.most, SPIN_UP*run->first_step);
+    of.calm = of.most;
+    return of;
+}
+
+/* Whether a try is not accurate enough, or too long for its event; the length of the next one then. */
+ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int found, double allowed, lengths_t *of,
+                         double *error, double *factor)
+{
+    *error = allowed > 0 ? missed(s)/allowed : 0;
+    *factor = *error > 0 ? 0.9*pow(*error, -1.0/NODES) : 5;
+    const tried_t before = of->last_try;
+    of->last_try = (tried_t){s->h, *error};
+#if SET_IS_ACTED_ON
+    /* A shorter step is no better: what decays is far shorter yet. */
+    if ((SET_IS_COUPLED || s->by_axles) && *error > 0.5*before.error)
+        *factor = fmin(*factor, SET_IS_COUPLED ? 0.25 : 0.6);
+#endif
+    if (!(*error > 1 || found == TOO_LONG))
+        return 0;
+    of->most = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
+    run->rejected_count++;
+    return 1;
+}
+
+/* Whether an accurate try passes what its step must not: a direction that turns too far, or a rest. */
+ALWAYS_INLINE int passes_too_much(step_t *s, const int wheels, lengths_t *of)
+{
+    const double turned = first_turn_beyond(s, wheels);
+    if (turned < 1) {
+        of->most = s->h*turned;
+        return 1;
+    }
+#if SET_GRIPS
+    if (has_strayed(s, wheels)) {
+        s->strays = 1;
+        return 1;
+    }
+    if (rests_early(s, wheels)) {
+        of->most = (1 - LEFT)*s->h;
+        return 1;
+    }
+#endif
+    return 0;
+}
+
+/* The length of the step after an accepted one. An event cuts a step short: the length that was meant stands for the
+ * next phase then. At fine tolerances a try that is too long costs more than a step that is too short. */
+ALWAYS_INLINE void put_next_length(omniroll_run_t *run, step_t *s, const lengths_t *of, double factor, double error)
+{
+    run->step = fmin(longer(run, s, factor, error), of->ahead);
+#if SET_IS_ACTED_ON && !SET_SLIPS
+    if (s->bend_in < INFINITY && s->h < s->bend_in)
+        run->step = fmin(run->step, ACROSS_BEND*(s->bend_in - s->h));
+#endif
+#if SET_IS_COUPLED
+    run->first_step = of->after_switch ? s->h : run->first_step;
+    run->step = fmin(run->step, of->slow ? CAUTIOUS*s->h : INFINITY);
+#endif
+#if SET_GRIPS
+    keep_calm_step(run, s, of->calm, error);
+#endif
+    if (s->landing >= 0)
+        run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*of->most);
+    else if (run->pauses && s->h >= of->rest)
+        run->step = fmax(run->step, of->meant);
+}
+
+/* One accepted step from the state of the run, to the next event at the most. Returns a status. */
 ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    const double rest = limit_of_step(run) - run->elapsed - run->carry;
-    const double meant = run->step;
-    double most = meant > 0 && meant < rest ? meant : rest;
-    const int after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
-    if (after_switch && run->first_step > 0)    /* the ground spins the entering roller up in a short time */
-        most = fmin(most, SPIN_UP*run->first_step);
-#if SET_GRIPS
-    const double calm = most;       /* the length before slips that come to rest make it shorter             */
-#endif
+    lengths_t of = first_lengths(run);
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     s->reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
-    double ahead = INFINITY;        /* the length of a next step in whose middle rates bend                  */
-#if SET_IS_ACTED_ON
-    int slow = 0;                   /* whether the iteration and not the error has made the step short       */
-#endif
-    tried_t last_try = {0, INFINITY};
     for (int trial = 0; trial < 200; trial++) {
-        const double size = guess(s, wheels, &most, run, work);
+        const double size = guess(s, wheels, &of.most, run, work);
 #if SET_GRIPS
         run->ground.knows_rates = 0;
 #endif
 #if SET_APPROACHES
-        const double longest = fmin(fmax(calm, run->calm_step), rest);
-        const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &most, size,
+        const double longest = fmin(fmax(of.calm, run->calm_step), of.rest);
+        const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &of.most, size,
                                                         size*sweep_tolerance(run, s->rest_in)) : NO_APPROACH;
         if (approach == MISSES_REST)
             continue;
         if (approach == APPROACHES) {
-            keep_step_behind(run, s, calm);
+            keep_step_behind(run, s, of.calm);
             return OMNIROLL_RUN_DONE;
         }
 #endif
-        const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h));
+        const int found = settle(s, wheels, of.most, size*run->tolerance, size*sweep_tolerance(run, s->h));
 #if SET_IS_ACTED_ON
         s->by_newton = s->stiff;
         s->stiff = s->stiff && !(found != UNSETTLED && s->steepest < NOT_STIFF);
-        slow = slow || found == UNSETTLED;
+        of.slow = of.slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
-            most = fmin(fmax(s->h, SET_LOADS || SET_GRIPS ? SHRINKS*most : 0), most)/(SET_IS_COUPLED ? 2 : 3);
+            of.most = fmin(fmax(s->h, SET_LOADS || SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
             continue;
         }
         integrate_pose(s, run->pose);
-        const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
-        double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
-        const tried_t before = last_try;
-        last_try = (tried_t){s->h, error};
-#if SET_IS_ACTED_ON
-        /* A shorter step is no better: what decays is far shorter yet. */
-        if ((SET_IS_COUPLED || s->by_axles) && error > 0.5*before.error)
-            factor = fmin(factor, SET_IS_COUPLED ? 0.25 : 0.6);
-#endif
-        if (error > 1 || found == TOO_LONG) {
-            most = shorter(run, s, wheels, factor, error, &before, size*run->tolerance, &ahead);
-            run->rejected_count++;
+        double error, factor;
+        if (misses(run, s, wheels, found, size*run->tolerance, &of, &error, &factor) || passes_too_much(s, wheels, &of))
             continue;
-        }
-        const double turned = first_turn_beyond(s, wheels);
-        if (turned < 1) {
-            most = s->h*turned;
-            continue;
-        }
-#if SET_GRIPS
-        if (has_strayed(s, wheels)) {
-            s->strays = 1;
-            continue;
-        }
-        if (rests_early(s, wheels)) {
-            most = (1 - LEFT)*s->h;
-            continue;
-        }
-#endif
 #if SET_ACCOUNTS
         accounts_at_nodes(s, wheels);
 #endif
@@ -458,26 +506,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->step_error = fmax(run->step_error, error*run->tolerance);
 #if SET_IS_ACTED_ON
         run->sweep_error += size > 0 ? s->rest/size : 0;
-        s->stiff = s->stiff || (!SET_IS_COUPLED && slow && error < EASY);
+        s->stiff = s->stiff || (!SET_IS_COUPLED && of.slow && error < EASY);
 #endif
-        run->step = fmin(longer(run, s, factor, error), ahead);
-#if SET_IS_ACTED_ON && !SET_SLIPS
-        if (s->bend_in < INFINITY && s->h < s->bend_in)
-            run->step = fmin(run->step, ACROSS_BEND*(s->bend_in - s->h));
-#endif
-#if SET_IS_COUPLED
-        run->first_step = after_switch ? s->h : run->first_step;
-        run->step = fmin(run->step, slow ? CAUTIOUS*s->h : INFINITY);
-#endif
-        /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
-         * try that is too long costs more than a step that is too short. */
-#if SET_GRIPS
-        keep_calm_step(run, s, calm, error);
-#endif
-        if (s->landing >= 0)
-            run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
-        else if (run->pauses && s->h >= rest)
-            run->step = fmax(run->step, meant);
+        put_next_length(run, s, &of, factor, error);
         return OMNIROLL_RUN_DONE;
     }
     run->hardest_part = hardest_part(run, s);
