@@ -75,6 +75,8 @@ WRONG = {
     "roller that sticks, slip, steps": "in_paper_symbols(in_ground_symbols(subst([contact_sticks = 1, "
     "axial = -yaw_rate_of_nu*sin(chi)], meaning(slip_rate_axle, append(slip_known, disk_turn_steps, "
     "disk_contact_steps, bearing_slip_rate_steps), []))) - psubst(rho_rules, axle_row . nu_dot))",
+    "massless roller, speeds, steps": "subst(contact_sticks = 1, meaning(slip_axle + rho*rolling, in_series, [])) "
+    "+ by_rho(axle_speed_of_nu)",
     "springs, plane": "map(lambda([v], diff(psubst(run(append(beside_steps, compression_steps), []), compression), "
     "v)), [place_1, place_2])",
     "sliding force, slope": "map(lambda([row], row . reverse(direction_of_slip)), sliding_slope)",
@@ -141,14 +143,21 @@ def in_place_of(claim: str, original: str) -> str:
 
 
 def upstream(before: list[tuple[str, str]], claim: str) -> list[str]:
-    """Ways to ask a claim with one sign flipped in a definition before it: the nearest definitions first."""
-    asked = []
+    """Ways to ask a claim with one sign flipped in a definition before it: in the nearest first, and in those that the
+    claim does not name, nor what it names, last."""
+    rests_on, others, used = [], [], set(re.findall(r"\w+", masked(claim)))
     for k in range(len(before) - 1, -1, -1):
-        rest = ", ".join(statement for statement, cover in before[k:] if "prove" not in cover)
-        for mutant in flips(*before[k], 0, len(before[k][0])) if "prove" not in before[k][1] else []:
-            later = "".join(f", {s}" for s, c in before[k + 1 :] if "prove" not in c)
-            asked.append(in_place_of(f"({mutant}{later}, {claim})", f"({rest})"))
-    return asked[: 4 * FLIPS]
+        statement, cover = before[k]
+        if "prove" in cover:
+            continue
+        is_used = not used.isdisjoint(re.findall(r"^\s*(\w+)", cover))
+        if is_used:
+            used |= set(re.findall(r"\w+", cover))
+        rest = ", ".join(text for text, shown in before[k:] if "prove" not in shown)
+        later = "".join(f", {text}" for text, shown in before[k + 1 :] if "prove" not in shown)
+        own = [in_place_of(f"({mutant}{later}, {claim})", f"({rest})") for mutant in flips(*before[k], 0, len(cover))]
+        (rests_on if is_used else others).extend(own)
+    return (rests_on + others)[: 4 * FLIPS]
 
 
 def questions() -> list[tuple[str, list[str]]]:
@@ -188,9 +197,11 @@ def test_every_proof_fails_under_one_changed_sign(tmp_path):
     lines.append(f'load("{tmp_path}/brute_force.mac")$')
     lines.append("group(name, steps) := [['group, name, steps]]$")  # a changed group is no other group of its name
     for number, (_, mutants) in enumerate(asked):
-        for mutant in mutants:
+        for turn, mutant in enumerate(mutants):  # in files of their own: what is not asked any more is not read
+            question = tmp_path / f"question-{number}-{turn}.mac"
+            question.write_text(f"{mutant}$")
             lines.append(
-                f"if caught_[{number}] # true then block([r_: errcatch({mutant})], "
+                f'if caught_[{number}] # true then block([r_: errcatch(load("{question}"))], '
                 f"if r_ = [] then caught_[{number}]: true)$"
             )
     lines.append(
