@@ -85,10 +85,68 @@ static void lay_out_spins(variations_t *w, long long *size, char *base)
 }
 #endif
 
+#if SET_GRIPS || SET_LOADS
+/* What contacts and loads take up. */
+static void lay_out_ground(variations_t *w, long long *size, char *base)
+{
+    const int wheels = w->wheels;
+    const long long lane = sizeof(lanes_t);
+#if SET_GRIPS
+    const long long nodes = sizeof(nodes_t);
+    w->pushed = part(base, size, 12*wheels*lane);
+    w->yielding = part(base, size, SET_STRIPS*2*wheels*lane);
+    w->towards = part(base, size, 2*wheels*lane);
+    w->slipping = part(base, size, wheels*lane);
+    w->turned = part(base, size, 2*wheels*lane);
+    w->towards_at = part(base, size, 2*wheels*nodes);
+    w->slipping_at = part(base, size, wheels*nodes);
+    w->slip_slope = part(base, size, 2*wheels*slip_directions(w)*nodes);
+#endif
+#if SET_LOADS
+    w->balance = part(base, size, 2*(long long)sizeof *w->balance);
+    w->balance_numbers = part(base, size, 2*BALANCE_ARRAYS(wheels)*lane);
+    w->loads = part(base, size, 2*(long long)sizeof *w->loads);
+    lanes_t *const response = part(base, size, 3*responding_size(wheels, w->known)*lane);
+    if (base)
+        memset(w->loads, 0, 2*sizeof *w->loads), w->loads->response = response;
+#endif
+}
+#endif
+
+/* Points, slopes and columns along a piece of the run. */
+static void lay_out_points(variations_t *w, long long *size, char *base)
+{
+    const int wheels = w->wheels, numbers = w->run->models - 1;
+    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t), groups = w->groups, equations = w->equations;
+    w->axial = part(base, size, wheels*w->rollers*groups*lane);
+    w->held = part(base, size, 2*HELD_SIZE*lane);
+    w->momenta = part(base, size, 2*wheels*(long long)sizeof(double));
+    w->free_axial = part(base, size, wheels*w->rollers*(long long)sizeof(double));
+    w->point = part(base, size, point_size(w)*lane);
+    w->along = part(base, size, (point_size(w) + groups)*lane);
+    w->slope = part(base, size, equations*w->directions*nodes);
+    w->core_by = part(base, size, numbers*equations*nodes);
+    w->chi_by = part(base, size, numbers*wheels*nodes);
+    w->pose_by = part(base, size, numbers*3*nodes);
+    w->felt_at = part(base, size, (w->felt + 1)*NODES*groups*lane);
+    w->core_at = part(base, size, w->core*NODES*groups*lane);
+    w->carried_at = part(base, size, (wheels + 3)*NODES*groups*lane);
+    w->weight_in_piece = part(base, size, (w->run->degree + 1)*NODES*(long long)sizeof(double));
+    w->row = part(base, size, NODES*equations*(long long)sizeof *w->row);
+    w->is_still = part(base, size, equations*w->directions*(long long)sizeof(int));
+    w->answer = part(base, size, (w->core - 3)*NODES*nodes);
+    w->answer_at = part(base, size, (w->core - 3)*(long long)sizeof(int));
+    w->answered = part(base, size, NODES*groups*lane);
+    w->aimed = part(base, size, wheels*(long long)sizeof *w->aimed);
+    w->is_given = part(base, size, w->inputs*(long long)sizeof *w->is_given);
+    w->numbered_column = part(base, size, w->run->columns*(long long)sizeof(int));
+    w->number_of = part(base, size, w->run->columns*(long long)sizeof(int));
+}
+
 static long long lay_out(variations_t *w, const omniroll_variations_t *run, char *base)
 {
-    const int models = run->models, wheels = run->wheels, numbers = models - 1;
-    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t);
+    const int models = run->models, wheels = run->wheels;
+    const long long lane = sizeof(lanes_t);
     long long size = 0;
     w->run = run, w->wheels = wheels, w->rollers = run->rollers_per_wheel, w->columns = run->columns;
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
@@ -111,56 +169,19 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->moved = part(base, &size, w->size*groups*lane);
     w->began = part(base, &size, w->size*groups*lane);
     w->given = part(base, &size, (w->inputs + SET_MOVING*wheels)*groups*lane);
-#if SET_GRIPS
-    w->pushed = part(base, &size, 12*wheels*lane);
-    w->yielding = part(base, &size, SET_STRIPS*2*wheels*lane);
-    w->towards = part(base, &size, 2*wheels*lane);
-    w->slipping = part(base, &size, wheels*lane);
-    w->turned = part(base, &size, 2*wheels*lane);
-    w->towards_at = part(base, &size, 2*wheels*nodes);
-    w->slipping_at = part(base, &size, wheels*nodes);
-    w->slip_slope = part(base, &size, 2*wheels*slip_directions(w)*nodes);
-#endif
-#if SET_LOADS
-    w->balance = part(base, &size, 2*(long long)sizeof *w->balance);
-    w->balance_numbers = part(base, &size, 2*BALANCE_ARRAYS(wheels)*lane);
-    w->loads = part(base, &size, 2*(long long)sizeof *w->loads);
-    lanes_t *const response = part(base, &size, 3*responding_size(wheels, w->known)*lane);
-    if (base)
-        memset(w->loads, 0, 2*sizeof *w->loads), w->loads->response = response;
+#if SET_GRIPS || SET_LOADS
+    lay_out_ground(w, &size, base);
 #endif
 #if SET_GRIPS || SET_OWN_BEARINGS
     w->kind = part(base, &size, equations*equations*(long long)sizeof *w->kind);
-    w->block = part(base, &size, equations*equations*NODES*nodes);
+    w->block = part(base, &size, equations*equations*NODES*(long long)sizeof(nodes_t));
     w->right = part(base, &size, unknowns*groups*lane);
     w->pivot_row = part(base, &size, 3*NODES*(long long)sizeof *w->pivot_row);
     w->system = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
 #else
     w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
 #endif
-    w->axial = part(base, &size, wheels*w->rollers*groups*lane);
-    w->held = part(base, &size, 2*HELD_SIZE*lane);
-    w->momenta = part(base, &size, 2*wheels*(long long)sizeof(double));
-    w->free_axial = part(base, &size, wheels*w->rollers*(long long)sizeof(double));
-    w->point = part(base, &size, point_size(w)*lane);
-    w->along = part(base, &size, (point_size(w) + groups)*lane);
-    w->slope = part(base, &size, equations*w->directions*nodes);
-    w->core_by = part(base, &size, numbers*equations*nodes);
-    w->chi_by = part(base, &size, numbers*wheels*nodes);
-    w->pose_by = part(base, &size, numbers*3*nodes);
-    w->felt_at = part(base, &size, (w->felt + 1)*NODES*groups*lane);
-    w->core_at = part(base, &size, w->core*NODES*groups*lane);
-    w->carried_at = part(base, &size, (wheels + 3)*NODES*groups*lane);
-    w->weight_in_piece = part(base, &size, (run->degree + 1)*NODES*(long long)sizeof(double));
-    w->row = part(base, &size, unknowns*(long long)sizeof *w->row);
-    w->is_still = part(base, &size, equations*w->directions*(long long)sizeof(int));
-    w->answer = part(base, &size, (w->core - 3)*NODES*nodes);
-    w->answer_at = part(base, &size, (w->core - 3)*(long long)sizeof(int));
-    w->answered = part(base, &size, NODES*groups*lane);
-    w->aimed = part(base, &size, wheels*(long long)sizeof *w->aimed);
-    w->is_given = part(base, &size, w->inputs*(long long)sizeof *w->is_given);
-    w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
-    w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
+    lay_out_points(w, &size, base);
 #if SET_GATHERS
     lay_out_spins(w, &size, base);
 #endif

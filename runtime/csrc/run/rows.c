@@ -126,6 +126,125 @@ static void lay_out_responses(loads_t *loads, parts_t *parts, int wheels, int ro
 }
 #endif
 
+#if SET_CORE_PARTS
+/* The core, and what is known of it along a step. */
+static void lay_out_core(work_t *work, parts_t *parts, long long axial, long long core)
+{
+    work->later = lanes_part(parts, axial);
+    work->rate_core = lanes_part(parts, BLOCKS*core);
+    work->at_core = lanes_part(parts, BLOCKS*core);
+    work->found_core = lanes_part(parts, BLOCKS*core);
+    work->slope_core = lanes_part(parts, BLOCKS*core);
+    work->core_in_nu = lanes_part(parts, 3*BLOCKS*core);
+    work->core_here = lanes_part(parts, core);
+    work->core_dot = lanes_part(parts, core);
+    work->core_slope = lanes_part(parts, core);
+    work->core_chord = lanes_part(parts, core);
+    work->end_core = numbers_part(parts, core);
+    work->weight = numbers_part(parts, core);
+    work->rise_core = numbers_part(parts, core);
+}
+#endif
+
+#if SET_LOADS || SET_GRIPS
+/* Loads, and the contacts' forces. */
+static void lay_out_ground(work_t *work, parts_t *parts, int wheels, int rollers)
+{
+#if SET_LOADS
+    work->balance_numbers = lanes_part(parts, 2 + wheels);
+    work->loads = lanes_part(parts, LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t)));
+#if SET_DISKS_STICK
+    lay_out_responses(work->loads, parts, wheels, rollers);
+#endif
+#endif
+#if SET_GRIPS
+    work->load = lanes_part(parts, wheels);
+    work->friction = lanes_part(parts, 2*wheels);
+    work->ground_force = lanes_part(parts, 2*wheels);
+    work->slip_dot = lanes_part(parts, 2*wheels);
+    work->nu_dot = lanes_part(parts, 3);
+    work->response = numbers_part(parts, 4*(long long)wheels*wheels);
+#if SET_LOADS
+    work->broken = numbers_part(parts, wheels);
+#endif
+#endif
+    (void)rollers;
+}
+#endif
+
+#if SET_HOLDS || SET_STANDS
+/* What holds bearings, or contacts and bearings, at rest. */
+static void lay_out_holding(work_t *work, parts_t *parts, int wheels)
+{
+#if SET_HOLDS
+    work->held_force = lanes_part(parts, 3);
+    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
+    work->facets = numbers_part(parts, most_facets(SET_BEARINGS*wheels)*facet);
+    work->sticking = numbers_part(parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
+#endif
+#if SET_STANDS
+#if SET_STANDS_ALONE
+    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
+#endif
+    work->held_force = lanes_part(parts, 3);
+    work->standing = numbers_part(parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
+#if SET_STANDS_ALONE
+    facet_t *const facets = numbers_part(parts, most_facets(wheels)*facet);
+    if (work->standing)
+        work->standing->facets = facets;
+#endif
+#endif
+}
+#endif
+
+#if SET_OWN_BEARINGS
+/* Bearings that stick one by one, each in a mode of its own. */
+static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rollers)
+{
+    const long long own = most_own_bearings(wheels, rollers);
+    work->own.sticks = lanes_part(parts, own);
+    work->own.torque = lanes_part(parts, own);
+    work->own.holding = lanes_part(parts, own);
+    work->own.held = lanes_part(parts, BLOCKS*own);
+    work->own.late = numbers_part(parts, own);
+#if SET_LOADS && SET_GRIPS
+    work->bounds = numbers_part(parts, 2*own);
+#endif
+#if SET_ROLLERS_TURN
+    work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
+    work->own.rate = lanes_part(parts, own);
+#if SET_STRIPS
+    work->own.spin = lanes_part(parts, wheels);
+#if !SET_LOADS
+    work->own.takes = numbers_part(parts, wheels);
+    work->own.scale = numbers_part(parts, wheels);
+    work->own.load = work->load, work->own.friction = work->friction;
+#endif
+#endif
+#if SET_DISKS_STICK
+    work->own.dot = lanes_part(parts, own);
+    work->own.yaw_mass = lanes_part(parts, 1);
+#endif
+    work->own.now = numbers_part(parts, own);
+#endif
+#if SET_DISKS_STICK
+    work->own.given = numbers_part(parts, own);
+    work->own.per_yaw = numbers_part(parts, own);
+    work->own.bounds = numbers_part(parts, own);
+#endif
+#if SET_LOADED_BEARINGS
+    work->modes_of_sets = numbers_part(parts, (LANES + 1)*2*own);
+    work->rates_of_sets = numbers_part(parts, (LANES + 1)*2*own);
+#endif
+#if SET_STANDS_BOTH_WAYS
+    lay_out_standing(work, parts, wheels, own);
+    work->shared_rows = lanes_part(parts, (long long)NODES*wheels*wheels*BLOCKS);
+    work->shared_row = numbers_part(parts, (long long)NODES*wheels);
+    work->shared_turn = lanes_part(parts, (long long)wheels*BLOCKS);
+#endif
+}
+#endif
+
 /* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. No memory: they are
  * counted. */
 static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
@@ -136,101 +255,19 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->momenta = lanes_part(&parts, 2*wheels);
     work->axial = lanes_part(&parts, axial);
 #if SET_CORE_PARTS
-    work->later = lanes_part(&parts, axial);
-    work->rate_core = lanes_part(&parts, BLOCKS*core);
-    work->at_core = lanes_part(&parts, BLOCKS*core);
-    work->found_core = lanes_part(&parts, BLOCKS*core);
-    work->slope_core = lanes_part(&parts, BLOCKS*core);
-    work->core_in_nu = lanes_part(&parts, 3*BLOCKS*core);
-    work->core_here = lanes_part(&parts, core);
-    work->core_dot = lanes_part(&parts, core);
-    work->core_slope = lanes_part(&parts, core);
-    work->core_chord = lanes_part(&parts, core);
-    work->end_core = numbers_part(&parts, core);
-    work->weight = numbers_part(&parts, core);
-    work->rise_core = numbers_part(&parts, core);
+    lay_out_core(work, &parts, axial, core);
 #endif
-#if SET_LOADS
-    work->balance_numbers = lanes_part(&parts, 2 + wheels);
-    work->loads = lanes_part(&parts, LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t)));
-#if SET_DISKS_STICK
-    lay_out_responses(work->loads, &parts, wheels, rollers);
-#endif
-#endif
-#if SET_GRIPS
-    work->load = lanes_part(&parts, wheels);
-    work->friction = lanes_part(&parts, 2*wheels);
-    work->ground_force = lanes_part(&parts, 2*wheels);
-    work->slip_dot = lanes_part(&parts, 2*wheels);
-    work->nu_dot = lanes_part(&parts, 3);
-    work->response = numbers_part(&parts, 4*(long long)wheels*wheels);
-#if SET_LOADS
-    work->broken = numbers_part(&parts, wheels);
-#endif
+#if SET_LOADS || SET_GRIPS
+    lay_out_ground(work, &parts, wheels, rollers);
 #endif
 #if SET_IS_COUPLED
     lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
 #endif
-#if SET_HOLDS
-    work->held_force = lanes_part(&parts, 3);
-    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
-    work->facets = numbers_part(&parts, most_facets(SET_BEARINGS*wheels)*facet);
-    work->sticking = numbers_part(&parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
-#endif
-#if SET_STANDS
-#if SET_STANDS_ALONE
-    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
-#endif
-    work->held_force = lanes_part(&parts, 3);
-    work->standing = numbers_part(&parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
-#if SET_STANDS_ALONE
-    facet_t *const facets = numbers_part(&parts, most_facets(wheels)*facet);
-    if (work->standing)
-        work->standing->facets = facets;
-#endif
+#if SET_HOLDS || SET_STANDS
+    lay_out_holding(work, &parts, wheels);
 #endif
 #if SET_OWN_BEARINGS
-    const long long own = most_own_bearings(wheels, rollers);
-    work->own.sticks = lanes_part(&parts, own);
-    work->own.torque = lanes_part(&parts, own);
-    work->own.holding = lanes_part(&parts, own);
-    work->own.held = lanes_part(&parts, BLOCKS*own);
-    work->own.late = numbers_part(&parts, own);
-#if SET_LOADS && SET_GRIPS
-    work->bounds = numbers_part(&parts, 2*own);
-#endif
-#endif
-#if SET_ROLLERS_TURN
-    work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
-    work->own.rate = lanes_part(&parts, own);
-#if SET_STRIPS
-    work->own.spin = lanes_part(&parts, wheels);
-#if !SET_LOADS
-    work->own.takes = numbers_part(&parts, wheels);
-    work->own.scale = numbers_part(&parts, wheels);
-    work->own.load = work->load, work->own.friction = work->friction;
-#endif
-#endif
-#if SET_DISKS_STICK
-    work->own.dot = lanes_part(&parts, own);
-    work->own.yaw_mass = lanes_part(&parts, 1);
-#endif
-    work->own.now = numbers_part(&parts, own);
-#endif
-#if SET_DISKS_STICK
-    work->own.given = numbers_part(&parts, own);
-    work->own.per_yaw = numbers_part(&parts, own);
-    work->own.bounds = numbers_part(&parts, own);
-#endif
-#if SET_LOADED_BEARINGS
-    work->modes_of_sets = numbers_part(&parts, (LANES + 1)*2*own);
-    work->rates_of_sets = numbers_part(&parts, (LANES + 1)*2*own);
-#endif
-#if SET_STANDS_BOTH_WAYS
-    lay_out_standing(work, &parts, wheels, own);
-    work->shared_rows = lanes_part(&parts, (long long)NODES*wheels*wheels*BLOCKS);
-    work->shared_row = numbers_part(&parts, (long long)NODES*wheels);
-    work->shared_turn = lanes_part(&parts, (long long)wheels*BLOCKS);
+    lay_out_bearings(work, &parts, wheels, rollers);
 #endif
 #if SET_SPINS_STICK
     work->per_yaw = numbers_part(&parts, axial);
