@@ -58,6 +58,7 @@ OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 REACHES = "contact_reaches"  # of rollers in contact, where wheels slip and rollers stick: their arms
 SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
 LEFT_LOADS = "left_loads"  # of loads that follow the motion, which friction goes with: what bearings of these leave
+DAMPED_LOADS = "damped_loads"  # the same where these bearings have viscous friction
 CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
 CORNER_LOADS = "corner_loads"  # the same of loads that follow the motion
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
@@ -122,10 +123,11 @@ class EngineSet:
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
         further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
         further += [CORNERS] * self.strips
-        self.leaves_loads = self.loads and effects.function(LEFT_LOADS) is not None
+        self.damps_loads = self.loads and effects.function(DAMPED_LOADS) is not None
+        self.leaves_loads = self.damps_loads or (self.loads and effects.function(LEFT_LOADS) is not None)
         self.corners = self.loads and self.strips  # bearings leave parts of loads where contacts slip
         self.of_corners = OF_CORNERS if self.corners else {}
-        further += [LEFT_LOADS] * self.leaves_loads + [CORNER_LOADS] * self.corners
+        further += [LEFT_LOADS, DAMPED_LOADS] * self.leaves_loads + [CORNER_LOADS] * self.corners
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -312,7 +314,7 @@ class EngineSet:
         names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.in_series else set()
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
-        names |= {LEFT_LOADS} if self.leaves_loads else set()
+        names |= {LEFT_LOADS, DAMPED_LOADS} if self.leaves_loads else set()
         names |= {CORNER_LOADS} if self.corners else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
@@ -408,7 +410,8 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     """
     facts = deviating(effects, registry)
     called = (
-        *PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS, LEFT_LOADS, CORNER_LOADS,
+        *PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS, LEFT_LOADS, DAMPED_LOADS,
+        CORNER_LOADS,
     )  # fmt: skip
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)

@@ -295,4 +295,3 @@ def test_what_is_not_solved_is_refused():
 
     rubs = replace(stick, roller_viscous=1e-5)
     refused("roller_viscous", Contact(law="coulomb", friction=0.5), rubs)
-    refused("roller_viscous", Contact(law="regularised", friction=0.5, speed=0.1, loads="dynamic", height=0.1), rubs)

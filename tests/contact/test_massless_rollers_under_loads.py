@@ -138,7 +138,7 @@ def standing_case(law, wheels, damping):
 
 
 @pytest.mark.parametrize("wheels", [3, 4, 6])
-@pytest.mark.parametrize("law, damping", [*((law, None) for law in LAWS), ("viscous", 1e-4)])
+@pytest.mark.parametrize("law, damping", [*((law, None) for law in LAWS), ("viscous", 1e-4), ("regularised", 2e-3)])
 def test_rollers_and_loads_agree_with_every_body(law, damping, wheels):
     """The oracle gets the bearings' torques and the forces across; it must find the accelerations, the forces along the
     axles, and the loads from which by the law at the slip all forces follow."""

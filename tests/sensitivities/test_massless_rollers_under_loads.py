@@ -66,6 +66,12 @@ def test_beside_viscous_friction_they_are():
 
 
 @pytest.mark.long
+def test_beside_viscous_friction_that_goes_with_loads_they_are():
+    case = replace(breaking_away("regularised", replace(HELD_LONGER, roller_viscous=2e-4)), duration=0.05)
+    assert (0, 1) in changes(assert_as_in_40_digits(case, ("roller_viscous",)))
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("law", SMOOTH)
 def test_where_loads_vanish_and_come_back_they_are(law):
     run = assert_as_in_40_digits(lifted(law), ("mass", "height", "roller_coulomb"))

@@ -132,6 +132,12 @@ static int break_together(const omniroll_run_t *run, bearings_of_set_t *bearings
     return broken;
 }
 
+/* The sign of the rate that a bearing has, or would have if it turned. */
+ALWAYS_INLINE int way_of_bearing(const bearings_of_set_t *bearings, int k)
+{
+    return bearings->mode[k] ? bearings->mode[k] : bearings->asked[k] > 0 ? -1 : 1;
+}
+
 /* Rule 2: bearings whose mode is not their own change. Returns whether there are such. */
 static int change_wrong_bearings(const omniroll_run_t *run, bearings_of_set_t *bearings)
 {
@@ -139,7 +145,7 @@ static int change_wrong_bearings(const omniroll_run_t *run, bearings_of_set_t *b
     for (int k = 0; k < run->own_count; k++) {
         if (!is_wrong_bearing(run, bearings, k) || (changed && bearings->turns >= ALL_AT_ONCE))
             continue;
-        bearings->mode[k] = bearings->mode[k] ? 0 : bearings->asked[k] > 0 ? -1 : 1;
+        bearings->mode[k] = bearings->mode[k] ? 0 : way_of_bearing(bearings, k);
         changed = 1;
     }
     return changed;

@@ -44,6 +44,17 @@ ALWAYS_INLINE void be_linear_about(const int wheels, const lanes_t *load, const 
 }
 #endif
 
+#if SET_NEARLY_LINEAR && SET_DAMPS_LOADS
+/* Bearings with viscous friction leave something of each load: near these those about which friction is linear. */
+ALWAYS_INLINE void find_about_beside_dampers(const int wheels, const lanes_t *load, loads_t *loads, lanes_t *taken)
+{
+    for (int i = 0; i < wheels; i++) {
+        loads->bearing_factor[i] = 1/lanes_max(load[i], lanes_of(LEAST_ABOUT));
+        taken[i] = lanes_of(0);
+    }
+}
+#endif
+
 #if SET_CORNERS
 /* Which contacts are in corners, lane by lane. */
 ALWAYS_INLINE lane_mask_t in_corner(const int wheels, const point_t *at, int i)

@@ -192,8 +192,15 @@ static void put_about(const int wheels, const point_t *at, const point_t *along,
 {
     lanes_t taken[MOST_WHEELS], gain[MOST_WHEELS], still[MOST_WHEELS] = {{0}}, moved[2*MOST_WHEELS];
     const lanes_t *const bearing = at->inputs + SET_CONTACT_BEARING_INPUT*wheels;
+#if SET_DAMPS_LOADS
+    find_about_beside_dampers(wheels, load, at->loads, taken);
+    set_damped_loads_along(wheels, at->vehicle, at->nu, at->chi, at->core, bearing,
+                           at->contact_sticks, at->loads->bearing_factor, along->nu, along->chi,
+                           along->core, still, still, still, gain, moved);
+#else
     set_left_loads_along(wheels, at->vehicle, at->chi, bearing, load, along->chi, still, still, taken, gain, moved,
                          moved + MOST_WHEELS);
+#endif
     be_linear_about(wheels, load, taken, gain, at->contact_sticks, at->loads);
 }
 #endif

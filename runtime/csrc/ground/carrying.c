@@ -372,7 +372,7 @@ static void look_at_bearings(omniroll_run_t *run, const work_t *work, const int 
         give_bearings(run, work, tried++, &set->bearings);
         copy_set(run, &search->nearest, set);
         for (int k = 0; k < count; k++)
-            set->bearings.mode[resting[k]] = choice >> k & 1;
+            set->bearings.mode[resting[k]] = (choice >> k & 1)*way_of_bearing(&search->nearest.bearings, resting[k]);
         if (tried < LANES && choice + 1 < 1 << count)
             continue;
         evaluate_sets(run, work, holds, sets, tried, 1);

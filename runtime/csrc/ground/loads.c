@@ -36,9 +36,15 @@ ALWAYS_INLINE void put_about(const int wheels, const point_t *at)
 {
     loads_t *const loads = at->loads;
     lanes_t taken[MOST_WHEELS], gain[MOST_WHEELS];
+    const lanes_t *const bearing = at->inputs + SET_CONTACT_BEARING_INPUT*wheels;
     loads_of_sums(wheels, at, loads->sums, loads->compression);
-    set_left_loads(wheels, at->vehicle, at->chi, at->inputs + SET_CONTACT_BEARING_INPUT*wheels, loads->compression,
-                   taken, gain);
+#if SET_DAMPS_LOADS
+    find_about_beside_dampers(wheels, loads->compression, loads, taken);
+    set_damped_loads(wheels, at->vehicle, at->nu, at->chi, at->core + rates_at(wheels), bearing, at->contact_sticks,
+                     loads->bearing_factor, gain);
+#else
+    set_left_loads(wheels, at->vehicle, at->chi, bearing, loads->compression, taken, gain);
+#endif
     be_linear_about(wheels, loads->compression, taken, gain, at->contact_sticks, loads);
 }
 

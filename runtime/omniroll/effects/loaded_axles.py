@@ -180,11 +180,12 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         resting = self._undecided(settled, sums_of)
         if len(resting) > MOST:
             return
+        ways = self._ways()
         carries = self.loads.carries
         shares = self.loads.springs.shares(carries)
         for choice in product((0, 1), repeat=len(resting)):
             modes = settled.modes.copy()
-            modes[resting] = choice
+            modes[resting] = choice * ways[resting]
             self._put(modes, self.axles.sliding)
             found = carried(shares, carries, sums_of, self.loads.start, self.loads.arm)
             if not found.determinant > DETERMINED:
@@ -193,6 +194,10 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
     def _undecided(self, settled: Settled, sums_of: SumsOf) -> np.ndarray:
         """Places of the axles at rest, which turn or stick."""
         return self.axles.resting_on_ground()
+
+    def _ways(self) -> np.ndarray:
+        """(N,) int, signs of the rates that axles would have if they turned, where that matters."""
+        return np.ones(len(self.axles.modes), int)
 
     def _take(self, settled: Settled) -> None:
         """The modes of the axles at rest; one that has come to its bound goes where it has been let go (rule 4 of

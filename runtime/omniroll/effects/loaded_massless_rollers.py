@@ -5,8 +5,8 @@ The rules of massless_rollers.py hold for each roller, those of loaded_axles.py 
 1. Under the law `viscous` the state says which rollers stick in each set of contacts that may carry. Under
    `regularised` what is asked of a roller goes with its load, and one that begins to turn moves loads. So rollers and
    axles are decided together with the loads.
-2. Of a load the bearing of a roller that turns leaves what is in no proportion to it: in its modes a phase has loads
-   that are found by Newton's rule (loads_beside_bearings.py).
+2. Of a load the bearing of a roller that turns leaves what is in no proportion to it, and one with viscous friction
+   takes what is not, either: in its modes a phase has loads that are found by Newton's rule (loads_beside_bearings.py).
 3. A roller has no inertia, and nothing keeps it turning. At each instant all are decided anew: one that has turned so
    far goes on where it is asked for more than its sliding torque, one that has stuck begins where it is asked for more
    than its break-away torque, and loads that jump may change both.
@@ -25,7 +25,7 @@ from omniroll.effects.ground_loads import Carried, SumsOf
 from omniroll.effects.guards import PASSED
 from omniroll.effects.loaded_axles import Settled
 from omniroll.effects.loaded_bearings import GroundBesideBearings
-from omniroll.effects.loads_beside_bearings import BesideBearings, settled
+from omniroll.effects.loads_beside_bearings import BesideBearings, at_loads, left_function, settled, taken_and_gain
 from omniroll.effects.massless_rollers import rows_along_axles, torque_rounding
 from omniroll.effects.slipping_bearings import MasslessSlippingBearings
 from omniroll.kernels.kernel import Kernel
@@ -57,11 +57,12 @@ class GroundBesideMasslessRollers(GroundBesideBearings):
         self._held = own["contact_holding"]
         self._look = kernel.bind("slip_spins", buffers | stuck | own)
         self._beside: BesideBearings | None = None
-        if "left_loads" in kernel.signatures:
-            signature = kernel.signatures["left_loads"]
+        if function := left_function(kernel):
+            signature = kernel.signatures[function]
             for argument in (*signature.inputs, *signature.outputs):
                 buffers.setdefault(argument.name, np.zeros(argument.shape))
-            self._left_loads = kernel.bind("left_loads", buffers)
+            self._says_what_is_left = [argument.name for argument in signature.outputs]
+            self._find_left = kernel.bind(function, buffers)
 
     # What has happened
 
@@ -97,9 +98,11 @@ class GroundBesideMasslessRollers(GroundBesideBearings):
 
     def _left(self, loads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N,) and (N,), loads that bearings take, and the gains at loads (N,)."""
-        self.buffers["load_about"][:] = loads
-        self._left_loads()
-        return self.buffers["bearing_load"].copy(), self.buffers["load_gain"].copy()
+        for name, value in at_loads(loads).items():
+            if name in self.buffers:
+                self.buffers[name][:] = value
+        self._find_left()
+        return taken_and_gain({name: self.buffers[name].copy() for name in self._says_what_is_left})
 
     def _put(self, modes: np.ndarray, bounds: np.ndarray) -> None:
         super()._put(modes, bounds)
@@ -156,6 +159,12 @@ class GroundBesideMasslessRollers(GroundBesideBearings):
         rollers = self.axles.contact
         turns = np.abs(self._asked_of_rollers()) >= self.axles.sliding[rollers]
         return np.append(np.flatnonzero(self.axles.resting[: self.axles.wheels]), rollers[turns & self.carries])
+
+    def _ways(self) -> np.ndarray:
+        """As for axles; a roller turns as its wheel moves along the axle."""
+        ways = super()._ways()
+        ways[self.axles.contact] = np.where(self._asked_of_rollers() > 0, -1, 1)
+        return ways
 
     # What holds them
 

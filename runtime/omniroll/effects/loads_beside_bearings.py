@@ -3,14 +3,19 @@ the root of N^2 - b^2, where b is the load whose whole friction along the axle t
 
 So loads, which are solved together with accelerations, are found by Newton's rule: about some loads the friction is
 linear in the loads (maxima, contact_loads). Below b, where the rule may lead on its way, nothing is left.
+
+A bearing with viscous friction takes what goes with the load as well, by the slip along the axle, and leaves something
+of each load.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from omniroll.effects.ground_loads import Carried
+from omniroll.kernels.kernel import Kernel
 
 TIP = 1e-12  # of b: nearer to it hardly anything is left
 LEAST = 1e-9  # N, about which friction is linear at least; where a bearing takes nothing
@@ -18,6 +23,37 @@ ROUNDS = 50
 SETTLED = 1e-14  # of the weight
 ROUNDED = 1e-11  # of the weight: steps below this that do not fall any more are rounding
 SURE = 0.1  # of SETTLED: where the next step would be, if steps go on falling as their squares
+LEFT = (
+    "left_loads",
+    "damped_loads",
+    "corner_loads",
+)  # functions that say what bearings leave; a kernel has one at most
+
+
+def left_function(kernel: Kernel) -> str | None:
+    """The name of the one that a kernel has."""
+    return next((name for name in LEFT if name in kernel.signatures), None)
+
+
+def at_loads(loads: np.ndarray) -> dict[str, np.ndarray]:
+    """What these functions take of loads (..., N), by name."""
+    return {"load_about": loads, "bearing_factor": 1 / np.maximum(loads, LEAST)}
+
+
+def left_of(kernel: Kernel, values: Mapping[str, Any], loads: np.ndarray) -> dict[str, np.ndarray]:
+    """What this function gives of loads (..., N), by name; `values` has what else it takes, and more."""
+    function = left_function(kernel)
+    assert function is not None
+    signature, known = kernel.signatures[function], {**values, **at_loads(loads)}
+    found = kernel.call(function, *(np.real(known[argument.name]) for argument in signature.inputs))
+    outputs = [argument.name for argument in signature.outputs]
+    return dict(zip(outputs, found if len(outputs) > 1 else (found,), strict=True))
+
+
+def taken_and_gain(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """From what it gives: b (..., N) and the gain. Beside viscous friction there is no b."""
+    gain = found["load_gain"]
+    return found.get("bearing_load", np.zeros_like(gain)), gain
 
 
 @dataclass(frozen=True)

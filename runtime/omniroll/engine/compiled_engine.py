@@ -19,6 +19,7 @@ import numpy as np
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
+from omniroll.effects.loads_beside_bearings import left_function
 from omniroll.effects.massless_rollers import given_in_rows
 from omniroll.engine import workspace
 from omniroll.engine.outlook import FIRST, outlook_of
@@ -221,12 +222,12 @@ class CompiledRun:
         """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come.
 
         Where wheels may slip also `speeds`: by name what contacts have, as Contacts takes it, with the modes of
-        massless rollers that may stick, or beside contacts that stick their spins.
+        massless rollers that may stick, or their spins, beside contacts that stick and where these follow loads.
         """
         state: dict[str, Any] = {name: array.copy() for name, array in state_of(self).items()}
         own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
         speeds = {name: self.speeds(name).copy() for name in own}
-        state["speeds"] = speeds | (self._spins(speeds) if self._is_cut else self.massless_modes())
+        state["speeds"] = speeds | (self._spins(speeds) if self._spins_follow else self.massless_modes())
         return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
 
     def _end_axial(self) -> np.ndarray | None:
@@ -325,13 +326,24 @@ class CompiledRun:
         """Whether massless rollers may stick beside contacts that may."""
         return "corner_forces" in self.kernel.signatures
 
+    @property
+    def _spins_follow(self) -> bool:
+        """Whether their spins follow from more than speeds and modes: from headings, or from loads."""
+        return self._is_cut or left_function(self.kernel) is not None
+
     def _spins(self, speeds: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """(N,) in rad/s by name, spins of such rollers, where contacts have `speeds` by name."""
-        modes = {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in ("sticks", "slip_heading")}
-        modes |= self.massless_modes()
         grip = self.task.effects.grip(self.task.kernel.vehicle)
-        if grip is not None and grip.balance:  # the loads of now are known
-            grip = replace(grip, loads=self._loads(), balance=None)
+        if self._is_cut:
+            modes = {
+                name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in ("sticks", "slip_heading")
+            }
+            if grip is not None and grip.balance:  # the loads of now are known
+                grip = replace(grip, loads=self._loads(), balance=None)
+        else:
+            drives = dict(zip(self.task.effects.drives(), Recorded(self).drive[-1], strict=True))
+            modes = {"heading": self.pose[2]} | drives
+        modes |= self.massless_modes()
         contacts = Contacts(self.task.kernel, speeds, grip, lambda: modes)
         return {"contact_spin": contacts.spins(self.nu, self.chi).copy()}
 

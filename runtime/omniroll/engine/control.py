@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects.ground_with_massless_rollers import GroundWithMasslessRollers
+from omniroll.effects.loaded_massless_rollers import GroundBesideMasslessRollers
 from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.runs import Task
@@ -78,7 +79,7 @@ class ReferenceRun:
         rollers = self.engine.acting.slipping_rollers
         if isinstance(rollers, MasslessRollers):
             speeds |= rollers.inputs()
-        if isinstance(self.engine.acting.ground, GroundWithMasslessRollers):
+        if isinstance(self.engine.acting.ground, GroundWithMasslessRollers | GroundBesideMasslessRollers):
             speeds["contact_spin"] = found.contact_spin[-1]
         return end | {"axial": axial if found.roller_model == "free" else None, "speeds": speeds}
 

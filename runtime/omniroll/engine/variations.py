@@ -21,7 +21,7 @@ from numpy.polynomial import legendre
 from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import BEARINGS, EffectSet
 from omniroll.effects.ground_loads import Carried
-from omniroll.effects.loads_beside_bearings import BesideBearings, settled
+from omniroll.effects.loads_beside_bearings import BesideBearings, left_function, left_of, settled, taken_and_gain
 from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
 from omniroll.engine.pieces_of_steps import PiecesOfSteps
@@ -121,7 +121,7 @@ class Deviations:
         self.grips, self.loaded = "sticks" in drives, "carries" in drives
         self.coupled = self.loaded and "contact_viscous" not in effects.names()
         self.corners = self.coupled and "corner_loads" in bound.signatures
-        self.plain, self.left = bound, self.corners or (self.coupled and "left_loads" in bound.signatures)
+        self.plain, self.left = bound, self.coupled and left_function(bound) is not None
         self.at_rest = effects.grip(bound.vehicle).loads if self.loaded else None
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
@@ -267,14 +267,9 @@ class Deviations:
         about loads (..., N), whose tangents are none."""
         if not self.left:
             return {"load_factor": loads}
-        function, taken = ("corner_loads", ("chi", "contact_bearing", "friction")) if self.corners else (
-            "left_loads", ("chi", "contact_bearing")
-        )  # fmt: skip
 
         def left(there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            given = {name: np.real(known[name]) for name in taken}
-            bearing_load, gain, *_ = call_named(self.plain, function, dict(known) | given | {"load_about": there})
-            return bearing_load, gain
+            return taken_and_gain(left_of(self.plain, known, there))
 
         turns = (np.real(known["contact_sticks"]) < 0.5) & (np.real(known["carries"]) > 0.5)
         if self.corners:

@@ -7,7 +7,7 @@ import numpy as np
 from omniroll.effects.ground import AT_REST, Grip, slip_roundings, slip_says
 from omniroll.effects.ground_loads import ROUNDINGS, Carried, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
-from omniroll.effects.loads_beside_bearings import BesideBearings, settled
+from omniroll.effects.loads_beside_bearings import BesideBearings, left_of, settled, taken_and_gain
 from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -247,15 +247,11 @@ class Contacts:
         turns = (values["contact_sticks"] < 0.5) & carries
         given = values | {"friction": self.grip.sliding}
 
-        def left(there: np.ndarray) -> list[np.ndarray]:
-            name = "corner_loads" if self.grip.sticks else "left_loads"
-            return call_named(self.kernel, name, given | {"load_about": there})
-
-        beside = BesideBearings.at(lambda there: tuple(left(there)[:2]), turns, about)
+        beside = BesideBearings.at(lambda there: taken_and_gain(left_of(self.kernel, given, there)), turns, about)
         values["load_factor"] = np.where(turns, beside.factor(loads), values["load_factor"])
         if not self.grip.sticks:
             values["bearing_factor"] = 1 / beside.about
             return
-        values["load_factor"] *= np.where(turns, left(beside.about)[2], 1.0)
+        values["load_factor"] *= np.where(turns, left_of(self.kernel, given, beside.about)["left_part"], 1.0)
         by_load = values["slips"] & (values["contact_sticks"] > 0.5)
         values["contact_bearing"] = np.where(by_load, loads * values["held_by_load"], values["contact_bearing"])
