@@ -23,11 +23,8 @@ ROUNDS = 50
 SETTLED = 1e-14  # of the weight
 ROUNDED = 1e-11  # of the weight: steps below this that do not fall any more are rounding
 SURE = 0.1  # of SETTLED: where the next step would be, if steps go on falling as their squares
-LEFT = (
-    "left_loads",
-    "damped_loads",
-    "corner_loads",
-)  # functions that say what bearings leave; a kernel has one at most
+# Functions that say what bearings leave; a kernel has one at most.
+LEFT = ("left_loads", "damped_loads", "corner_loads")
 
 
 def left_function(kernel: Kernel) -> str | None:
