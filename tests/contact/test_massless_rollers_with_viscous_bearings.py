@@ -1,6 +1,6 @@
 """Massless rollers whose bearings stick and have viscous friction, too, under the laws viscous and regularised: closed
-forms, every body, the laws in every row, both engines, free rollers as their inertia goes to zero, and under viscous
-loads that follow the motion."""
+forms, every body, the laws in every row, both engines, free rollers as their inertia goes to zero, and under loads that
+follow the motion."""
 
 from dataclasses import replace
 from fractions import Fraction
