@@ -1,6 +1,6 @@
 """Massless rollers whose bearings stick and have viscous friction, too, under the laws viscous and regularised: closed
-forms, every body, the laws in every row, both engines, free rollers as their inertia goes to zero, and under viscous
-loads that follow the motion."""
+forms, every body, the laws in every row, both engines, free rollers as their inertia goes to zero, and under loads that
+follow the motion."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -517,3 +517,23 @@ def test_about_a_load_forces_are_linear_as_those_of_the_law(part, drag):
     assert (off[1] <= 1e-4 * whole).all()
     assert (off[0] <= 0.011 * off[1] + 1e-14 * whole).all()
     assert (np.abs(forces(1e-9, 1e-9)) <= 1e-9).all() or drag == 0
+
+
+@pytest.mark.parametrize("number", [3, pytest.param(6, marks=pytest.mark.long)])
+def test_free_rollers_tend_to_it_under_loads_that_follow(number):
+    """At first order of their inertia, beside a fiftieth of the friction: light rollers that are braked fast lift the
+    vehicle as they begin."""
+    vehicle, options = rubbing_under_loads(number, "regularised")
+    contact, bearings, *others = options["effects"]
+    gentle = replace(bearings, roller_break_away=None, roller_viscous=np.array(bearings.roller_viscous) / 50)
+    options |= {"effects": [contact, gentle, *others], "accuracy": 1e-9, "duration": 0.01}
+    limit, times = simulate(vehicle, **options), np.linspace(0, 0.01, 11)
+
+    def distance(inertia):
+        return distance_at(
+            simulate(replace(vehicle, roller_inertia=inertia), **options | {"roller_model": "free"}), limit, times
+        )
+
+    far, near = distance(1e-8), distance(1e-9)
+    assert far < 1e-4
+    assert 0.99 <= np.log10(far / near) <= 1.01
