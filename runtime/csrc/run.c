@@ -158,6 +158,10 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     wheel_momenta(run, &work);
 #endif
     const long long first = run->row_count;
+#if SET_CORNERS
+    double fold = -1;               /* the last instant at which a roller has stopped in a fold               */
+    work.under_loads->folds = 0;
+#endif
     int status = first_row(run, &work);
     while (status == OMNIROLL_RUN_DONE) {
         status = pass_instant(run, &work);
@@ -173,6 +177,10 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         status = advance(run, &work, &s, wheels);
         if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
+#if SET_CORNERS
+        else if (status == OMNIROLL_RUN_NO_STEP && run->elapsed > fold && stops_in_fold(run, &work))
+            status = OMNIROLL_RUN_DONE, fold = run->elapsed;
+#endif
     }
     run->sweep_count += s.sweeps;
     return status;

@@ -2,6 +2,8 @@
 the Python engine's motion, how random scenes end, sessions and sweeps. Closed forms and every body are in
 test_massless_rollers_and_loads.py."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from contact.in_steps import (
 from contact.test_axles_under_loads import ENGINES, run_or_stop
 from contact.test_massless_rollers_and_loads import assert_the_laws_hold, scene
 from contact.test_massless_rollers_beside_coulomb import changes
+from contact.test_massless_rollers_that_stick import LAW, residuals
 from omniroll import Bearings, Contact, TorqueTable, Vehicle, simulate
 from omniroll.engine.motion import Motion
 from omniroll.engine.simulate import checked_task
@@ -121,6 +124,38 @@ def test_a_roller_stops_where_its_spin_is_zero(by):
     modes = Motion(run).massless.modes.reshape(len(run), -1)[:, 1]
     (stop,) = np.flatnonzero((modes[:-1] == 1) & (modes[1:] == 0))
     assert run.contact_spin[:, 1].max() > 1 and abs(run.contact_spin[stop, 1]) < 1e-9
+
+
+TALL = 0.25  # m, up to which the centre of mass of tall scenes is
+
+
+def test_modes_and_loads_are_found_where_rollers_break_away_under_loads_that_follow():
+    """Each roller that turns takes less than the one that has held, and the loads that follow would not let it go."""
+    vehicle, options = scene(632, TALL)
+    own, other = (simulate(vehicle, duration=1e-4, engine=engine, **options) for engine in ENGINES)
+    assert max(residuals(vehicle, options["effects"], own).values()) <= LAW
+    assert own.ground_load[0] == pytest.approx(other.ground_load[0], rel=1e-10)
+    assert own.nu[-1] == pytest.approx(other.nu[-1], rel=1e-10, abs=1e-12)
+
+
+def test_a_roller_stops_in_a_fold_of_friction_and_loads():
+    """It still turns where the solution in which it does ends; that in which it sticks is the one which the Python
+    engine finds there, beginning with loads at rest."""
+    vehicle, options = scene(409)
+    run = simulate(vehicle, duration=LONGER, **options)
+    modes = Motion(run).massless.modes.reshape(len(run), -1)
+    stops = (np.diff(run.t) == 0)[:, None] & (modes[:-1] != 0) & (modes[1:] == 0)
+    ((fold, wheel),) = np.argwhere(stops & (np.abs(run.contact_spin[:-1]) > 0.01))
+    assert run.contact_spin[fold + 1, wheel] == 0
+    ground, *others = options["effects"]
+    state = {"nu": run.nu[fold], "chi": run.chi[fold], "pose": run.pose[fold], "start_time": run.t[fold]}
+    effects = [replace(ground, wheel_rates=run.quantity("rates")[fold]), *others]
+    options |= state | {"effects": effects}
+    at_once = simulate(vehicle, duration=1e-9, engine="python", **options)
+    assert run.ground_load[fold + 1] == pytest.approx(at_once.ground_load[0], rel=1e-10)
+    behind = simulate(vehicle, duration=LONGER - run.t[fold], **options)
+    assert max(residuals(vehicle, effects, behind).values()) <= LAW
+    assert behind.nu[-1] == pytest.approx(run.nu[-1], rel=1e-8)
 
 
 # Which engine runs

@@ -43,6 +43,8 @@ typedef struct {
 typedef struct {
     double pair[2*MOST_WHEELS], way[2*MOST_WHEELS];
     int still[MOST_WHEELS], turns;
+    int seeks_sets;                 /* whether moments say which contacts carry                              */
+    int folds;                      /* the contact whose roller stops in a fold, counted from 1; 0: none     */
     omniroll_bearing_t before[MOST_WHEELS];
     int *rests;                     /* which contacts rest, under the loads that they have                  */
 } under_loads_t;

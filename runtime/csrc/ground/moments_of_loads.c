@@ -10,14 +10,38 @@
                                        which they were found, are the same */
 #define FLAT 1e-12                  /* of its terms: a determinant that is no more is rounding                 */
 
+/* Where moments say which contacts carry, those do whose springs would be compressed: of all loads with these moments
+ * that pull on no contact they have the least norm. Whether that changes something. */
+static int carry_by_moments(omniroll_run_t *run, const work_t *work, const lanes_t *compression)
+{
+    int changes = 0;
+#if SET_CORNERS
+    int carries[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        carries[i] = compression[i][0] > 0 && !run->grips[i].dropped;
+    if (!work->under_loads->seeks_sets || !stands(run, carries))
+        return 0;
+    for (int i = 0; i < run->wheels; i++) {
+        changes |= carries[i] != run->grips[i].carries;
+        run->grips[i].carries = carries[i];
+    }
+    put_carrying(run);
+#endif
+    (void)run, (void)work, (void)compression;
+    return changes;
+}
+
 /* By how much the moments are off that the motion asks for under loads of these, with the modes found for them. */
 static void moments_off(omniroll_run_t *run, const work_t *work, const int *other, const double *moments, double *off)
 {
     instant_t now;
     lanes_t nu_dot[3], compression[MOST_WHEELS], off_by[2];
     const lanes_t sums[3] = {lanes_of(run->ground.sums[0]), lanes_of(moments[0]), lanes_of(moments[1])};
-    at_this_instant(run, work, run->wheels, &now);
-    loads_of_sums(run->wheels, &now.point, sums, compression);
+    for (int k = 0, changes = 1; k < 2*run->wheels && changes; k++) {
+        at_this_instant(run, work, run->wheels, &now);
+        loads_of_sums(run->wheels, &now.point, sums, compression);
+        changes = carry_by_moments(run, work, compression);
+    }
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->load = grip->carries ? fmax(compression[i][0], LEAST_LOAD*run->ground.weight) : 0;

@@ -1,6 +1,8 @@
 /* Static friction above the sliding one under loads that follow the motion: rounds in which modes and loads are found
  * together. The reasons are in runtime/omniroll/effects/rounds_with_loads.py; the names are the same. */
 #if SET_LOADS && SET_GRIPS
+#define STARTS 2                    /* on the way to each contact, where loads are looked for elsewhere          */
+
 /* The modes of what rests, under the loads that contacts have. `other`: of contacts alone those that are asked for too
  * much, beside bearings what is let go. */
 static void find_modes(omniroll_run_t *run, const work_t *work, const int *other);
@@ -60,16 +62,29 @@ static void put_friction(omniroll_run_t *run, const work_t *work, const friction
     friction_in_lanes(run, work);
 }
 
+/* Contacts whose friction is one in a round, of those that rest `rests`: also those that do as soon as their rollers
+ * turn. */
+static void find_in_rounds(const omniroll_run_t *run, const work_t *work, const int *rests, int *in_rounds)
+{
+    for (int i = 0; i < run->wheels; i++) {
+        in_rounds[i] = rests[i];
+#if SET_CORNERS
+        in_rounds[i] |= fabs(work->under_loads->pair[2*i + 1]) <= slip_rounding(run, i);
+#endif
+    }
+    (void)work;
+}
+
 #if SET_STANDS
-/* Whether a bearing is one of those that rest. Of a contact that slips the state says whether its massless roller
- * turns. */
-static int rests_in_rounds(const work_t *work, const int *rests, int k, const omniroll_bearing_t *bearing)
+/* Whether a bearing is one of those that rest. A massless roller is one that has stuck so far, whatever its contact
+ * does: which it does follows from the loads. */
+static int rests_in_rounds(const work_t *work, int k, const omniroll_bearing_t *bearing)
 {
 #if SET_CORNERS
-    if (k >= work->own.rollers_at && !rests[k - work->own.rollers_at])
-        return 0;
+    if (k >= work->own.rollers_at)
+        return work->under_loads->before[k - work->own.rollers_at].resting;
 #endif
-    (void)work, (void)rests, (void)k;
+    (void)work, (void)k;
     return bearing->resting;
 }
 #endif
@@ -88,7 +103,7 @@ static void put_one_friction(omniroll_run_t *run, const work_t *work, const int 
 #if SET_STANDS
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        if (!rests_in_rounds(work, rests, k, bearing))
+        if (!rests_in_rounds(work, k, bearing))
             continue;
         if (bearing->broken)
             bearing->holding = bearing->sliding;
@@ -110,7 +125,7 @@ static int break_away(omniroll_run_t *run, const work_t *work, const int *rests)
 #if SET_STANDS
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        const int breaks = rests_in_rounds(work, rests, k, bearing) && bearing->mode && !bearing->broken;
+        const int breaks = rests_in_rounds(work, k, bearing) && bearing->mode && !bearing->broken;
         bearing->broken |= breaks, further |= breaks;
     }
 #endif
@@ -124,16 +139,30 @@ static void begin_again(omniroll_run_t *run, const work_t *work, const friction_
     run->ground = own->ground;
 #if SET_CORNERS
     memcpy(work->under_loads->rests, own->rests, sizeof *own->rests*(size_t)run->wheels);
+    work->under_loads->seeks_sets = 0;
 #endif
     put_friction(run, work, own);
     put_carrying(run);
+}
+
+/* Loads to begin with: they act on one of the lines from the middle to the contacts. */
+static void start_at(omniroll_run_t *run, const work_t *work, int start)
+{
+    const double part = (start/run->wheels + 1.0)/(STARTS + 1);
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].load = run->ground.weight*((1 - part)/run->wheels + part*(i == start%run->wheels));
+#if SET_CORNERS
+    work->under_loads->seeks_sets = 1;
+#endif
+    (void)work;
 }
 
 /* Modes and loads by such rounds; returns what take_turns() does. */
 static int take_rounds(omniroll_run_t *run, const work_t *work, const int *rests, const int *other,
                        const friction_t *own)
 {
-    int found;
+    int found, in_rounds[MOST_WHEELS];
+    find_in_rounds(run, work, rests, in_rounds);
     for (int i = 0; i < run->wheels; i++)
         work->broken[i] = own->grips[i].released;
 #if SET_STANDS
@@ -142,11 +171,27 @@ static int take_rounds(omniroll_run_t *run, const work_t *work, const int *rests
 #endif
     do {
         begin_again(run, work, own);
-        put_one_friction(run, work, rests);
+        put_one_friction(run, work, in_rounds);
         found = take_moments(run, work, rests, other);
-    } while (found > 0 && break_away(run, work, rests));
+        for (int start = 0; found <= 0 && start < STARTS*run->wheels; start++) {
+            begin_again(run, work, own);
+            put_one_friction(run, work, in_rounds);
+            start_at(run, work, start);
+            found = take_moments(run, work, rests, other);
+        }
+    } while (found > 0 && break_away(run, work, in_rounds));
     put_friction(run, work, own);
+#if SET_STANDS
+    for (int k = 0; k < run->own_count; k++)
+        own_bearings(run)[k].broken = 0;
+#endif
     return found;
+}
+
+/* Whether no loads are found in some modes since Newton's rule does not come to an end. */
+static int lacks_loads(const omniroll_run_t *run)
+{
+    return run->ground.failure == OMNIROLL_LOADS_NONE && !isfinite(run->ground.failed_sums[1]);
 }
 
 /* Modes and loads that belong together; whether they have been found. */
@@ -155,11 +200,16 @@ static int find_modes_and_loads(omniroll_run_t *run, const work_t *work, const i
     const friction_t own = keep_friction(run, work, rests);
     carrying_t last;
     int found = take_turns(run, work, rests, other);
-    if (found >= 0)
+    if (found > 0 || (found == 0 && !lacks_loads(run)))
         return found;
     try_present_set(run, work, &last);
+    if (!isfinite(last.sums[1])) {              /* then those of before are told                        */
+        memcpy(last.sums, own.ground.sums, sizeof last.sums);
+        for (int i = 0; i < run->wheels; i++)
+            last.compression[i] = own.grips[i].load;
+    }
     found = take_rounds(run, work, rests, other, &own);
-    if (found < 0)
+    if (found < 0 || (found == 0 && lacks_loads(run)))
         fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
     return found > 0;
 }

@@ -421,7 +421,7 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
     const int may_stick = carries_at_rest(run, work, rests, &at_rest);
     for (int i = 0; i < run->wheels; i++)
         resting |= run->grips[i].resting;
-    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE)) {
+    if (!may_stick && !((resting || lacks_loads(run)) && run->ground.failure == OMNIROLL_LOADS_NONE)) {
         put_refusal(run, &at_rest);
         return 0;
     }
@@ -429,6 +429,14 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
         tell_what_tips(run, &at_rest);
         return 0;
     }
+#if SET_CORNERS
+    if (!sticks_behind_fold(run, work)) {
+        carrying_t found;
+        try_present_set(run, work, &found);
+        fail(run, OMNIROLL_LOADS_UNSETTLED, &found);
+        return 0;
+    }
+#endif
     if (!is_determined(run, work))
         return 0;
 #if SET_CORNERS

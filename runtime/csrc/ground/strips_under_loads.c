@@ -3,6 +3,7 @@
  * found in turn. The numbered rules are in runtime/omniroll/effects/loaded_ground_with_massless_rollers.py. */
 
 #define LOCATED 1e-9                /* of its sliding torque: so near to it a roller is that has come to rest       */
+#define NEAR_FOLD 0.1               /* the coupled matrix has less where steps end before a fold                    */
 
 /* ---- what the state says -------------------------------------------------------------------------------------- */
 
@@ -67,10 +68,11 @@ static void turn_under_loads(const under_loads_t *start, int i, double asked, in
                              omniroll_bearing_t *roller)
 {
     const omniroll_bearing_t *const before = start->before + i;
-    const int turned = !before->resting || (start->turns > PATIENT_TURNS && now);
+    const int turned = !before->resting || roller->broken || (start->turns > PATIENT_TURNS && now);
     const double bound = bound_under_loads(before, turned);
     const double beyond = fabs(asked) - bound, rounding = PASSED*rounding_of_holding(asked, bound);
-    if (carries && (beyond > (turned ? -rounding : rounding) || (before->resting && roller->released))) {
+    const int turns = beyond > (turned ? -rounding : rounding) || (before->resting && roller->released);
+    if (carries && turns && start->folds != i + 1) {
         roller->mode = asked > 0 ? -1 : 1, roller->resting = 0;
         return;
     }
@@ -129,4 +131,55 @@ static int undecided_under_loads(const omniroll_run_t *run, const work_t *work, 
             which[count++] = rollers + i;
     }
     return count;
+}
+
+/* ---- folds ---------------------------------------------------------------------------------------------------- */
+
+/* The contact in a corner of whose load the bearing takes the largest part; -1 where there is none. */
+static int steepest_corner(const omniroll_run_t *run, const work_t *work)
+{
+    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], most = 0;
+    int contact = -1;
+    find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
+    for (int i = 0; i < run->wheels; i++) {
+        const omniroll_grip_t *const grip = run->grips + i;
+        const double part = in_series(run, work)[i].sliding/(arm[i]*grip->sliding[0]*grip->load);
+        if (slides(run, i) && roller_mode(run, i) && part > most)
+            contact = i, most = part;
+    }
+    return contact;
+}
+
+/* Where a bearing takes nearly all of a load, what it leaves feels changes of the load far more than its part. Where
+ * the friction left brings that load, two solutions of loads and friction come to one, and behind that instant, a
+ * fold, there is none of the two: steps that come there become too small. What else there may be is that the roller
+ * stops. Whether the run is at such an instant, or just behind it, where no loads are found: it does then. */
+static int stops_in_fold(omniroll_run_t *run, const work_t *work)
+{
+    const int contact = steepest_corner(run, work);
+    instant_t now;
+    lanes_t nu_dot[3];
+    at_this_instant(run, work, run->wheels, &now);
+    core_rates(run->wheels, &now.point, nu_dot);
+    const loads_t *const loads = now.point.loads;
+    if (contact < 0 || (loads->determinant[0] > NEAR_FOLD && !isnan(loads->sums[1][0])))
+        return 0;
+    stop_on_disk(in_series(run, work) + contact);
+    work->under_loads->folds = contact + 1;
+    run->hold.undecided = run->ground.undecided = 1;
+    return 1;
+}
+
+/* Whether the roller that has stopped in a fold sticks under the loads that have been found, if there is one. */
+static int sticks_behind_fold(omniroll_run_t *run, const work_t *work)
+{
+    under_loads_t *const start = work->under_loads;
+    const int i = start->folds - 1;
+    double asked[MOST_WHEELS];
+    if (i < 0)
+        return 1;
+    start->folds = 0;
+    asked_of_rigid(run, work, start, asked);
+    const double bound = bound_under_loads(start->before + i, 0);
+    return !run->grips[i].carries || fabs(asked[i]) - bound <= PASSED*rounding_of_holding(asked[i], bound);
 }

@@ -46,11 +46,12 @@ SumsOf = Callable[[np.ndarray], np.ndarray]  # from loads (..., N) that friction
 
 class GroundFailsError(ArithmeticError):
     """The ground and the vehicle do not go on together; `wheel` is the number of one that has to do with it, and
-    `failure` one of FAILURES; `tips`, whether that is since the vehicle tips."""
+    `failure` one of FAILURES; `tips`, whether that is since the vehicle tips; `ends`, whether loads have been found, be
+    they such that no wheel has them: Newton's rule has come to an end."""
 
-    def __init__(self, reason: str, wheel: int, failure: str, tips: bool = False):
+    def __init__(self, reason: str, wheel: int, failure: str, tips: bool = False, ends: bool = True):
         super().__init__(reason)
-        self.wheel, self.failure, self.tips = wheel, failure, tips
+        self.wheel, self.failure, self.tips, self.ends = wheel, failure, tips, ends
 
 
 @dataclass(frozen=True)
@@ -235,4 +236,4 @@ class Loads:
             f"loads and friction {what}: {in_one}{load}, the vehicle weighs {self.weight:.6g} N, and {determinant}"
             f"{asked}; a lower centre of mass or less friction gives one solution"
         )
-        raise GroundFailsError(reason, wheel, what)
+        raise GroundFailsError(reason, wheel, what, ends=bool(np.isfinite(found.compression).all()))

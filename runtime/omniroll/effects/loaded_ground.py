@@ -136,7 +136,7 @@ class LoadedGround(Ground):
             self.off = ~self.loads.carries | self.loads.dropped
             self.trying(~self.off)
             self.load = np.where(self.off, 0.0, self.load)
-            if not (rests & ~self.off).any():
+            if fails.ends and not (rests & ~self.off).any():
                 raise
             return fails
         return None
@@ -170,9 +170,16 @@ class LoadedGround(Ground):
         """Those that may stick beside the contacts."""
         return None
 
-    def bearings_in_rounds(self, rests: np.ndarray) -> np.ndarray:
-        """Which bearings at rest are decided in rounds, with contacts `rests` (N,) bool whose slip is zero."""
+    def bearings_in_rounds(self) -> np.ndarray:
+        """Which bearings are decided in rounds: those at rest."""
         return self.bearings.resting.copy()
+
+    def contacts_in_rounds(self, rests: np.ndarray) -> np.ndarray:
+        """Which contacts (N,) bool are, of those whose slip is zero, `rests` (N,) bool."""
+        return rests
+
+    def carry_by_moments(self, sums: np.ndarray) -> None:
+        """What carries where loads have sums (3,) is what is given."""
 
     def _settle(self, rests: np.ndarray, dynamics: Dynamics) -> None:
         """Friction and loads that belong together; `rests` (N,) bool, contacts whose slip is zero."""
@@ -188,8 +195,13 @@ class LoadedGround(Ground):
 
     def find_modes_and_loads(self, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics) -> None:
         """Modes for the loads and loads for the modes, in turn, or else by the rounds of rounds_with_loads.py."""
-        kept = Kept.of(self)
-        found = self._take_turns(rests, find_modes, dynamics)
+        kept, compression = Kept.of(self), self.pressing
+        try:
+            found = self._take_turns(rests, find_modes, dynamics)
+        except GroundFailsError as fails:
+            if fails.ends:
+                raise
+            found = Carried(compression, self.loads.start, compression, np.array(np.nan))
         if found is not None and not take_rounds(self, kept, rests, find_modes, dynamics):
             self.loads.refuse(UNSETTLED, found)
 

@@ -180,11 +180,28 @@ class LoadedGroundWithMasslessRollers(LoadedGroundWithBearings, GroundWithMassle
         self.moving = ~rests
         return rests
 
-    def bearings_in_rounds(self, rests: np.ndarray) -> np.ndarray:
-        """The same without rollers of contacts that slip: the state says whether these turn."""
-        resting = super().bearings_in_rounds(rests)
-        resting[self.axles.contact[~rests]] = False
+    def bearings_in_rounds(self) -> np.ndarray:
+        """Axles at rest, and rollers that have stuck so far; what their contacts do follows from the loads."""
+        resting = super().bearings_in_rounds()
+        resting[self.axles.contact] = self.before[1]
         return resting
+
+    def contacts_in_rounds(self, rests: np.ndarray) -> np.ndarray:
+        """Also those that rest as soon as their rollers turn."""
+        rounding = self.roundings(self.held["nu"], self.held["rates"], None)
+        return rests | (np.abs(self.speeds[:, 1]) <= rounding)
+
+    def carry_by_moments(self, sums: np.ndarray) -> None:
+        """Those carry whose springs would be compressed: of all loads with sums (3,) that pull on no contact these have
+        the least norm."""
+        loads = self.loads
+        for _ in range(2 * len(self.off)):
+            carries = (loads.springs.shares(loads.carries) @ sums > 0) & ~loads.dropped
+            if (carries == loads.carries).all() or loads.springs.shares(carries) is None:
+                break
+            loads.carries = carries
+        self.off = ~loads.carries
+        self.trying(loads.carries)
 
     def _asked_of_rigid(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
         """(N,) in N m, what would hold the rollers of contacts that slip (N, 2) if they stuck."""

@@ -10,12 +10,17 @@
    what has broken away has its sliding friction, whether it moves or not, and all else its static one. What moves in
    the modes and loads of a round has broken away in the next one, and does not stick by static friction again at that
    instant. The last round is the one in which nothing further breaks away.
-4. All this comes after turns, which most instants need few of.
+4. Massless rollers take part that have stuck so far, also those of contacts that slip: one that would be let go takes
+   what it has held at most, and its sliding torque in the next round. Else the map would jump where it is let go.
+5. Where Newton's rule does not come to an end it begins elsewhere. Massless rollers go with the contacts that carry
+   there, by the moments.
+6. All this comes after turns, which most instants need few of; and where the loads of some modes are not found, since
+   rollers that would turn under the last loads have none in which they do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -23,8 +28,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from omniroll.effects.ground import Dynamics
-from omniroll.effects.ground_loads import Carried
+from omniroll.effects.ground_loads import Carried, GroundFailsError
 
+STARTS = 2  # on the way from the middle to each contact, where loads are looked for elsewhere
 MOMENT_ROUNDS = 40
 MOVED_MOMENT = 1e-7  # of the weight times the vehicle's size: by which slopes are found
 LEAST_PART = 1e-3  # of a step
@@ -51,7 +57,9 @@ class FollowedLoads(Protocol):
     sticks: np.ndarray  # (N,) bool
     turns: int
 
-    def bearings_in_rounds(self, rests: np.ndarray) -> np.ndarray: ...
+    def bearings_in_rounds(self) -> np.ndarray: ...
+    def contacts_in_rounds(self, rests: np.ndarray) -> np.ndarray: ...
+    def carry_by_moments(self, sums: np.ndarray) -> None: ...
     def press(self, found: Carried) -> None: ...
     def sums_in_modes(self, dynamics: Dynamics) -> np.ndarray: ...
     def carry_in_modes(self, rests: np.ndarray, dynamics: Dynamics) -> Carried: ...
@@ -120,29 +128,46 @@ def take_rounds(
     """
     kept.put_back()
     bearings = ground.bearings
-    broken, still = ground.released.copy(), rests
+    broken, in_rounds = ground.released.copy(), ground.contacts_in_rounds(rests)
     if bearings is not None:
-        turned, at_rest = bearings.released != 0, ground.bearings_in_rounds(rests)
+        turned, at_rest = bearings.released != 0, ground.bearings_in_rounds()
+
+    def begin_again() -> None:
+        kept.put_back()
+        ground.grip = _one_friction(ground.grip, broken, in_rounds)
+        if bearings is not None:
+            bearings.sliding = np.where(at_rest & ~turned, bearings.holding, bearings.sliding)
+            bearings.holding = np.where(at_rest & turned, bearings.sliding, bearings.holding)
+
     try:
         while True:
-            ground.grip = _one_friction(ground.grip, broken, rests)
-            if bearings is not None:
-                bearings.sliding = np.where(at_rest & ~turned, bearings.holding, bearings.sliding)
-                bearings.holding = np.where(at_rest & turned, bearings.sliding, bearings.holding)
-            still = _take_moments(ground, rests, find_modes, dynamics)
-            if still is None:
+            begin_again()
+            found = _take_moments(ground, rests, find_modes, dynamics, None)
+            for start in _starts(ground.loads.springs.places):
+                if found:
+                    break
+                begin_again()
+                found = _take_moments(ground, rests, find_modes, dynamics, start)
+            if not found:
                 return False
-            slips = still & ~ground.sticks & ~ground.off & ~broken
+            slips = in_rounds & ~ground.sticks & ~ground.off & ~broken
             further = bool(slips.any())
             if bearings is not None:
-                moves = at_rest & bearings.resting & (bearings.modes != 0) & ~turned
+                moves = at_rest & ground.bearings_in_rounds() & (bearings.modes != 0) & ~turned
                 turned, further = turned | moves, further or bool(moves.any())
             if not further:
                 return True
             broken = broken | slips
-            kept.put_back()
     finally:
         kept.put_back_friction()
+
+
+def _starts(places: np.ndarray) -> Iterator[np.ndarray]:
+    """Points (2,) on the lines from the middle of the contacts (N, 2) to each."""
+    middle = places.mean(axis=0)
+    for k in range(STARTS):
+        part = (k + 1) / (STARTS + 1)
+        yield from (1 - part) * middle + part * places
 
 
 def _one_friction(grip: Any, broken: np.ndarray, rests: np.ndarray) -> Any:
@@ -153,27 +178,40 @@ def _one_friction(grip: Any, broken: np.ndarray, rests: np.ndarray) -> Any:
 
 
 def _take_moments(
-    ground: FollowedLoads, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
-) -> np.ndarray | None:
-    """Contacts (N,) bool whose slip is zero where modes and loads are found (rule 2); None where they are not."""
+    ground: FollowedLoads,
+    rests: np.ndarray,
+    find_modes: FindModes,
+    dynamics: Dynamics,
+    start: np.ndarray | None,
+) -> bool:
+    """Whether modes and loads are found (rule 2).
+
+    start  (2,) in m, where loads act that it begins with; None: where the present ones do, and these contacts carry
+    """
     loads = ground.loads
     still = rests
 
     def off_by(moments: np.ndarray) -> np.ndarray:
         nonlocal still
         sums = np.append(loads.start[0], moments)
+        if start is not None:
+            ground.carry_by_moments(sums)
         compression = loads.springs.shares(loads.carries) @ sums
         ground.press(Carried(np.where(loads.carries, compression, 0.0), sums, compression, np.array(1.0)))
         ground.turns = 0  # a map knows nothing of the modes of before
         still = find_modes(rests)
         return (ground.sums_in_modes(dynamics) - sums)[1:]
 
-    found = root(off_by, loads.springs.rows[:, 1:].T @ ground.load, loads.weight * loads.arm)
+    first = loads.springs.rows[:, 1:].T @ ground.load if start is None else loads.start[0] * start
+    found = root(off_by, first, loads.weight * loads.arm)
     if found is None:
-        return None
+        return False
     off_by(found)
     before = ground.load
-    ground.carry_in_modes(still, dynamics)
-    if np.abs(ground.load - before).max() > SAME_LOADS * loads.weight or ground.turns_to_steady(still, dynamics):
-        return None
-    return still
+    try:
+        ground.carry_in_modes(still, dynamics)
+    except GroundFailsError:
+        return False
+    return not (
+        np.abs(ground.load - before).max() > SAME_LOADS * loads.weight or ground.turns_to_steady(still, dynamics)
+    )
