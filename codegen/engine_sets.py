@@ -394,12 +394,13 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
+PYTHON_ALONE = "damped_ways"  # a function of sets that the Python engine alone runs
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION))
+    runs = all(map(effects.function, MOTION)) and effects.function(PYTHON_ALONE) is None
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

@@ -19,6 +19,7 @@ from omniroll.effects.ground import Grip, Ground
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
 from omniroll.effects.ground_with_bearings import GroundWithBearings
+from omniroll.effects.ground_with_damped_rollers import DampedStripFlow, GroundWithDampedRollers
 from omniroll.effects.ground_with_massless_rollers import GroundWithMasslessRollers, StripFlow
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
@@ -286,7 +287,8 @@ class EffectRun:
                     return GroundBesideMasslessRollers(self.kernel, grip, bearings, self.bound_rates)
                 if grip.balance is not None:
                     return LoadedGroundWithMasslessRollers(self.kernel, grip, bearings, self.bound_rates)
-                return GroundWithMasslessRollers(self.kernel, grip, bearings, self.bound_rates.buffers)
+                own = GroundWithDampedRollers if "damped_ways" in self.kernel.signatures else GroundWithMasslessRollers
+                return own(self.kernel, grip, bearings, self.bound_rates.buffers)
             bearings = SlippingBearings(self.kernel, of_axles, rollers)
             if not grip.sticks:
                 return GroundBesideBearings(self.kernel, grip, bearings, self.bound_rates)
@@ -417,6 +419,8 @@ class EffectRun:
         kind = GroundFlow if ground.grip.balance is None else LoadedFlow
         if isinstance(ground, GroundWithMasslessRollers):
             kind = StripFlow if ground.grip.balance is None else LoadedStripFlow
+        if isinstance(ground, GroundWithDampedRollers):
+            kind = DampedStripFlow
         slip = kind(ground, rates, flow(none, turns, ground.axles.torques())).slip(y)
         try:
             ground.begin(slip, evaluate)

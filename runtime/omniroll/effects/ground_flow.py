@@ -95,6 +95,10 @@ class GroundFlow:
         slip, cos, sin = self.slip(y)[self.turning], np.cos(angles), np.sin(angles)
         return slip[:, 0] * cos + slip[:, 1] * sin, slip[:, 1] * cos - slip[:, 0] * sin
 
+    def are_ahead(self, places: np.ndarray, angles: np.ndarray, along: np.ndarray) -> bool:
+        """Whether slips in states (s, d) go along their directions (s, m), of which they have the parts `along`."""
+        return bool((along >= 0).all())
+
     def slopes(self, time: float, y: np.ndarray, angles: np.ndarray) -> "tuple[np.ndarray, ...]":
         """(d, d) of y' in y, (d, m) of y' in the directions, (m, d) of the slips across them in y; by differences, but
         how the forces turn."""

@@ -236,10 +236,13 @@ class GroundWithBearings(GroundWithAxles):
 
     def _hold_what_falls_back(self) -> bool:
         """Whether a contact that has been let go would come to rest at once. It holds (rule 5)."""
-        falls = -(self.towards * self.held["slip_dot"]).sum(axis=1)
-        contacts = self.released & self.resting & ~self.sticks & (falls > self.settles)
+        contacts = self.released & self.resting & ~self.sticks & (self._falling() > self.settles)
         self.released[contacts] = False
         return bool(contacts.any())
+
+    def _falling(self) -> np.ndarray:
+        """(N,) in m/s^2, how slips fall along the ways that contacts go."""
+        return -(self.towards * self.held["slip_dot"]).sum(axis=1)
 
     def torques_in_rows(self) -> dict[str, np.ndarray]:
         """What rows keep of the bearings (N,), by name."""

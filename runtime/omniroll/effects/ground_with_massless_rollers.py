@@ -216,7 +216,7 @@ class GroundWithMasslessRollers(GroundWithBearings):
         the torques of the bearings."""
         per_torque = 1 / self._reach(self.held["chi"])
         of_ground = self.load[:, None] * friction
-        taken = self.axles.sliding[self.axles.contact] * per_torque
+        taken = self._taken_along()
         left = np.sqrt(np.maximum((of_ground[:, 0] - taken) * (of_ground[:, 0] + taken), 0.0))
         first, second = len(discs), len(discs) + len(rolls)
         reach = np.ones((second + len(axles), 2))
@@ -227,6 +227,10 @@ class GroundWithMasslessRollers(GroundWithBearings):
         strip = np.full(len(reach), np.inf)
         strip[:first] = np.maximum((most[self.axles.contact] * per_torque)[discs], LEAST_REACH * reach[:first, 0])
         return reach, strip
+
+    def _taken_along(self) -> np.ndarray:
+        """(N,) in N, what the bearings of rollers that turn take along the axles of wheels that roll there."""
+        return self.axles.sliding[self.axles.contact] * (1 / self._reach(self.held["chi"]))
 
     def _problem_of(
         self, discs: np.ndarray, rolls: np.ndarray, axles: np.ndarray, given: np.ndarray, evaluate: Evaluate
@@ -270,7 +274,8 @@ def as_if_rigid(wheels: int) -> dict[str, np.ndarray]:
     """What slip_forces takes beside the state, by name, for slips of wheels whose rollers stick."""
     none = np.zeros(wheels)
     forces = {"ground_push": np.zeros((wheels, 2)), "load_factor": np.ones(wheels)}
-    return forces | {"contact_sticks": np.ones(wheels), "contact_bearing": none, "ground_yield": none}
+    modes = {"contact_sticks": np.ones(wheels), "contact_bearing": none}
+    return forces | modes | {"ground_yield": none, "damped_yield": none}
 
 
 class StripFlow(GroundFlow):

@@ -58,13 +58,13 @@ class Step(RadauStep):
             self.angles += turn
             moved = float((np.abs(self.h * (WEIGHTS @ correction)) / scale).max())
             if moved <= AT_REST:
-                return bool((along >= 0).all())
+                return self.flow.are_ahead(places, self.angles, along)
             if moved > CONTRACTS * last:
                 if renewed == RENEWALS or moved <= ROUNDED:
-                    return moved <= ROUNDED and bool((along >= 0).all())
+                    return moved <= ROUNDED and self.flow.are_ahead(places, self.angles, along)
                 solve, renewed = None, renewed + 1
             last = moved
-        return last <= ROUNDED and bool((along >= 0).all())
+        return last <= ROUNDED and self.flow.are_ahead(places, self.angles, along)
 
     def _times(self) -> np.ndarray:
         return self.time + NODES * self.h

@@ -124,7 +124,7 @@ class Contacts:
         values = self._beside(nu, chi)
         sticks = np.broadcast_to(values["sticks"] > 0.5, self.rates.shape)
         values["ground_push"] = np.zeros((*sticks.shape, 2))
-        values["ground_yield"] = np.zeros(sticks.shape)
+        values["ground_yield"], values["damped_yield"] = np.zeros(sticks.shape), np.zeros(sticks.shape)
         slip = self._called("slip_forces", values)["slip"]
         slip[sticks] = 0.0
         heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
@@ -167,10 +167,26 @@ class Contacts:
         rolling direction; puts their slips along the axles (maxima/effects/contact_strip.mac)."""
         turns = values["slips"] & ~(values["contact_sticks"] > 0.5)
         known = {"load": np.where(turns, loads, 1.0), "friction": self.grip.sliding}
+        if "damped_corners" in self.kernel.signatures:
+            return turns, self._slip_beside_dampers(values, known, slip, turns)
         corner = self._called("corner_forces", values | known)
         values["ground_yield"] = np.where(turns, corner["corner_yield"], 0.0)
         slip[turns] = self._called("slip_forces", values)["slip"][turns]
         return turns, corner["corner_force"]
+
+    def _slip_beside_dampers(
+        self, values: dict[str, np.ndarray], known: Mapping[str, np.ndarray], slip: np.ndarray, turns: np.ndarray
+    ) -> np.ndarray:
+        """The same where bearings have viscous friction, of the contacts `turns` (maxima/effects/
+        contact_damped_strip.mac). Where the slip along the rolling direction is zero its heading says its sign."""
+        rounding = slip_roundings(self.kernel.vehicle, values["nu"], self.rates, None)
+        says = np.abs(slip[..., 1]) > rounding
+        sign = np.copysign(1.0, np.where(says, slip[..., 1], values["slip_direction"][..., 1]))
+        towards = {"slip_direction": np.stack([0 * sign, sign], axis=-1)}
+        corner = self._called("damped_corners", values | known | towards)
+        values["damped_yield"] = np.where(turns, corner["root_yield"], 0.0)
+        slip[turns] = self._called("slip_forces", values)["slip"][turns]
+        return corner["damped_force"]
 
     def _under_loads(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """The same under a smooth law whose loads follow the motion."""
