@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from contact.in_steps import assert_samples_are_those_of_finer_runs
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LAWS, LOAD, RELATIVE, nu_dot, slipping_case
-from omniroll import Bearings, Contact, InvalidValueError, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
@@ -284,14 +284,3 @@ def test_without_torque_it_is_the_vehicle_whose_rollers_do_not_stick(number):
         run = simulate(vehicle, duration=0.1, **options | {"effects": [contact, stick, *others]})
         distances.append(distance_at(run, plain, times))
     assert distances[0] < 1e-3 and 0.99 <= np.log10(distances[0] / distances[1]) <= 1.01
-
-
-def test_what_is_not_solved_is_refused():
-    stick = Bearings(roller_coulomb=1e-3)
-
-    def refused(match, contact, bearings):
-        with pytest.raises(InvalidValueError, match=match):
-            simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings])
-
-    rubs = replace(stick, roller_viscous=1e-5)
-    refused("roller_viscous", Contact(law="coulomb", friction=0.5), rubs)

@@ -163,8 +163,6 @@ def test_what_makes_no_sense_is_refused():
     refused("roller_model", Contact(1.0), roller_model="locked")
     refused("contact_spins", Contact(1.0, contact_spins=0), roller_model="massless")
     refused("wheel_rates", Contact(1.0, wheel_rates=(1, 2)))
-    sliding, rubs = Contact(law="coulomb", friction=0.5), Bearings(roller_coulomb=0.1, roller_viscous=0.1)
-    refused("roller_viscous", sliding, rubs, roller_model="massless")
     refused("effects", Contact(1.0), Contact(2.0))
     for coefficient in (-1.0, (1.0, -1.0), (1, 2, 3)):
         with pytest.raises(InvalidValueError, match="coefficient"):
