@@ -373,8 +373,8 @@ def test_the_python_engine_obeys_the_laws_in_every_row(number):
 
 
 def test_the_compiled_engine_obeys_the_laws_in_every_row():
-    stand = sum((run.sticks & (run.quantity("rates") == 0)).any() for run in map(by_compiled, range(20)))
-    assert stand >= 10
+    stand = sum((run.sticks & (run.quantity("rates") == 0)).any() for run in map(by_compiled, range(8)))
+    assert stand >= 4
 
 
 def by_compiled(number):
@@ -385,7 +385,7 @@ def by_compiled(number):
 def test_the_compiled_engine_obeys_the_laws_in_every_row_of_more_scenes():
     """All modes are among them, and loads that vanish."""
     modes, off = set(), 0
-    for number in range(20, 300):
+    for number in range(8, 90):
         run = by_compiled(number)
         modes |= set(zip(run.sticks.ravel().tolist(), (run.quantity("rates") == 0).ravel().tolist(), strict=True))
         off += (run.drive[:, run.effects.drives().index("carries")] == 0).any()
