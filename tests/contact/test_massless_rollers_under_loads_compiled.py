@@ -54,12 +54,12 @@ def test_both_engines_make_the_same_motion_in_many_scenes(number, low):
 def test_random_scenes_end():
     """None hangs, and the laws hold in every row."""
     turned = 0
-    for number in range(200):
+    for number in range(70):
         vehicle, options = scene(number)
         run, why = run_or_stop(vehicle, options, "compiled", 0.05)
         assert not why, (number, why)
         turned += assert_laws_hold(vehicle, options, run).any()
-    assert turned > 100
+    assert turned > 35
 
 
 # Sessions and sweeps

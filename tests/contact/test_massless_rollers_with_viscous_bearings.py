@@ -351,8 +351,8 @@ def test_both_engines_make_the_same_motion_in_many_scenes(number, law):
 
 @pytest.mark.long
 @BOTH_LAWS
-def test_hundreds_of_scenes_run_to_their_ends(law):
-    for number in range(400):
+def test_many_scenes_run_to_their_ends(law):
+    for number in range(100):
         vehicle, options = rubbing(number, law)
         run = simulate(vehicle, duration=0.1, engine="compiled", **options)
         assert run.t[-1] == 0.1, number
@@ -444,9 +444,9 @@ def test_both_engines_make_the_same_motion_under_loads_that_follow(law, number, 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("law, count", [("viscous", 200), ("regularised", 20)])
+@pytest.mark.parametrize("law, count", [("viscous", 60), ("regularised", 20)])
 @pytest.mark.parametrize("low", [True, False])
-def test_hundreds_of_scenes_run_under_loads_that_follow(low, law, count):
+def test_scenes_run_under_loads_that_follow(low, law, count):
     """Low ones run to their ends; of the others some tip, or have no loads, or under `regularised` none that are
     determined."""
     words = ("tips", "no solution", *(("do not determine",) if law == "regularised" else ()))
