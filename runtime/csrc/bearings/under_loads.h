@@ -45,7 +45,8 @@ ALWAYS_INLINE void be_linear_about(const int wheels, const lanes_t *load, const 
 #endif
 
 #if SET_NEARLY_LINEAR && SET_DAMPS_LOADS
-/* Bearings with viscous friction leave something of each load: near these those about which friction is linear. */
+/* Beside viscous friction in bearings: friction is linear about the loads themselves, where these are not next to
+ * nothing. What such a bearing takes goes with the load, so that there is no load all of which it takes. */
 ALWAYS_INLINE void find_about_beside_dampers(const int wheels, const lanes_t *load, loads_t *loads, lanes_t *taken)
 {
     for (int i = 0; i < wheels; i++) {

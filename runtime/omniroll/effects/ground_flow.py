@@ -125,3 +125,12 @@ class GroundFlow:
             by_angle[:, k] = self.plain(time, y) - rates  # linear in the forces
             self.buffers["ground_push"][:] = push
         return by_angle
+
+    def _by_turned_angles(self, time: float, y: np.ndarray, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """The same by differences, where more than the forces themselves turns with a direction."""
+        by_angle = np.empty((len(y), len(angles)))
+        for k in range(len(angles)):
+            turned = angles.copy()
+            turned[k] += MOVED
+            by_angle[:, k] = (self.directed(time, y, turned) - rates) / MOVED
+        return by_angle

@@ -24,7 +24,6 @@ from omniroll.effects.slipping_bearings import SlippingBearings
 from omniroll.kernels.kernel import Flow, Kernel
 from omniroll.vehicles.state import State
 
-TURNED = 1e-7  # rad, of a direction, for slopes by differences
 ALONG_THE_AXLE = 1e-6  # a way with less of the rolling direction is that of the axle
 LEFT_AT_REST = 4.0  # roundings: of what is left of a slip at its rest the bearing may take so much more
 
@@ -239,13 +238,8 @@ class DampedStripFlow(StripFlow):
         return True
 
     def _by_angles(self, time: float, y: np.ndarray, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """(d, m) of y' in the directions, by differences; rates are y' in these."""
-        by_angle = np.empty((len(y), len(angles)))
-        for k in range(len(angles)):
-            turned = angles.copy()
-            turned[k] += TURNED
-            by_angle[:, k] = (self.directed(time, y, turned) - rates) / TURNED
-        return by_angle
+        """As for bearings without viscous friction; by differences, since slips turn with the directions."""
+        return self._by_turned_angles(time, y, angles, rates)
 
 
 def _lengths(vectors: np.ndarray) -> np.ndarray:

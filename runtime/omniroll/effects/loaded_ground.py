@@ -16,7 +16,7 @@ import numpy as np
 
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import CLEARLY, HELD_ROUNDINGS, Dynamics, Grip, Ground
-from omniroll.effects.ground_flow import MOVED, GroundFlow
+from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_loads import NONE, SEVERAL, UNSETTLED, Carried, GroundFailsError, Loads, SumsOf
 from omniroll.effects.guards import EPS, PASSED
 from omniroll.effects.rounds_with_loads import FindModes, Kept, take_rounds
@@ -349,12 +349,7 @@ class LoadedFlow(GroundFlow):
 
     def _by_angles(self, time: float, y: np.ndarray, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """As for loads that are given; by differences, since the loads turn with the directions."""
-        by_angle = np.empty((len(y), len(angles)))
-        for k in range(len(angles)):
-            turned = angles.copy()
-            turned[k] += MOVED
-            by_angle[:, k] = (self.directed(time, y, turned) - rates) / MOVED
-        return by_angle
+        return self._by_turned_angles(time, y, angles, rates)
 
 
 __all__ = ["GroundFailsError", "LoadedFlow", "LoadedGround"]
