@@ -335,7 +335,7 @@ def test_samples_between_rows_are_those_of_finer_runs():
 # What is left to others, and refused
 
 
-def test_the_python_engine_alone_runs_them_without_derivatives_and_loads_that_follow():
+def test_the_python_engine_alone_runs_them_without_derivatives():
     ground = Contact(law="coulomb", friction=FRICTION)
     options = MASSLESS | {"nu": (1.0, 0, 0), "duration": 1e-3}
     run = simulate(CROSS, effects=[ground, BEARINGS], engine="compiled", **options)
@@ -344,6 +344,3 @@ def test_the_python_engine_alone_runs_them_without_derivatives_and_loads_that_fo
         Session(CROSS, effects=[ground, BEARINGS], roller_model="massless", nu=(1.0, 0, 0))
     with pytest.raises(InvalidValueError, match="roller_viscous.*is not followed"):
         simulate(CROSS, effects=[ground, BEARINGS], sensitivities=("nu[0]",), **options)
-    moving = Contact(law="coulomb", friction=FRICTION, loads="dynamic", height=0.01)
-    with pytest.raises(InvalidValueError, match="roller_viscous.*loads that follow the motion"):
-        simulate(CROSS, effects=[moving, BEARINGS], **options)
