@@ -87,6 +87,12 @@ static void rates_of_free(const omniroll_run_t *run, const work_t *work, const l
         kept[k] = work->own.sticks[k], work->own.sticks[k] = lanes_of(gives_its_force(run, work, k));
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
+#if SET_DAMPED_STRIPS
+    int corner[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        corner[i] = slides(run, i) && roller_mode(run, i);
+    put_rigid(&work->own, corner, run->wheels, &now.arrays, &now.point);
+#endif
     rates_of_given_loads(run, work, &now, nu_dot);
     for (int k = 0; k < run->own_count; k++)
         work->own.sticks[k] = kept[k];

@@ -218,6 +218,9 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
 #if !SET_LOADS
     work->own.takes = numbers_part(parts, wheels);
     work->own.scale = numbers_part(parts, wheels);
+#if SET_DAMPED_STRIPS
+    work->own.corner = numbers_part(parts, wheels);
+#endif
     work->own.load = work->load, work->own.friction = work->friction;
 #endif
 #endif
