@@ -439,7 +439,7 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
     if (!sticks_behind_fold(run, work)) {
         carrying_t found;
         try_present_set(run, work, &found);
-        fail(run, OMNIROLL_LOADS_UNSETTLED, &found);
+        fail(run, OMNIROLL_LOADS_BEHIND_FOLD, &found);
         return 0;
     }
 #endif
