@@ -61,9 +61,9 @@ check-generated: $(DEPS_STAMP) ## derive again and compare with the committed ge
 	$(call say,check-generated: Maxima -> compare with generated/)
 	@$(BIN)/python -m codegen --check
 
-what-if: $(DEPS_STAMP) ## derive from a changed maxima/: proofs that fail, equations old and new; generated/ stays
+what-if: $(DEPS_STAMP) ## derive from a changed maxima/: proofs that fail, equations old and new (ONLY=paper: of its own steps)
 	$(call say,what-if: Maxima -> failing proofs and changed equations)
-	@$(BIN)/python -m codegen.what_if
+	@$(BIN)/python -m codegen.what_if $(if $(filter paper,$(ONLY)),--only-paper)
 
 maxima: $(DEPS_STAMP) ## open Maxima with the derivation loaded
 	@$(BIN)/python -m codegen.interactive

@@ -61,9 +61,11 @@ LEFT_LOADS = "left_loads"  # of loads that follow the motion, which friction goe
 DAMPED_LOADS = "damped_loads"  # the same where these bearings have viscous friction
 CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
 CORNER_LOADS = "corner_loads"  # the same of loads that follow the motion
+# The same where these bearings have viscous friction: by the state, and along given directions.
+DAMPED_CORNERS = ("damped_corners", "damped_ways")
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
-OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield")
+OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield", "damped_yield")
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -96,6 +98,7 @@ class EngineSet:
         self.stands = slipping in (BEARINGS, STANDS)
         self.in_series = effects.function(SERIES) is not None
         self.strips = self.in_series and self.grips  # what their bearings take cuts ellipses of the ground's friction
+        self.damped_strips = self.strips and effects.function(DAMPED_CORNERS[0]) is not None
         self.disks_stick = slipping in (BEARINGS, DISKS) and not self.in_series
         self.dynamics = slipping if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
@@ -122,7 +125,7 @@ class EngineSet:
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
         further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
-        further += [CORNERS] * self.strips
+        further += [CORNERS] * self.strips + [*DAMPED_CORNERS] * self.damped_strips
         self.damps_loads = self.loads and effects.function(DAMPED_LOADS) is not None
         self.leaves_loads = self.damps_loads or (self.loads and effects.function(LEFT_LOADS) is not None)
         self.corners = self.loads and self.strips  # bearings leave parts of loads where contacts slip
@@ -394,14 +397,15 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-PYTHON_ALONE = "damped_ways"  # a function of sets that the Python engine alone runs
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and effects.function(PYTHON_ALONE) is None
-    return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
+    if not all(map(effects.function, MOTION)):
+        return ""
+    facts = EngineSet(effects, registry)
+    return "" if facts.damped_strips and facts.loads else template("engine_set.h", facts=facts)
 
 
 def along_set(effects: EffectSet, registry: Registry) -> str:

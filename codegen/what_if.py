@@ -3,7 +3,8 @@
 Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it; they are listed with
 what is left of their claims, in the order of the derivation: the first ones say where the change comes in, the others
 follow. The equations that have changed are printed, old and new, and all equations are written as LaTeX; a text file
-beside that has what is too long for the terminal. Nothing in generated/ changes.
+beside that has what is too long for the terminal. Nothing in generated/ changes. With --only-paper the steps of
+maxima/paper/ are run alone: the same equations, and the proofs about them.
 """
 
 import argparse
@@ -60,10 +61,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m codegen.what_if", description=__doc__)
     parser.add_argument("--script", type=Path, default=SCRIPT, metavar="FILE", help="the derivation's entry")
     parser.add_argument("--old", type=Path, default=ROOT / "generated/data/equations.json", metavar="FILE")
+    parser.add_argument("--only-paper", action="store_true", help="run the steps of maxima/paper/ alone")
     parser.add_argument("--output", type=Path, default=ROOT / "out/what-if/equations.tex", metavar="FILE")
     options = parser.parse_args(arguments)
     try:
-        found = derive(options.script)
+        found = derive(options.script, options.only_paper)
     except MaximaError as problem:
         print(f"codegen: {problem}", file=sys.stderr)
         return 2
@@ -78,10 +80,11 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def derive(script: Path) -> dict:
+def derive(script: Path, only_paper: bool) -> dict:
+    flags = ("collect_failures", "only_paper") if only_paper else ("collect_failures",)
     with tempfile.TemporaryDirectory(prefix="omniroll-") as folder:
         output = Path(folder) / "what-if.json"
-        Maxima.find(say).derive(script, output, lambda line: None, flags=("collect_failures",))
+        Maxima.find(say).derive(script, output, lambda line: None, flags=flags)
         return json.loads(output.read_text(encoding="utf-8"))
 
 

@@ -196,9 +196,11 @@ enum {
 };
 
 /* ground.failure: of the sets of contacts that may carry none fits, several do, or the one does with a coupled matrix
- * whose determinant is not positive; or friction and loads do not find each other where contacts let go. */
+ * whose determinant is not positive; or friction and loads do not find each other where contacts hold or let go, where
+ * no contact does but bearings do, or behind a fold in which a roller has stopped. */
 enum {
-    OMNIROLL_LOADS_NONE = 1, OMNIROLL_LOADS_SEVERAL = 2, OMNIROLL_LOADS_UNDETERMINED = 3, OMNIROLL_LOADS_UNSETTLED = 4
+    OMNIROLL_LOADS_NONE = 1, OMNIROLL_LOADS_SEVERAL = 2, OMNIROLL_LOADS_UNDETERMINED = 3, OMNIROLL_LOADS_UNSETTLED = 4,
+    OMNIROLL_LOADS_UNSETTLED_BEARINGS = 5, OMNIROLL_LOADS_BEHIND_FOLD = 6
 };
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */

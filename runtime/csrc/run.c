@@ -58,6 +58,7 @@
 #include "ground/carrying.c"
 #include "ground/grip.c"
 #include "ground/standing.c"
+#include "ground/damped_strips.c"
 #include "ground/standing_both_ways.c"
 #include "ground/standing_decisions.c"
 #include "run/transitions.c"

@@ -39,17 +39,22 @@ def changes(run, bearings):
     return run.t[first[at]], modes[np.append(0, at)]
 
 
+def assert_runs_agree(own, other, bearings, duration):
+    """A run on the compiled engine, and that on the Python engine."""
+    assert [run.stats["engine"] for run in (own, other)] == ["compiled", "python"]
+    assert own.stats["phases"] == other.stats["phases"]
+    (instants, modes), (theirs, those) = (changes(run, bearings) for run in (own, other))
+    np.testing.assert_array_equal(modes, those)
+    np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-10)
+    assert distance_at(own, other, np.linspace(0, duration, 7)) <= 1e-9
+    size = own.energy.max() + sum(map(abs, own.ledger.contributions.values()))
+    assert abs(own.ledger.residual) <= 1e-11 * size
+
+
 def assert_same_motion(number):
     vehicle, options = scene(number)
     own, other = (simulate(vehicle, duration=DURATION, **options | {"engine": e}) for e in ("compiled", "python"))
-    assert [run.stats["engine"] for run in (own, other)] == ["compiled", "python"]
-    assert own.stats["phases"] == other.stats["phases"]
-    (instants, modes), (theirs, those) = (changes(run, options["effects"][1]) for run in (own, other))
-    np.testing.assert_array_equal(modes, those)
-    np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-10)
-    assert distance_at(own, other, np.linspace(0, DURATION, 7)) <= 1e-9
-    size = own.energy.max() + sum(map(abs, own.ledger.contributions.values()))
-    assert abs(own.ledger.residual) <= 1e-11 * size
+    assert_runs_agree(own, other, options["effects"][1], DURATION)
 
 
 @pytest.mark.parametrize("number", [1, 2, 6, 9, 11])

@@ -9,7 +9,7 @@ from mpmath import mp, mpf
 from reactions.test_newton_euler import call
 
 from contact.in_steps import assert_samples_are_those_of_finer_runs
-from contact.test_massless_rollers import by_bodies
+from contact.test_massless_rollers import BOTH, by_bodies
 from contact.test_massless_rollers_that_stick import (
     CROSS,
     DISTANCE,
@@ -28,8 +28,8 @@ from contact.test_massless_rollers_that_stick import (
     scene,
 )
 from contact.test_newton_euler import slipping_case
-from omniroll import Bearings, Contact, Session, Slope, Vehicle, simulate
-from omniroll.errors import InvalidValueError, KernelsMissingError
+from omniroll import Bearings, Contact, Slope, Vehicle, simulate
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
@@ -192,7 +192,8 @@ ENDS_AT = (1 - SLIDING) * MOST / DAMPER  # m/s, where the bearing takes what the
 
 
 @pytest.mark.long
-def test_a_vehicle_is_dragged_until_its_contacts_stop_slipping_along_their_axles_and_its_rollers_stop():
+@BOTH
+def test_a_vehicle_is_dragged_until_its_contacts_stop_slipping_along_their_axles_and_its_rollers_stop(engine):
     """(M + 2 J/l^2) v' = -2 mu N until d v + T/rho = mu N; from there on it is -2 (d v + T/rho), until v = 0."""
     start = 0.6
     rests = (start - ENDS_AT) * WHOLE / (2 * MOST)
@@ -200,8 +201,8 @@ def test_a_vehicle_is_dragged_until_its_contacts_stop_slipping_along_their_axles
     stops = rests + WHOLE / (2 * DAMPER) * np.log(1 + DAMPER * ENDS_AT / torque)
     ground = Contact(law="coulomb", friction=FRICTION)
     run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), duration=1.1 * stops, effects=[ground, BEARINGS],
-                   accuracy=1e-11, **MASSLESS)  # fmt: skip
-    assert run.stats["engine"] == "python"
+                   accuracy=1e-11, engine=engine, **MASSLESS)  # fmt: skip
+    assert run.stats["engine"] == engine
     speed = run.nu[:, 0] * DISTANCE
     slides = run.t < rests * (1 - 1e-9)
     assert run.slip[slides, 0, 0] == pytest.approx(speed[slides] - ENDS_AT, rel=1e-9, abs=1e-11)
@@ -216,7 +217,8 @@ def test_a_vehicle_is_dragged_until_its_contacts_stop_slipping_along_their_axles
 
 
 @pytest.mark.long
-def test_a_slope_pulls_a_vehicle_until_its_contacts_slip_along_their_axles():
+@BOTH
+def test_a_slope_pulls_a_vehicle_until_its_contacts_slip_along_their_axles(engine):
     """From rest, by P > 2 mu N: (M + 2 J/l^2) v' = P - 2 (d v + T/rho) until d v + T/rho = mu N, then P - 2 mu N."""
     pull, torque, incline = 3 * MOST, SLIDING * MOST, 0.3
     falls = 2 * DAMPER / WHOLE
@@ -225,7 +227,8 @@ def test_a_slope_pulls_a_vehicle_until_its_contacts_slip_along_their_axles():
     ground = Contact(law="coulomb", friction=FRICTION, normal_gravity=GRAVITY)
     slope = Slope(incline, 0.0, gravity=pull / MASS / np.sin(incline))
     end = 1.3 * slides
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=[ground, BEARINGS, slope], accuracy=1e-11, **MASSLESS)
+    effects = [ground, BEARINGS, slope]
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-11, engine=engine, **MASSLESS)
     speed = np.linalg.norm(run.nu[:, :2], axis=1) * DISTANCE
     dragged = first_row(np.abs(run.contact_spin[-1]) > 1)
     row = first_row(~run.sticks[:, dragged])
@@ -236,7 +239,8 @@ def test_a_slope_pulls_a_vehicle_until_its_contacts_slip_along_their_axles():
     assert np.abs(run.slip[-1, dragged]) == pytest.approx([speed[-1] - ENDS_AT, 0], rel=1e-9, abs=1e-12)
 
 
-def test_static_friction_holds_a_roller_that_turns_and_lets_go_along_the_axle():
+@BOTH
+def test_static_friction_holds_a_roller_that_turns_and_lets_go_along_the_axle(engine):
     """The same where static friction is 1.5 times the sliding one: it holds until d v + T/rho is that. There the
     contact slips along its axle at once, and its roller goes on turning with the speed that leaves it mu N."""
     above, pull, incline = 1.5, 4 * MOST, 0.3
@@ -245,8 +249,8 @@ def test_static_friction_holds_a_roller_that_turns_and_lets_go_along_the_axle():
     slides = -np.log(1 - breaks / rest) / (2 * DAMPER / WHOLE)
     ground = Contact(law="coulomb", friction=FRICTION, static_friction=above * FRICTION, normal_gravity=GRAVITY)
     slope = Slope(incline, 0.0, gravity=pull / MASS / np.sin(incline))
-    effects = [ground, BEARINGS, slope]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=1.2 * slides, effects=effects, accuracy=1e-12, **MASSLESS)
+    options = MASSLESS | {"effects": [ground, BEARINGS, slope], "accuracy": 1e-12, "engine": engine}
+    run = simulate(CROSS, nu=(0, 0, 0), duration=1.2 * slides, **options)
     dragged = first_row(np.abs(run.contact_spin[-1]) > 1)
     row = first_row(~run.sticks[:, dragged])
     assert run.t[row] == pytest.approx(slides, rel=INSTANT)
@@ -271,9 +275,9 @@ def laws(vehicle, options, run):
     return found
 
 
-def assert_the_laws_hold(number, duration=0.2):
+def assert_the_laws_hold(number, duration=0.2, engine="python"):
     vehicle, options = dragging(number)
-    run = simulate(vehicle, duration=duration, **options)
+    run = simulate(vehicle, duration=duration, **options | {"engine": engine})
     for name, residual in laws(vehicle, options, run).items():
         assert residual <= LAW, (number, name, residual)
     lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
@@ -332,15 +336,11 @@ def test_samples_between_rows_are_those_of_finer_runs():
     assert_samples_are_those_of_finer_runs(vehicle, options | {"duration": 0.02}, times, ("slip", "contact_spin"), 1e-9)
 
 
-# What is left to others, and refused
+# What is refused
 
 
-def test_the_python_engine_alone_runs_them_without_derivatives():
+def test_derivatives_are_refused():
     ground = Contact(law="coulomb", friction=FRICTION)
     options = MASSLESS | {"nu": (1.0, 0, 0), "duration": 1e-3}
-    run = simulate(CROSS, effects=[ground, BEARINGS], engine="compiled", **options)
-    assert run.stats["engine"] == "python"
-    with pytest.raises(KernelsMissingError, match="a session needs the compiled engine, which has no massless rollers"):
-        Session(CROSS, effects=[ground, BEARINGS], roller_model="massless", nu=(1.0, 0, 0))
     with pytest.raises(InvalidValueError, match="roller_viscous.*is not followed"):
         simulate(CROSS, effects=[ground, BEARINGS], sensitivities=("nu[0]",), **options)

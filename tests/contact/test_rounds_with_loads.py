@@ -1,6 +1,8 @@
 """Contacts that let go under loads that follow the motion, where modes and loads do not find each other in turn: a
 closed form, Newton's rule by itself, random scenes, and both engines."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,8 @@ from contact.test_rollers_and_loads_on_the_ground import (
 )
 from contact.test_rollers_on_the_ground import ARM, HOLDS, MASS, RADIUS, RHO, ROLLER, WHEEL, run_of
 from omniroll import Bearings, Contact, Torque
+from omniroll.effects import loaded_ground
+from omniroll.effects.ground_loads import Carried, GroundFailsError, Loads
 from omniroll.effects.rounds_with_loads import root
 
 ENDS = (317, 360, 584, 609, 739, 741, 763, 870, 1018, 1131, 1178, 1241, 1318, 1350, 1424, 1426)  # random scenes
@@ -72,6 +76,27 @@ def test_newtons_rule_passes_an_edge():
 
 def test_newtons_rule_says_where_there_is_nothing():
     assert root(lambda moments: np.array([1 + moments[0] ** 2, moments[1]]), np.array([1.0, 1.0]), 1.0) is None
+
+
+@pytest.mark.parametrize("slip_is_zero, carries, what", [
+    (True, True, "contacts hold or let go"),
+    (True, False, "bearings hold or let go"),
+    (False, True, "bearings hold or let go"),
+])  # fmt: skip
+def test_words_name_contacts_where_some_may_let_go(monkeypatch, slip_is_zero, carries, what):
+    """Where all slip only bearings are decided; a contact that is off holds nothing."""
+    monkeypatch.setattr(loaded_ground, "take_rounds", lambda *_: False)
+    monkeypatch.setattr(loaded_ground.Kept, "of", lambda _: None)
+    places = np.array([[0.2, 0.15], [-0.2, 0.15], [-0.2, -0.15], [0.2, -0.15]])
+    loads = Loads(places, np.full(4, 10.0))
+    loads.carries[0] = carries
+    found = Carried(np.full(4, 10.0), loads.start, np.full(4, 10.0), np.array(1.0))
+    ground = SimpleNamespace(
+        loads=loads, pressing=found.loads, _take_turns=lambda *_: found, contacts_in_rounds=lambda rests: rests
+    )
+    rests = np.array([slip_is_zero, False, False, False])
+    with pytest.raises(GroundFailsError, match=f"do not find each other where {what}: wheel"):
+        loaded_ground.LoadedGround.find_modes_and_loads(ground, rests, None, None)
 
 
 # ---- random scenes ---------------------------------------------------------------------------------------------------

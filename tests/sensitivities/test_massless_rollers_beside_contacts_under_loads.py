@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contact.test_massless_rollers_and_loads import scene
 
-from omniroll import Bearings, Contact, NoDerivativeError
+from omniroll import Bearings, Contact, NoDerivativeError, simulate
 from omniroll.engine.motion import Motion
 from tests.sensitivities import test_massless_rollers_beside_contacts as static
 from tests.sensitivities.differences import Case, assert_the_same_backwards_and_in_sessions, derivative
@@ -114,3 +115,14 @@ def test_a_slip_beside_a_run_that_starts_without_it_has_none_where_rollers_turn_
     with pytest.raises(NoDerivativeError, match="slips beside the run that sticks") as error:
         case.run(sensitivities=("wheel_rates[0]",), accuracy=1e-9)
     assert error.value.t == 0 and error.value.wheels == (0,)
+
+
+def test_there_is_none_where_a_roller_stops_in_a_fold():
+    """Scene 409: nothing comes to its bound there; the solution in which the roller turns ends."""
+    vehicle, options = scene(409)
+    with pytest.raises(NoDerivativeError, match="a roller stops in a fold") as error:
+        simulate(vehicle, duration=0.006, sensitivities=("mass",), **options)
+    run = simulate(vehicle, duration=0.006, **options)
+    modes = Motion(run).massless.modes.reshape(len(run), -1)
+    stops = np.argwhere((modes[:-1] != 0) & (modes[1:] == 0) & (np.abs(run.contact_spin[:-1]) > 0.01))
+    assert [(run.t[row], wheel) for row, wheel in stops] == [(error.value.t, *error.value.wheels)]

@@ -4,12 +4,13 @@
  * instant (loaded_massless_rollers.py). */
 #if SET_LOADED_BEARINGS
 #define ALL_AT_ONCE 20              /* turns in which all wrong bearings change                             */
+#define LOOKS_BACK 32               /* turns from which on it is asked whether they go round                */
 #define BEARING_TURNS 2000          /* all turns                                                            */
 #define TOGETHER 256                /* roundings: so near to its bound a bearing is at it where another one is, too */
 
 /* The bearings with a set of contacts. */
 typedef struct {
-    int *mode, *broken, turns, unsettled;
+    int *mode, *broken, *seen, turns, unsettled;
     double *asked, *rate;
 } bearings_of_set_t;
 
@@ -17,7 +18,8 @@ typedef struct {
 static void give_bearings(const omniroll_run_t *run, const work_t *work, int place, bearings_of_set_t *bearings)
 {
     const long long count = most_own_bearings(run->wheels, run->rollers_per_wheel);
-    bearings->mode = work->modes_of_sets + 2*count*place, bearings->broken = bearings->mode + count;
+    bearings->mode = work->modes_of_sets + 4*count*place, bearings->broken = bearings->mode + count;
+    bearings->seen = bearings->broken + count;
     bearings->asked = work->rates_of_sets + 2*count*place, bearings->rate = bearings->asked + count;
 }
 
@@ -162,12 +164,27 @@ static int break_turning(const omniroll_run_t *run, bearings_of_set_t *bearings)
     return changed;
 }
 
+/* Whether bearings have come back to what they were: from one state the first of the wrong ones changes always alike, so
+ * that they will go round for ever. What they are is kept where as many turns have been taken as a power of two. */
+static int go_round(const omniroll_run_t *run, const bearings_of_set_t *bearings)
+{
+    const int turns = bearings->turns;
+    int same = turns > LOOKS_BACK;
+    for (int k = 0; k < run->own_count && same; k++) {
+        int *const seen = bearings->seen + 2*k;
+        same &= seen[0] == bearings->mode[k] && seen[1] == bearings->broken[k];
+    }
+    for (int k = 0; k < run->own_count && !same && turns >= LOOKS_BACK && !(turns & (turns - 1)); k++)
+        bearings->seen[2*k] = bearings->mode[k], bearings->seen[2*k + 1] = bearings->broken[k];
+    return same;
+}
+
 /* Whether some bearing of a set has changed, so that it must be evaluated again. */
 static int turn_bearings_of_set(const omniroll_run_t *run, bearings_of_set_t *bearings)
 {
     const int changed = (bearings->turns == 0 && break_together(run, bearings)) || change_wrong_bearings(run, bearings)
         || break_turning(run, bearings);
-    bearings->unsettled = changed && ++bearings->turns >= BEARING_TURNS;
+    bearings->unsettled = changed && (++bearings->turns >= BEARING_TURNS || go_round(run, bearings));
     return changed && !bearings->unsettled;
 }
 

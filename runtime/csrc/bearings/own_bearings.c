@@ -25,7 +25,11 @@ static void asked_of_rigid_wheels(const own_bearings_t *own, const vehicle_t *v,
         none[i] = lanes_of(0), rigid[i] = lanes_of(1);
     slips_of(wheels, v, nu, chi, core, pair);
     set_sliding_forces(wheels, v, pair, own->load, own->friction, force, slope);
+#if SET_DAMPED_STRIPS
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, none, rigid, spin, asked);
+#else
     set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, rigid, spin, asked);
+#endif
     (void)slope, (void)spin;
 }
 
@@ -62,6 +66,9 @@ static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, con
     for (int i = 0; i < run->wheels; i++) {
         own->takes[i] = slides(run, i) ? -roller_mode(run, i)*own_bearings(run)[own->rollers_at + i].sliding : 0;
         some |= fabs(own->takes[i]) > 0;
+#if SET_DAMPED_STRIPS
+        own->corner[i] = fabs(own->takes[i]) > 0;
+#endif
     }
     if (!some)
         return;
@@ -90,6 +97,12 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
 #if SET_STRIPS
     (void)contact;
     memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
+#if SET_DAMPED_STRIPS
+    for (int i = 0, some = 0; i < wheels && !some; i++)
+        if ((some = own->corner[i]))
+            damped_spins(own, v, wheels, nu, chi, core, own->torque + own->rollers_at, own->sticks + own->rollers_at,
+                         own->corner, rates + own->rollers_at);
+#endif
 #if !SET_LOADS
     spins_at_the_most(own, v, wheels, nu, chi, core, rates + own->rollers_at);
 #else
@@ -135,10 +148,16 @@ static void own_rates_there(const omniroll_run_t *run, const work_t *work, insta
         sticks[i] = lanes_of(roller_mode(run, i) == 0);
     for (int k = 0; k < at; k++)
         work->own.rate[k] = now->point.core[own_rates_at(run->wheels) + k];
+#if SET_DAMPED_STRIPS
+    (void)aside;
+    damped_spins(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core, torque,
+                 sticks, work->own.corner, work->own.rate + at);
+#else
     corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
     set_slip_spins(run->wheels, &work->vehicle, now->arrays.nu, now->arrays.chi,
                    now->point.core + rates_at(run->wheels), torque, now->arrays.ground_push, now->arrays.ground_yield,
                    sticks, work->own.rate + at, aside);
+#endif
     spins_at_the_most(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
                       work->own.rate + at);
 }

@@ -106,6 +106,10 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
 {
     lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
+#if SET_DAMPED_STRIPS
+    put_damped_slips(s->own, s->vehicle, wheels, point->nu, point->chi, point->core,
+                     s->own->torque + s->own->rollers_at, s->corner, slip);
+#endif
     set_sliding_forces(wheels, s->vehicle, slip, s->load, s->friction, force, slope);
     for (int i = 0; i < wheels; i++) {
         const double here[2] = {slip[2*i][0], slip[2*i + 1][0]};
@@ -116,7 +120,7 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     (void)slope;
 }
 
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
 /* The same of contacts that slip and whose rollers turn. */
 static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
 {
@@ -141,7 +145,7 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     const point_t point = point_at_end(s, wheels, &at);
     if (s->turning)
         push_at_end(s, wheels, &point, at.ground_push);
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
     push_corners_at_end(s, wheels, &at);
 #endif
     rates_near(wheels, &point, nu_dot);
@@ -192,12 +196,21 @@ NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
     slips_of(wheels, s->vehicle, point.nu, point.chi, point.core, slip);
     for (int k = 0; k < 2*wheels; k++)
         s->end_slip[k] = slip[k][0];
+#if SET_DAMPED_STRIPS
+    ways_at_end(s, wheels, &point);
+#endif
 }
 
 /* How far a contact is from the end of its mode at the step's end, negative before it, and the rate of that. Of one
  * that slips it is its slip along its direction there. */
 ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
 {
+#if SET_DAMPED_STRIPS
+    if (s->corner[i]) {
+        *rate = -weighted(&s->way_size[i], &gauss_end_slope)/s->h;
+        return -(s->end_toward[2*i]*s->end_slip[2*i] + s->end_toward[2*i + 1]*s->end_slip[2*i + 1]);
+    }
+#endif
     if (!s->grips[i]) {
         const double x = s->toward[2*i].node[NODES - 1], y = s->toward[2*i + 1].node[NODES - 1];
         *rate = -y*weighted(&s->slip_rate[2*i + 1], &gauss_end);
@@ -275,6 +288,12 @@ static double turn_of_contacts(const step_t *s, const int wheels)
             rate = times(gauss_slope, &s->taken[i]);
             turned = fmin(turned, turn_beyond(&rate, weighted(&s->taken[i], &gauss_end_slope), 1, s->taken_start[i],
                                               -INFINITY, GRIP_TURNS*GRIP_NOISE(s->taken_start[i])));
+#if SET_DAMPED_STRIPS
+        } else if (s->corner[i]) {
+            for (int m = 0; m < NODES; m++)
+                if (s->way_size[i].node[m] < -s->slip_noise[i])
+                    turned = fmin(turned, 0.5);
+#endif
         } else if (may_turn(s, i) && SET_FIRST_DIRECTION == 0) {
             for (int m = 0; m < NODES; m++)
                 if (s->toward[2*i].node[m]*s->at_slip[2*i].node[m]

@@ -31,7 +31,7 @@ static void force_in_direction(step_t *s, int i)
     }
 }
 
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
 /* The forces of contacts that slip and whose rollers turn, at a vector of nodes where the wheels have these angles. */
 static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t *chi)
 {
@@ -58,7 +58,7 @@ static void forces_in_directions(step_t *s, const int wheels)
             force_in_direction(s, i);
         else
             memset(s->push + 2*i, 0, 2*sizeof *s->push);
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
     lanes_t chi[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         chi[i] = lanes_of(s->chi[i]);
@@ -76,6 +76,8 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
         none[k] = lanes_of(0);
 #if SET_LOADS
 #define OF_NO_FORCE none, none      /* pushes and factors: the slips do not depend on them                     */
+#elif SET_DAMPED_STRIPS
+#define OF_NO_FORCE none, none      /* pushes and yields                                                       */
 #else
 #define OF_NO_FORCE none
 #endif
@@ -92,6 +94,8 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
 #endif
     (void)aside;
 }
+
+#include "ground/damped_ways.c"
 
 /* The rates of the core where they are asked for rarely: one place of the library has the kernel for all of them. */
 NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t *nu_dot)
@@ -158,6 +162,12 @@ NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t
 ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, nodes_t *across)
 {
     const nodes_t *const x = s->toward + 2*i, *const y = x + 1, *const slip = s->at_slip + 2*i;
+#if SET_DAMPED_STRIPS
+    if (s->corner[i]) {
+        *along = s->way_along[i], *across = s->way_across[i];
+        return;
+    }
+#endif
     for (int b = 0; b < BLOCKS; b++) {
         along->lanes[b] = slip[0].lanes[b]*x->lanes[b] + slip[1].lanes[b]*y->lanes[b];
         across->lanes[b] = slip[1].lanes[b]*x->lanes[b] - slip[0].lanes[b]*y->lanes[b];
@@ -392,6 +402,10 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
             integrate_to_nodes(0, s->h, &rate, &moved);
             for (int b = 0; b < BLOCKS; b++)
                 s->at_slip[2*other + k].lanes[b] += moved.lanes[b];
+#if SET_DAMPED_STRIPS
+            if (s->corner[other])
+                move_across(s, other, k, &moved);
+#endif
         }
 }
 
@@ -469,6 +483,10 @@ static void find_direction(step_t *s, const int wheels, int i)
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
     response_to_turn(s, i, i, response);
+#if SET_DAMPED_STRIPS
+    if (s->corner[i])
+        over_pace(s, i, response);
+#endif
     const int is_near = is_near_rest(s, response, &along);
 #if SET_STANDS_BOTH_WAYS
     if (cannot_go_aside(s, i))
@@ -501,6 +519,10 @@ ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
         for (int i = 0; i < wheels; i++)
             chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
         slips_of(wheels, s->vehicle, nu, chi, core_at(s, b), slip);
+#if SET_DAMPED_STRIPS
+        lanes_t yield[MOST_WHEELS];
+        ways_at(s, wheels, b, nu, chi, yield);
+#endif
         for (int k = 0; k < 2*wheels; k++)
             s->at_slip[k].lanes[b] = slip[k];
     }
@@ -517,6 +539,11 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
         if (!may_turn(s, i) || s->keeps[i])
             continue;
         along_and_across(s, i, &along, &across);
+#if SET_DAMPED_STRIPS
+        const double followed = SLIP_FOLLOWED*s->slip_noise[i]*s->way_pace[i];
+        if (s->corner[i] && largest_of(&across) <= fmax(followed, ROUNDED_SLIP*EPS))
+            continue;
+#endif
         if (largest_of(&across) > SLIP_FOLLOWED*s->slip_noise[i])
             return 0;
     }
@@ -526,7 +553,7 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
 /* New directions of all contacts that slip, and their forces, from the states at the nodes. */
 static void find_directions(step_t *s, const int wheels)
 {
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
     for (int b = 0; b < BLOCKS && s->sliding; b++) {
         lanes_t chi[MOST_WHEELS];
         for (int i = 0; i < wheels; i++)

@@ -70,6 +70,15 @@ static double slip_rounding(const omniroll_run_t *run, int contact)
 #endif
 }
 
+#if SET_DAMPED_STRIPS               /* else slips of rigid wheels say that                                      */
+#define SLIPS_IN_MODES slips_in_modes
+static void slips_in_modes(const omniroll_run_t *run, const work_t *work, double *slip);
+static void slip_rates_at_start(const omniroll_run_t *run, const work_t *work, const step_t *s, double *rate);
+static void put_paces(const omniroll_run_t *run, const work_t *work, step_t *s);
+#else
+#define SLIPS_IN_MODES slips_now
+#endif
+
 /* The slip velocities at this instant. */
 static void slips_now(const omniroll_run_t *run, const work_t *work, double *slip)
 {
@@ -159,17 +168,24 @@ static double taken_now(const omniroll_run_t *run, const work_t *work, int conta
     return taken;
 }
 
+/* Where a contact goes, as rows have it: which tells those whose massless rollers turn. */
+static double heading_of(const omniroll_run_t *run, int contact)
+{
+    const double *const towards = run->grips[contact].towards;
+#if SET_STRIPS
+    if (roller_mode(run, contact))
+        return copysign(TURN/4, towards[1]);
+#endif
+    return atan2(towards[1], towards[0]);
+}
+
 /* The modes, where the kernel and the rows have them. */
 static void put_modes(omniroll_run_t *run)
 {
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
         run->inputs[SET_MODES_INPUT*run->wheels + i] = grip->sticks;
-        run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
-#if SET_STRIPS                      /* which tells those whose rollers turn                                 */
-        if (roller_mode(run, i))
-            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = copysign(TURN/4, grip->towards[1]);
-#endif
+        run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
     }
 }
 
@@ -554,18 +570,22 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
     int ended = 0;
     roll(run, work, 1);
     if (s->turning)
-        slips_now(run, work, slip);
+        SLIPS_IN_MODES(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
         const int turns = s->turning && may_turn(s, i);
         double own[2] = {s->toward[2*i].node[NODES - 1], s->toward[2*i + 1].node[NODES - 1]};
+#if SET_DAMPED_STRIPS
+        for (int k = 0; k < 2 && s->corner[i]; k++)
+            own[k] = s->end_toward[2*i + k];
+#endif
         const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, size, own);
         for (int k = 0; k < 2 && turns; k++)
             grip->towards[k] = known ? slip[2*i + k]/size : own[k];
         if (turns && !known)                    /* the row says where it went: its slip does not            */
-            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
+            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
         grip->resting = grip->sticks || ends;
         grip->released = grip->sticks && ends;
         run->ground.passed += ends;
@@ -614,7 +634,10 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     s->shared_rows = work->shared_rows, s->shared_row = work->shared_row, s->shared_turn = work->shared_turn;
 #endif
     if (s->sliding)
-        slips_now(run, work, s->slip_start);
+        SLIPS_IN_MODES(run, work, s->slip_start);
+#if SET_DAMPED_STRIPS
+    put_paces(run, work, s);
+#endif
     if (s->turning) {
         lanes_t given[2*MOST_WHEELS];
         forces_now(run, work, given);
@@ -664,6 +687,18 @@ ALWAYS_INLINE double error_at_rest(const step_t *s, double error)
     return error*gained_before_rest(fmax(1 - s->h/s->rest_in, 0));
 }
 
+/* Whether a contact slips whose roller turns in a bearing with viscous friction: at its rest the bearing says where it
+ * goes. */
+ALWAYS_INLINE int is_damped_corner(const step_t *s, int i)
+{
+#if SET_DAMPED_STRIPS
+    return s->corner[i];
+#else
+    (void)s, (void)i;
+    return 0;
+#endif
+}
+
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
  * without end. Each step makes a part of the way, so that the slip falls geometrically. Where the direction has next to
  * nothing left to turn, the slip keeps it up to rest. */
@@ -671,19 +706,27 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
 {
     const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
     double time[MOST_WHEELS], first = INFINITY;
+#if SET_DAMPED_STRIPS
+    double slip_rate[2*MOST_WHEELS];
+    slip_rates_at_start(run, work, s, slip_rate);
+#endif
     s->rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
         s->keeps[i] = 0, time[i] = INFINITY;
         if (!s->turning || !may_turn(s, i))
             continue;
         const double *const slip = s->slip_start + 2*i, *const towards = run->grips[i].towards;
+#if SET_DAMPED_STRIPS
+        const double *const rate = slip_rate + 2*i;
+#else
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
+#endif
         const double left = slip[0]*towards[0] + slip[1]*towards[1];
         const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
         s->left_over[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip_noise[i]);
         if (!(falls > s->settles && left > 0))
             continue;
-        s->keeps[i] = !s->strays && fabs(across)*left <= falls*s->left_over[i];
+        s->keeps[i] = !s->strays && !is_damped_corner(s, i) && fabs(across)*left <= falls*s->left_over[i];
         if (s->keeps[i] || left > s->slip_noise[i])
             time[i] = left/falls;
         first = fmin(first, time[i]);

@@ -75,6 +75,16 @@ static void find_in_rounds(const omniroll_run_t *run, const work_t *work, const 
     (void)work;
 }
 
+/* Whether there are such that carry. */
+static int decides_contacts(const omniroll_run_t *run, const work_t *work, const int *rests)
+{
+    int in_rounds[MOST_WHEELS], found = 0;
+    find_in_rounds(run, work, rests, in_rounds);
+    for (int i = 0; i < run->wheels; i++)
+        found |= in_rounds[i] && run->grips[i].carries;
+    return found;
+}
+
 #if SET_STANDS
 /* Whether a bearing is one of those that rest. A massless roller is one that has stuck so far, whatever its contact
  * does: which it does follows from the loads. */
@@ -210,7 +220,8 @@ static int find_modes_and_loads(omniroll_run_t *run, const work_t *work, const i
     }
     found = take_rounds(run, work, rests, other, &own);
     if (found < 0 || (found == 0 && lacks_loads(run)))
-        fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
+        fail(run, decides_contacts(run, work, own.rests) ? OMNIROLL_LOADS_UNSETTLED : OMNIROLL_LOADS_UNSETTLED_BEARINGS,
+             &last);
     return found > 0;
 }
 #endif

@@ -289,7 +289,11 @@ static int hold_what_falls_back(omniroll_run_t *run, const work_t *work)
     int count = 0;
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
-        const double falls = -(grip->towards[0]*work->slip_dot[2*i][0] + grip->towards[1]*work->slip_dot[2*i + 1][0]);
+        double falls = -(grip->towards[0]*work->slip_dot[2*i][0] + grip->towards[1]*work->slip_dot[2*i + 1][0]);
+#if SET_DAMPED_STRIPS               /* its slip goes with the rate along the rolling direction                  */
+        if (roller_mode(run, i))
+            falls = -copysign(1, grip->towards[1])*work->slip_dot[2*i + 1][0];
+#endif
         const int holds = grip->released && grip->resting && !grip->sticks && falls > run->ground.settles;
         grip->released &= !holds;
         count += holds;

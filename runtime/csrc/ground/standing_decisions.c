@@ -87,6 +87,12 @@ static void rates_of_free(const omniroll_run_t *run, const work_t *work, const l
         kept[k] = work->own.sticks[k], work->own.sticks[k] = lanes_of(gives_its_force(run, work, k));
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
+#if SET_DAMPED_STRIPS
+    int corner[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        corner[i] = slides(run, i) && roller_mode(run, i);
+    put_rigid(&work->own, corner, run->wheels, &now.arrays, &now.point);
+#endif
     rates_of_given_loads(run, work, &now, nu_dot);
     for (int k = 0; k < run->own_count; k++)
         work->own.sticks[k] = kept[k];
@@ -433,7 +439,7 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
     if (!sticks_behind_fold(run, work)) {
         carrying_t found;
         try_present_set(run, work, &found);
-        fail(run, OMNIROLL_LOADS_UNSETTLED, &found);
+        fail(run, OMNIROLL_LOADS_BEHIND_FOLD, &found);
         return 0;
     }
 #endif

@@ -44,6 +44,19 @@ static void turn_in_series(omniroll_bearing_t *roller, double asked)
     roller->resting = 0;
 }
 
+/* Of contacts `turns` whose rollers turn, the slips (2 N) that say where they go and whether they rest: along their
+ * rolling directions alone, or where bearings have viscous friction the true ones. */
+static void leave_to_ways(const omniroll_run_t *run, const work_t *work, const int *turns, double *pair)
+{
+#if SET_DAMPED_STRIPS
+    true_slips(run, work, turns, pair);
+#else
+    for (int i = 0; i < run->wheels; i++)
+        pair[2*i] = turns[i] ? 0 : pair[2*i];
+    (void)work;
+#endif
+}
+
 /* Which contacts rest, and which rollers turn where these do not rest both ways (rule 2); the others have directions of
  * their slips. */
 static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
@@ -71,10 +84,18 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
             turn_in_series(roller, asked[i]);
         if (roller->size == INFINITY)
             roller->size = 0;
-        const int rolls = !roller->resting && fabs(pair[2*i + 1]) <= slip_rounding(run, i);
+    }
+    int turns[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        turns[i] = !in_series(run, work)[i].resting;
+    leave_to_ways(run, work, turns, pair);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const double size = length_of(pair + 2*i, 2);
+        const int rolls = turns[i] && size <= slip_rounding(run, i);
         grip->resting = (grip->resting || still[i] || rolls) && grip->carries;
-        if (!grip->resting && roller->mode)
-            grip->towards[0] = 0, grip->towards[1] = copysign(1, pair[2*i + 1]);
+        for (int k = 0; k < 2 && !grip->resting && in_series(run, work)[i].mode; k++)
+            grip->towards[k] = pair[2*i + k]/size;
     }
     roll(run, work, 0);
 }
@@ -111,17 +132,31 @@ static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *
     problem->count = rest->count, problem->wide = rest->contacts, problem->width = 2;
 }
 
-/* What the ground takes of a contact at most along the rolling direction, whose roller turns. */
-static double left_beside_bearing(const omniroll_run_t *run, const work_t *work, int i, const double *friction,
-                                  double arm)
+/* What bearings take along the axles of wheels that roll there, in N; of rollers that have not turned what they take at
+ * no spin. */
+static void find_taken(const omniroll_run_t *run, const work_t *work, const double *arm, double *taken)
 {
-    const double most = run->grips[i].load*friction[0], taken = in_series(run, work)[i].sliding/arm;
+    for (int i = 0; i < run->wheels; i++)
+        taken[i] = in_series(run, work)[i].sliding/arm[i];
+#if SET_DAMPED_STRIPS
+    double pair[2*MOST_WHEELS];
+    slips_now(run, work, pair);
+    for (int i = 0; i < run->wheels; i++)
+        if (roller_mode(run, i) && !in_series(run, work)[i].resting)
+            taken[i] += damper_of(work, i, arm)*fabs(pair[2*i]);
+#endif
+}
+
+/* What the ground takes of a contact at most along the rolling direction, whose roller turns. */
+static double left_beside_bearing(const omniroll_run_t *run, int i, const double *friction, double taken)
+{
+    const double most = run->grips[i].load*friction[0];
     return sqrt(fmax((most - taken)*(most + taken), 0))*friction[1]/friction[0];
 }
 
 /* Half-axes of the ellipses, and what the strips leave of them. */
 static void put_reaches(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const double *arm,
-                        cones_t *problem)
+                        const double *taken, cones_t *problem)
 {
     const int size = forces_at(problem->wide, problem->width, problem->count);
     double most = 0;
@@ -135,7 +170,7 @@ static void put_reaches(const omniroll_run_t *run, const work_t *work, const par
         const omniroll_grip_t *const grip = run->grips + k;
         const double *const friction = rest->broken[part] ? grip->sliding : grip->staying;
         if (part >= rest->contacts) {
-            reach[0] = left_beside_bearing(run, work, k, friction, arm[k]);
+            reach[0] = left_beside_bearing(run, k, friction, taken[k]);
             continue;
         }
         const omniroll_bearing_t *const roller = in_series(run, work) + k;
@@ -218,7 +253,8 @@ static int stop_rollers(omniroll_run_t *run, const work_t *work, const parts_at_
         const int i = rest->which[part];
         omniroll_grip_t *const grip = run->grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;
-        if (!rest->broken[part] || left_beside_bearing(run, work, i, grip->sliding, arm[i]) > 0)
+        const double alone = roller->sliding/arm[i];
+        if (!rest->broken[part] || left_beside_bearing(run, i, grip->sliding, alone) > 0)
             continue;
         grip->towards[0] = roller->mode, grip->towards[1] = 0;
         grip->resting = grip->sticks = 0;
@@ -228,23 +264,58 @@ static int stop_rollers(omniroll_run_t *run, const work_t *work, const parts_at_
     return count;
 }
 
+/* Contacts that give way while their bearings take more than the sliding friction along their axles slip there at once,
+ * and their rollers go on turning (rule 3 of ground_with_damped_rollers.py); whether there are such. */
+static int slip_along_axles(omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const double *taken)
+{
+    int count = 0;
+#if SET_DAMPED_STRIPS
+    for (int part = rest->contacts; part < contact_parts(rest); part++) {
+        omniroll_grip_t *const grip = run->grips + rest->which[part];
+        const double rounded = grip->released ? 1 - PASSED*HELD_ROUNDINGS*EPS : 1;
+        if (!rest->broken[part] || !grip->resting || taken[rest->which[part]] < grip->load*grip->sliding[0]*rounded)
+            continue;
+        grip->towards[0] = in_series(run, work)[rest->which[part]].mode, grip->towards[1] = 0;
+        grip->resting = grip->sticks = 0;
+        count++;
+    }
+#endif
+    (void)run, (void)work, (void)rest, (void)taken;
+    return count;
+}
+
+/* Where a contact begins to go that slips and whose roller turns: along the ellipse's normal beside what its bearing
+ * takes. */
+static void take_normal(omniroll_grip_t *grip, int mode, double taken)
+{
+#if SET_DAMPED_STRIPS
+    if (grip->sticks || !mode)
+        return;
+    const double part = fmin(taken/(grip->load*grip->sliding[0]), 1);
+    const double across = copysign(sqrt((1 - part)*(1 + part)), grip->towards[1]);
+    take_way(grip, 0, mode*part/grip->sliding[0], across/grip->sliding[1]);
+#endif
+    (void)grip, (void)mode, (void)taken;
+}
+
 /* Which of what rests gives way, by rounds (rule 3). */
 static void decide_together(omniroll_run_t *run, const work_t *work)
 {
     cones_t *const problem = work->problem;
     parts_at_rest_t *const rest = work->at_rest;
-    double arm[MOST_WHEELS], per_chi[MOST_WHEELS];
+    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], taken[MOST_WHEELS];
     put_parts(run, work, rest, problem);
     if (rest->count == 0)
         return;
     put_problem(run, work, rest, problem);
     find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
+    find_taken(run, work, arm, taken);
     do {
-        if (stop_rollers(run, work, rest, arm)) {
+        if (stop_rollers(run, work, rest, arm) + slip_along_axles(run, work, rest, taken)) {
             decide_together(run, work);
             return;
         }
-        put_reaches(run, work, rest, arm, problem);
+        put_reaches(run, work, rest, arm, taken, problem);
         decide_semidefinite(problem);
     } while (give_way(problem, rest));
     for (int k = 0; k < rest->count; k++)
@@ -254,4 +325,6 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
             take_rolling(run->grips + rest->which[k], problem, k, rest->slips[k]);
         else
             take_bearing_mode(own_bearings(run) + rest->which[k], problem, k, rest->slips[k]);
+    for (int k = 0; k < contact_parts(rest); k++)
+        take_normal(run->grips + rest->which[k], roller_mode(run, rest->which[k]), taken[rest->which[k]]);
 }

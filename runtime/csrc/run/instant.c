@@ -16,6 +16,7 @@ ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
     return run->bearings[run->axle_count + wheel].mode;
 }
 
+#if !SET_DAMPED_STRIPS
 /* Where contacts slip and their massless rollers turn, at these angles: their forces in N, and how far they slip along
  * their axles; 0 of others. */
 static void corners_at(const omniroll_run_t *run, const work_t *work, const lanes_t *chi, lanes_t *push, lanes_t *yield)
@@ -39,6 +40,7 @@ static void corners_at(const omniroll_run_t *run, const work_t *work, const lane
         else
             yield[i] = lanes_of(0);
 }
+#endif
 #endif
 
 #if SET_GRIPS
@@ -67,7 +69,7 @@ static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *p
  * are no others. */
 ALWAYS_INLINE void put_corners_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
     lanes_t yield[MOST_WHEELS], chi[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);
@@ -116,9 +118,14 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.ground_push = now->arrays.ground_push;
     now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
 #endif
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
     corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
     now->point.ground_yield = now->arrays.ground_yield;
+#elif SET_DAMPED_STRIPS
+    int corner[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        corner[i] = slides(run, i) && roller_mode(run, i);
+    put_rigid(&work->own, corner, wheels, &now->arrays, &now->point);
 #endif
 #if SET_LOADS
     now->point.balance = &work->balance, now->point.loads = work->loads + LOADS_NOW;

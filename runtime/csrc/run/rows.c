@@ -218,6 +218,9 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
 #if !SET_LOADS
     work->own.takes = numbers_part(parts, wheels);
     work->own.scale = numbers_part(parts, wheels);
+#if SET_DAMPED_STRIPS
+    work->own.corner = numbers_part(parts, wheels);
+#endif
     work->own.load = work->load, work->own.friction = work->friction;
 #endif
 #endif
@@ -233,7 +236,7 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.bounds = numbers_part(parts, own);
 #endif
 #if SET_LOADED_BEARINGS
-    work->modes_of_sets = numbers_part(parts, (LANES + 1)*2*own);
+    work->modes_of_sets = numbers_part(parts, (LANES + 1)*4*own);
     work->rates_of_sets = numbers_part(parts, (LANES + 1)*2*own);
 #endif
 #if SET_STANDS_BOTH_WAYS

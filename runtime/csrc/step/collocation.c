@@ -172,6 +172,11 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 
 #if SET_GRIPS
 ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at);
+#if SET_DAMPED_STRIPS               /* damped_ways.c                                                          */
+ALWAYS_INLINE void put_rigid(const own_bearings_t *own, const int *corner, const int wheels, arrays_t *at,
+                             point_t *point);
+static void put_accounts_beside_dampers(step_t *s, const int wheels, int b, arrays_t *at);
+#endif
 
 ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
 {
@@ -232,10 +237,12 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         at->ground_push[k] = s->push[k].lanes[b];
     put_contacts(at, &point);
 #endif
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
     for (int i = 0; i < wheels; i++)
         at->ground_yield[i] = s->yield[i].lanes[b];
     point.ground_yield = at->ground_yield;
+#elif SET_DAMPED_STRIPS
+    put_rigid(s->own, s->corner, wheels, at, &point);
 #endif
 #if SET_LOADS
     point.balance = s->balance, point.loads = s->loads_at + b;
@@ -480,6 +487,9 @@ ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
         arrays_t at;
         lanes_t account_dot[MOST_ACCOUNTS];
         const point_t point = point_at(s, wheels, b, &at);
+#if SET_DAMPED_STRIPS
+        put_accounts_beside_dampers(s, wheels, b, &at);
+#endif
         account_rates(wheels, &point, account_dot);
         for (int k = 0; k < account_size(wheels); k++)
             s->rate_account[k].lanes[b] = account_dot[k];

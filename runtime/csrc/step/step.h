@@ -13,6 +13,7 @@
 #else
 #define SET_FIRST_DIRECTION 1
 #endif
+#define SET_FIXED_CORNERS (SET_STRIPS && !SET_LOADS && !SET_DAMPED_STRIPS)  /* rollers that turn take what chi says */
 #define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS && !SET_LOADS)     /* approach.c */
 #define SET_LOCATES_SLOW_RESTS (SET_STANDS_BOTH_WAYS && !SET_LOADS)        /* slow_rests.c */
 
@@ -55,6 +56,9 @@ typedef struct {
 #if !SET_LOADS
     double *takes;                              /* torques of those in own_bearings.c's spins_at_the_most(), else 0 */
     double *scale;                              /* of what stands in the place of their spins, in rad/s */
+#if SET_DAMPED_STRIPS
+    int *corner;                                /* whether their contacts slip while they turn   */
+#endif
     const lanes_t *load, *friction;             /* of the contacts                               */
 #endif
 #endif
@@ -213,8 +217,12 @@ typedef struct {
 #if SET_STRIPS
     int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
 #endif
-#if SET_STRIPS && !SET_LOADS
+#if SET_FIXED_CORNERS
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
+#endif
+#if SET_DAMPED_STRIPS               /* damped_ways.c                                                          */
+    nodes_t way_size[MOST_WHEELS], way_along[MOST_WHEELS], way_across[MOST_WHEELS];     /* slips at the nodes  */
+    double way_pace[MOST_WHEELS], end_toward[2*MOST_WHEELS];    /* one over a damper's speed; directions at the end */
 #endif
 #if SET_APPROACHES
     int stretched;                              /* a step up to a rest: the power of its clock, else 0      */
@@ -291,7 +299,7 @@ typedef struct {
 /* Whether a contact slips in a direction that turns. */
 ALWAYS_INLINE int may_turn(const step_t *s, int i)
 {
-#if SET_STRIPS
+#if SET_STRIPS && !SET_DAMPED_STRIPS
     return s->slides[i] && !s->corner[i];
 #else
     return s->slides[i];
@@ -345,6 +353,9 @@ typedef struct {
 #endif
 #if SET_STRIPS && !SET_LOADS
     lanes_t ground_yield[MOST_WHEELS];
+#endif
+#if SET_DAMPED_STRIPS
+    lanes_t damped_yield[MOST_WHEELS], rigid[MOST_WHEELS];
 #endif
 } arrays_t;
 

@@ -32,14 +32,17 @@ DETERMINED = 1e-6  # least determinant of the coupled matrix
 ROUNDINGS = 256  # of the weight, in a load
 
 # What loads and friction do that do not go on together; where there is no solution the vehicle may tip.
-NONE, SEVERAL, UNDETERMINED, UNSETTLED = (
+NONE, SEVERAL, UNDETERMINED, UNSETTLED, UNSETTLED_BEARINGS, BEHIND_FOLD = (
     "have no solution",
     "have several solutions",
     "do not determine each other",
-    "do not find each other where contacts let go",
+    "do not find each other where contacts hold or let go",
+    "do not find each other where bearings hold or let go",
+    "do not find each other behind a fold, in which a roller has stopped",
 )
 
-FAILURES = (NONE, SEVERAL, UNDETERMINED, UNSETTLED)  # in the order of engine_calls.h
+# In the order of engine_calls.h.
+FAILURES = (NONE, SEVERAL, UNDETERMINED, UNSETTLED, UNSETTLED_BEARINGS, BEHIND_FOLD)
 
 SumsOf = Callable[[np.ndarray], np.ndarray]  # from loads (..., N) that friction feels to the sums (..., 3)
 

@@ -138,6 +138,7 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         not ended."""
         axles = self.axles
         modes, broken = self._starting()
+        seen: set[bytes] = set()  # of turns in which one bearing changes: those that come back go round for ever
         for turn in range(TURNS):
             bounds = np.where(broken | ~axles.resting, axles.sliding, axles.holding)
             self._put(modes, bounds)
@@ -149,6 +150,11 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
             if wrong.any():
                 wrong = wrong if turn < ALL_AT_ONCE else wrong & (np.cumsum(wrong) == 1)
                 modes = np.where(wrong, np.where(modes == 0, -np.sign(self.holding).astype(int), 0), modes)
+                state = modes.tobytes() + broken.tobytes()
+                if state in seen:
+                    break
+                if turn >= ALL_AT_ONCE:
+                    seen.add(state)
                 continue
             turns = axles.resting & (modes != 0)
             if not (turns & ~broken).any():

@@ -17,7 +17,16 @@ import numpy as np
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import CLEARLY, HELD_ROUNDINGS, Dynamics, Grip, Ground
 from omniroll.effects.ground_flow import GroundFlow
-from omniroll.effects.ground_loads import NONE, SEVERAL, UNSETTLED, Carried, GroundFailsError, Loads, SumsOf
+from omniroll.effects.ground_loads import (
+    NONE,
+    SEVERAL,
+    UNSETTLED,
+    UNSETTLED_BEARINGS,
+    Carried,
+    GroundFailsError,
+    Loads,
+    SumsOf,
+)
 from omniroll.effects.guards import EPS, PASSED
 from omniroll.effects.rounds_with_loads import FindModes, Kept, take_rounds
 from omniroll.effects.slipping_axles import SlippingAxles
@@ -207,7 +216,8 @@ class LoadedGround(Ground):
                 raise
             found = Carried(compression, self.loads.start, compression, np.array(np.nan))
         if found is not None and not take_rounds(self, kept, rests, find_modes, dynamics):
-            self.loads.refuse(UNSETTLED, found)
+            contacts = (self.contacts_in_rounds(rests) & self.loads.carries).any()
+            self.loads.refuse(UNSETTLED if contacts else UNSETTLED_BEARINGS, found)
 
     def _take_turns(self, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics) -> Carried | None:
         """None where turns come to an end; else the loads of the last one."""

@@ -352,11 +352,15 @@ class StandingDeviations(ContactDeviations):
         wheels = self._wheels_of(bounds.parts[reached].any(axis=0) if reached.size else changed)
         time = self._time_in(row, before)
         if not reached.size or not (bounds.slopes[0, reached] * time > GRAZES).all():
-            reason = "what sticks only just comes to its bound, so that a change however small lets it stay"
-            raise self._none(row, reason, wheels)
+            raise self._just_at_bound(row, following, wheels)
         times = -bounds.slopes[1:, reached].T / bounds.slopes[0, reached, None]
         self._refuse_apart(row, times, wheels)
         return moved + (f - later)[:, None] * times[0]
+
+    def _just_at_bound(self, row: int, following: int, wheels: np.ndarray) -> NoDerivativeError:
+        """The error of rates that jump behind a row while nothing comes to its bound with a rate, at these wheels."""
+        reason = "what sticks only just comes to its bound, so that a change however small lets it stay"
+        return self._none(row, reason, wheels)
 
     def _changed(self, row: int, following: int, before: Modes) -> np.ndarray:
         """(N + B + N,) bool: contacts and bearings that have let go, and loads that vanish or come back."""

@@ -13,7 +13,9 @@ contacts and bearings (standing_deviations.py) holds with that speed in the plac
 3. A roller that comes into contact stands on its disk. That is part of the switch.
 
 There is no derivative, beside the cases of standing_deviations.py, where such a spin only just comes to zero and the
-bearing holds more than it takes while the roller turns: the motions beside the run turn on.
+bearing holds more than it takes while the roller turns: the motions beside the run turn on. Nor is there one where a
+roller stops in a fold of friction and loads (csrc/ground/strips_under_loads.c): rates go with the root of the time that
+is left until then, and have no slope.
 """
 
 from collections.abc import Mapping
@@ -26,6 +28,7 @@ from omniroll.engine.events_beside import GRAZES, JUMPS
 from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.engine.standing import SAME
 from omniroll.engine.standing_deviations import BearingsBesideContacts, Modes, StandingDeviations
+from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 
@@ -162,6 +165,23 @@ class StripDeviations(StandingDeviations):
         slow = found & (self.bearings.holding > (1 + JUMPS) * self.bearings.sliding)
         self._refuse_grazing(row, before, slow & ~before.sticks[self.bearings.wheel_of])
         return found
+
+    def _just_at_bound(self, row: int, following: int, wheels: np.ndarray) -> NoDerivativeError:
+        folds = np.flatnonzero(self._stops_turning(row, following))
+        if not folds.size:
+            return super()._just_at_bound(row, following, wheels)
+        reason = (
+            "a roller stops in a fold, where friction and loads have no solution any more in which it turns, so that "
+            "rates up to it have no slope"
+        )
+        return self._none(row, reason, folds)
+
+    def _stops_turning(self, row: int, following: int) -> np.ndarray:
+        """(N,) bool: rollers that stop behind a row, where they have a spin, while their contacts slip."""
+        modes, reach = self._modes(row), self.motion.plain.call("contact_reaches", self.motion.trajectory.chi[row])
+        stops = self._turns(modes) & ~self._turns(self._modes(following)) & self.contacts.slides[row]
+        speeds = np.abs(self.motion.trajectory.contact_spin[row]) * reach
+        return stops & (speeds > self.contacts.roundings(self.motion.y[row]))
 
     def _refuse_grazing(self, row: int, before: Modes, bearings: np.ndarray) -> None:
         """Raises NoDerivativeError where spins of some bearings (B,) bool, which fall to zero, hardly change."""
