@@ -144,6 +144,15 @@ def test_the_laws_hold_in_every_row_of_more_scenes(number):
     assert (~run.sticks & (np.abs(run.contact_spin) > 1e-6)).any(), "none slips and turns"
 
 
+@pytest.mark.long
+def test_a_contact_comes_to_rest_on_a_roller_that_turns():
+    end = 4e-4
+    run = assert_the_laws_hold(46, end)
+    rests = run.sticks[-1]
+    assert run.t[-1] == end and rests.any() and not run.sticks[0, rests].any()
+    assert (np.abs(run.contact_spin[-1, rests]) > 1).all()
+
+
 def test_samples_between_rows_are_those_of_finer_runs():
     vehicle, options = scene(15)
     names = ("slip", "ground_force", "ground_load", "contact_spin")

@@ -208,6 +208,13 @@ class LoadedDampedFlow(LoadedFlow, DampedStripFlow):
         super()._aim(angles)
         self.ground.on_way[:] = self.both
 
+    def _by_angles(self, time: float, y: np.ndarray, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """The same; the loads of the state are again those of these directions, not of turned ones."""
+        own = self.known[y.tobytes()]
+        by_angle = super()._by_angles(time, y, angles, rates)
+        self.known[y.tobytes()] = own
+        return by_angle
+
     def _take_state(self, y: np.ndarray) -> None:
         super()._take_state(y)
         self.loads[:] = np.where(self.both, np.maximum(self.known[y.tobytes()], LEAST), 1.0)
