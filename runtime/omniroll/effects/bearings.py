@@ -56,8 +56,7 @@ class Bearings(Effect):
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
-    coefficients that is not N, for break_away below coulomb, and for massless rollers that stick beside roller_viscous
-    where wheels may slip under the law coulomb with loads that follow the motion.
+    coefficients that is not N, and for break_away below coulomb.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
@@ -125,18 +124,6 @@ class Bearings(Effect):
 
     def roller_torques(self, kernel: Kernel) -> tuple[np.ndarray, np.ndarray] | None:
         return self._torques("roller", kernel.wheels) if self.rollers_stick and kernel.slips else None
-
-    def check_model_beside(self, roller_model: str, others: Sequence[Effect]) -> None:
-        ground = {name for effect in others for name in effect.kernel_effects()}
-        if not self.rollers_stick or "contact" not in ground or roller_model != "massless":
-            return
-        if self.roller_viscous is not None and {"contact_loads", "contact_coulomb"} <= ground:
-            bound = (
-                "must not be given for massless rollers that stick where wheels may slip under the law coulomb with "
-                "loads that follow the motion: how fast such a roller spins and how far its contact slips are not "
-                "found for each other there; let the loads be static, or leave it out"
-            )
-            raise InvalidValueError("roller_viscous", self.roller_viscous, bound)
 
     def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
         if not self.rollers_stick or kernel.slips:

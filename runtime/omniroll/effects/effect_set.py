@@ -28,6 +28,7 @@ from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
 from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearings
+from omniroll.effects.loaded_ground_with_damped_rollers import LoadedDampedFlow, LoadedGroundWithDampedRollers
 from omniroll.effects.loaded_ground_with_massless_rollers import LoadedGroundWithMasslessRollers, LoadedStripFlow
 from omniroll.effects.loaded_massless_rollers import GroundBesideMasslessRollers
 from omniroll.effects.massless_rollers import MasslessRollers
@@ -285,9 +286,11 @@ class EffectRun:
                 bearings = MasslessSlippingBearings(self.kernel, of_axles, rollers)
                 if not grip.sticks:
                     return GroundBesideMasslessRollers(self.kernel, grip, bearings, self.bound_rates)
+                damped = "damped_ways" in self.kernel.signatures
                 if grip.balance is not None:
-                    return LoadedGroundWithMasslessRollers(self.kernel, grip, bearings, self.bound_rates)
-                own = GroundWithDampedRollers if "damped_ways" in self.kernel.signatures else GroundWithMasslessRollers
+                    loaded = LoadedGroundWithDampedRollers if damped else LoadedGroundWithMasslessRollers
+                    return loaded(self.kernel, grip, bearings, self.bound_rates)
+                own = GroundWithDampedRollers if damped else GroundWithMasslessRollers
                 return own(self.kernel, grip, bearings, self.bound_rates.buffers)
             bearings = SlippingBearings(self.kernel, of_axles, rollers)
             if not grip.sticks:
@@ -419,7 +422,7 @@ class EffectRun:
         kind = GroundFlow if ground.grip.balance is None else LoadedFlow
         if isinstance(ground, GroundWithMasslessRollers):
             kind = StripFlow if ground.grip.balance is None else LoadedStripFlow
-        if isinstance(ground, GroundWithDampedRollers):
+        if isinstance(ground, GroundWithDampedRollers) and ground.grip.balance is None:
             kind = DampedStripFlow
         slip = kind(ground, rates, flow(none, turns, ground.axles.torques())).slip(y)
         try:
@@ -428,6 +431,8 @@ class EffectRun:
             self._keep_modes()
         turning = ground.turning_guards(layout.view(y, "nu"), layout.view(y, "rates"))
         plain = flow(ground.sticks, ground.axles.modes == 0, ground.axles.torques())
+        if isinstance(ground, LoadedGroundWithDampedRollers):
+            kind = LoadedDampedFlow
         return kind(ground, rates, plain), Guards([*guards, *turning], layout.size)
 
     def _on_smooth_ground(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> SmoothFlow:

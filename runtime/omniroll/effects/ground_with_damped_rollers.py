@@ -175,12 +175,20 @@ class DampedStripFlow(StripFlow):
         buffers = self.buffers
         changes = np.column_stack([buffers["slip_dot"], buffers["chi_dot"]])
         along = (buffers["slip_slopes"] * changes).sum(axis=1)
-        rests, way = self._at_rest(), buffers["slip_direction"]
+        rests, way = self._at_rest(), self._going()
         turns = rests & (np.abs(way[:, 1]) > ALONG_THE_AXLE)
         along[rests] = changes[rests, 0]
         along[turns] = 0.0  # it goes with the rate across, whose rounding it would enlarge
         buffers["slip_dot"][:, 0] = np.where(self.both, along, changes[:, 0])
         return rates
+
+    def _take_state(self, y: np.ndarray) -> None:
+        """What is asked next is asked in the state y."""
+        self.y[:] = y
+
+    def _going(self) -> np.ndarray:
+        """(N, 2) where contacts go, in the rates that were computed last."""
+        return self.buffers["slip_direction"]
 
     def _at_rest(self) -> np.ndarray:
         """(N,) bool: contacts that slip on rollers that turn, whose slip in the last state is rounding."""
@@ -231,7 +239,7 @@ class DampedStripFlow(StripFlow):
         if not super().are_ahead(places, angles, along):
             return False
         for y, own in zip(places, angles, strict=True):
-            self.y[:] = y
+            self._take_state(y)
             self._aim(own)
             if (self.buffers["way_size"] < -self.rounding())[self.both].any():
                 return False

@@ -273,7 +273,7 @@ class GroundWithMasslessRollers(GroundWithBearings):
 def as_if_rigid(wheels: int) -> dict[str, np.ndarray]:
     """What slip_forces takes beside the state, by name, for slips of wheels whose rollers stick."""
     none = np.zeros(wheels)
-    forces = {"ground_push": np.zeros((wheels, 2)), "load_factor": np.ones(wheels)}
+    forces = {"ground_push": np.zeros((wheels, 2)), "load_factor": np.ones(wheels), "passed_on": np.ones(wheels)}
     modes = {"contact_sticks": np.ones(wheels), "contact_bearing": none}
     return forces | modes | {"ground_yield": none, "damped_yield": none}
 

@@ -169,10 +169,14 @@ class LoadedGround(Ground):
 
     def _under(self, loads: np.ndarray, dynamics: Dynamics, sticks: np.ndarray, unit: np.ndarray) -> tuple:
         """The dynamics under loads (N,) and forces `unit` (N, 2) per load."""
-        self.factor[:] = self.factors(loads)
+        self.feel(loads)
         found = dynamics(sticks, unit)
-        self.factor[:] = 1.0
+        self.feel(None)
         return found
+
+    def feel(self, loads: np.ndarray | None) -> None:
+        """The kernels have forces under loads (N,); None: those that are given."""
+        self.factor[:] = 1.0 if loads is None else self.factors(loads)
 
     @property
     def bearings(self) -> SlippingAxles | None:
@@ -339,18 +343,18 @@ class LoadedFlow(GroundFlow):
         self.buffers["load"][:] = 1.0  # forces per load
 
     def _rates(self, time: float, y: np.ndarray) -> np.ndarray:
-        ground, factor = self.ground, self.buffers["load_factor"]
+        ground = self.ground
 
         def sums_of(loads: np.ndarray) -> np.ndarray:
-            factor[:] = ground.factors(loads)
+            ground.feel(loads)
             self.plain(time, y)
             return ground.balance()
 
         self.carried = ground.loads.solve(sums_of)
         ground.press(self.carried)
-        factor[:] = ground.factors(self.carried.loads)
+        ground.feel(self.carried.loads)
         found = self.plain(time, y)
-        factor[:] = 1.0
+        ground.feel(None)
         return found
 
     def _moved(self, time: float, y: np.ndarray, angles: np.ndarray) -> np.ndarray:

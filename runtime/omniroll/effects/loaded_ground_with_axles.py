@@ -91,6 +91,10 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
         """Places of the bearings at rest, which turn or stick; contacts slip with (N, 2) in m/s."""
         return self.axles.resting_on_ground()
 
+    def _signs(self, places: np.ndarray) -> np.ndarray:
+        """Of the rates with which bearings at these places would turn: any, where only torques have them."""
+        return np.ones(len(places), int)
+
     def _refuse_unless_determined(self, slip: np.ndarray, dynamics: Dynamics) -> None:
         """Raises GroundFailsError where loads and axles need not determine each other (rule 3)."""
         resting, modes = self._undecided(slip), self.axles.modes
@@ -99,7 +103,7 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
         shares = self.loads.springs.shares(self.loads.carries)
         for choice in product((0, 1), repeat=len(resting)):
             self.axles.modes = modes.copy()
-            self.axles.modes[resting] = choice
+            self.axles.modes[resting] = np.array(choice, int) * self._signs(resting)
             sums_of = self._sums_of_pushes(dynamics)
             found = carried(shares, self.loads.carries, sums_of, self.loads.start, self.loads.arm)
             if not found.determinant > DETERMINED:

@@ -71,7 +71,17 @@ class BesideBearings:
         """About `loads` (..., N) in N; `found` gives b (..., N) and the gain at loads (..., N)."""
         with np.errstate(divide="ignore", invalid="ignore"):  # of what does not turn
             taken, gain = found(loads)
-            about = np.where(turns, np.maximum(loads, np.maximum((1 + TIP) * np.abs(taken), LEAST)), 1.0)
+        return cls.with_gain(gain, turns, cls.about_of(taken, turns, loads), loads)
+
+    @staticmethod
+    def about_of(taken: np.ndarray, turns: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        """(..., N) in N, loads about which it is linear: the `loads`, or just above those that bearings take whole."""
+        with np.errstate(invalid="ignore"):
+            return np.where(turns, np.maximum(loads, np.maximum((1 + TIP) * np.abs(taken), LEAST)), 1.0)
+
+    @classmethod
+    def with_gain(cls, gain: np.ndarray, turns: np.ndarray, about: np.ndarray, loads: np.ndarray):
+        """The same with these gains at about_of()."""
         return cls(turns, about, np.where(turns, np.where(about > loads, 0.0, gain), 1.0))
 
     def factor(self, loads: np.ndarray) -> np.ndarray:

@@ -29,6 +29,14 @@ def goes_along(slip: np.ndarray, heading: np.ndarray, rounding: np.ndarray) -> n
 Pushed = tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray]
 
 
+def _across(slip: np.ndarray, heading: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+    """(..., N, 2) the rolling directions, with the signs of slips (..., N, 2) that pass zero there; where one is
+    rounding (..., N) with those of the headings."""
+    says = np.abs(slip[..., 1]) > rounding
+    sign = np.copysign(1.0, np.where(says, slip[..., 1], heading[..., 1]))
+    return np.stack([0 * sign, sign], axis=-1)
+
+
 class Contacts:
     """The contacts in some states (...) of a run in which wheels may slip.
 
@@ -129,6 +137,8 @@ class Contacts:
         slip[sticks] = 0.0
         heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
         rounding = slip_roundings(self.kernel.vehicle, nu, self.rates, *(self.axial or (None,)))
+        if "damped_corners" in self.kernel.signatures:
+            heading = np.where((values["contact_sticks"] < 0.5)[..., None], _across(slip, heading, rounding), heading)
         stands = {"standing_dynamics", "bearing_dynamics"} & self.kernel.signatures.keys()
         if stands and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
@@ -178,12 +188,8 @@ class Contacts:
         self, values: dict[str, np.ndarray], known: Mapping[str, np.ndarray], slip: np.ndarray, turns: np.ndarray
     ) -> np.ndarray:
         """The same where bearings have viscous friction, of the contacts `turns` (maxima/effects/
-        contact_damped_strip.mac). Where the slip along the rolling direction is zero its heading says its sign."""
-        rounding = slip_roundings(self.kernel.vehicle, values["nu"], self.rates, None)
-        says = np.abs(slip[..., 1]) > rounding
-        sign = np.copysign(1.0, np.where(says, slip[..., 1], values["slip_direction"][..., 1]))
-        towards = {"slip_direction": np.stack([0 * sign, sign], axis=-1)}
-        corner = self._called("damped_corners", values | known | towards)
+        contact_damped_strip.mac)."""
+        corner = self._called("damped_corners", values | known)
         values["damped_yield"] = np.where(turns, corner["root_yield"], 0.0)
         slip[turns] = self._called("slip_forces", values)["slip"][turns]
         return corner["damped_force"]
@@ -198,7 +204,7 @@ class Contacts:
     def _beside(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
         """The inputs of the accelerations but the forces on contacts that slip."""
         none = {name: np.zeros_like(self.rates) for name in ("sticks", "axle_sticks")}
-        none["load_factor"] = np.ones_like(self.rates)
+        none |= {name: np.ones_like(self.rates) for name in ("load_factor", "passed_on")}
         values = none | dict(self.given()) | self._state(nu, chi)
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])
@@ -262,12 +268,33 @@ class Contacts:
             return
         turns = (values["contact_sticks"] < 0.5) & carries
         given = values | {"friction": self.grip.sliding}
-
+        if "damped_corner_loads" in self.kernel.signatures:
+            self._press_beside_dampers(values, loads, carries, about)
+            return
         beside = BesideBearings.at(lambda there: taken_and_gain(left_of(self.kernel, given, there)), turns, about)
         values["load_factor"] = np.where(turns, beside.factor(loads), values["load_factor"])
         if not self.grip.sticks:
             values["bearing_factor"] = 1 / beside.about
             return
         values["load_factor"] *= np.where(turns, left_of(self.kernel, given, beside.about)["left_part"], 1.0)
+        self._hold_by_loads(values, loads)
+
+    def _press_beside_dampers(
+        self, values: dict[str, np.ndarray], loads: np.ndarray, carries: np.ndarray, about: np.ndarray
+    ) -> None:
+        """The same where bearings have viscous friction, too (maxima/effects/contact_damped_loads.mac)."""
+        turns = (values["contact_sticks"] < 0.5) & carries & values["slips"]
+        friction = {"friction": self.grip.sliding}
+        taken = left_of(self.kernel, values | friction, about)["bearing_load"]
+        there = BesideBearings.about_of(taken, turns, about)
+        found = self._called("damped_corner_loads", values | friction | {"load": there})
+        beside = BesideBearings.with_gain(found["load_gain"], turns, there, about)
+        values["load_factor"] = np.where(turns, beside.factor(loads) * found["left_part"], values["load_factor"])
+        values["passed_on"] = np.where(turns, 1 + found["passed_gain"] * (loads - there) / there, 1.0)
+        values["damped_yield"] = np.where(turns, found["root_yield"], 0.0)
+        self._hold_by_loads(values, loads)
+
+    def _hold_by_loads(self, values: dict[str, np.ndarray], loads: np.ndarray) -> None:
+        """Rollers that stick on their disks, of contacts that slip, are held in proportion to loads (..., N)."""
         by_load = values["slips"] & (values["contact_sticks"] > 0.5)
         values["contact_bearing"] = np.where(by_load, loads * values["held_by_load"], values["contact_bearing"])
