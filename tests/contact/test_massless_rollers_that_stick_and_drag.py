@@ -72,11 +72,12 @@ def root_in_digits(pull, drag, across):
 
 
 def case_of_roots(rng, kind):
-    """Numbers of three contacts that slip and whose rollers turn: pulls of all sizes, or near 1, of which dampers take
-    any part; slips along the rolling direction of all sizes, or none."""
+    """Numbers of three contacts that slip and whose rollers turn: pulls of all sizes, or near 1, or 1 but for a
+    rounding, of which dampers take any part; slips along the rolling direction of all sizes, or none."""
     chi, nu, load = rng.uniform(-0.5, 0.5, 3), rng.normal(size=3) * 10 ** rng.uniform(-6, 1), rng.uniform(1, 9, 3)
     friction, part = rng.uniform(0.05, 1.5, (3, 2)), 10 ** rng.uniform(-9, 0, 3)
     pull = 10 ** rng.uniform(-3, 1.5, 3) if kind < 2 else 1 + rng.choice((-1, 1), 3) * 10 ** rng.uniform(-15, -1, 3)
+    pull = 1 + rng.choice((-2, 0, 1), 3) * EPS if kind >= 4 else pull
     across = 0.0 if kind % 2 else rng.choice((-1, 1), 3) * 10 ** rng.uniform(-20, 1, 3)
     return chi, nu, load, friction, part, pull, across
 
@@ -109,7 +110,7 @@ def assert_roots(rng, kind, roundings):
         assert least_cos * less <= cos <= most_cos * more
 
 
-@pytest.mark.parametrize("kind", range(4))
+@pytest.mark.parametrize("kind", range(6))
 def test_slips_and_forces_are_roots_as_well_as_the_pull_is_known(kind):
     """By chance; without a slip along the rolling direction, and where the bearing takes just what the ground gives."""
     rng = np.random.default_rng([5, kind])

@@ -2,12 +2,12 @@
 forms, every body, the laws in every row, both engines, free rollers as their inertia goes to zero, and under loads that
 follow the motion."""
 
-import time
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from costs.counting import counted, missing
 from mpmath import mp, mpf
 from reactions.test_newton_euler import call
 from scipy.integrate import quad
@@ -459,14 +459,14 @@ def test_scenes_run_under_loads_that_follow(low, law, count):
             assert_laws_hold_under_loads(vehicle, options, run)
 
 
+@pytest.mark.long
 def test_bearings_that_go_round_in_some_set_cost_little():
-    """Where bearings have come back to what they were, nothing is found in that set. Tall scene 397 takes a tenth of a
-    second; it took five of them to go on for 2000 turns."""
-    vehicle, options = rubbing_under_loads(397, "regularised", low=False)
-    simulate(vehicle, duration=1e-6, **options)  # its engine is there
-    began = time.process_time()
-    assert simulate(vehicle, duration=0.05, **options).t[-1] == 0.05
-    assert time.process_time() - began < 1
+    """Where bearings have come back to what they were, nothing is found in that set. In tall scene 397 they do, in
+    scene 3 not."""
+    if missing():
+        pytest.skip(f"not there: {missing()}")
+    found = counted("costs.viscous_rollers_under_loads", ["3", "397"])
+    assert found["397"].per_evaluation <= 10 * found["3"].per_evaluation
 
 
 @BOTH_LAWS

@@ -98,12 +98,15 @@ class LoadedGroundWithDampedRollers(LoadedGroundWithMasslessRollers, GroundWithD
 
     def forces_per_load(self) -> np.ndarray:
         """(N, 2) those on the ellipses; where rollers turn along the rolling direction, what is left of which is said
-        by factors()."""
+        by factors(). Of a contact that begins along its axle, where nothing is left, that is a root of rounding, which
+        loads would feel: it has none."""
         says = self.moving & self.speeds.any(axis=1)
         towards = np.where(says[:, None], self.speeds, self.towards)
-        turns = (self.turning != 0)[:, None]
-        towards = np.where(turns, self._across(towards[:, 1]), towards)
-        return self.grip.sliding_forces(self.kernel, towards, np.ones(len(towards)))
+        turns = self.turning != 0
+        along = turns & ~says & (towards[:, 1] == 0)
+        towards = np.where(turns[:, None], self._across(towards[:, 1]), towards)
+        forces = self.grip.sliding_forces(self.kernel, towards, np.ones(len(towards)))
+        return np.where(along[:, None], 0.0, forces)
 
     def _under(self, loads: np.ndarray, dynamics: Dynamics, sticks: np.ndarray, unit: np.ndarray) -> tuple:
         self._put(sticks)
@@ -207,6 +210,13 @@ class LoadedDampedFlow(LoadedFlow, DampedStripFlow):
     def _aim(self, angles: np.ndarray) -> None:
         super()._aim(angles)
         self.ground.on_way[:] = self.both
+
+    def _by_angles(self, time: float, y: np.ndarray, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """The same; the loads of the state are again those of these directions, not of turned ones."""
+        own = self.known[y.tobytes()]
+        by_angle = super()._by_angles(time, y, angles, rates)
+        self.known[y.tobytes()] = own
+        return by_angle
 
     def _take_state(self, y: np.ndarray) -> None:
         super()._take_state(y)
