@@ -53,7 +53,7 @@ def test_a_session_is_the_run_and_goes_back_to_the_bit(number):
 
 
 def test_a_sweep_ends_where_its_runs_end():
-    vehicle, own = scene(12)
+    vehicle, own = scene(61)
     assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"duration": SHORT})
 
 
