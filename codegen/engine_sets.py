@@ -65,7 +65,7 @@ CORNER_LOADS = "corner_loads"  # the same of loads that follow the motion
 DAMPED_CORNERS = ("damped_corners", "damped_ways")
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
-OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield", "damped_yield")
+OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield", "damped_yield", "passed_on")
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -128,9 +128,10 @@ class EngineSet:
         further += [CORNERS] * self.strips + [*DAMPED_CORNERS] * self.damped_strips
         self.damps_loads = self.loads and effects.function(DAMPED_LOADS) is not None
         self.leaves_loads = self.damps_loads or (self.loads and effects.function(LEFT_LOADS) is not None)
-        self.corners = self.loads and self.strips  # bearings leave parts of loads where contacts slip
-        self.of_corners = OF_CORNERS if self.corners else {}
-        further += [LEFT_LOADS, DAMPED_LOADS] * self.leaves_loads + [CORNER_LOADS] * self.corners
+        self.corners = self.loads and self.strips
+        self.corner_loads = self.corners and not self.damped_strips  # bearings leave parts of loads where contacts slip
+        self.of_corners = OF_CORNERS if self.corner_loads else {}
+        further += [LEFT_LOADS, DAMPED_LOADS] * self.leaves_loads + [CORNER_LOADS] * self.corner_loads
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -318,7 +319,7 @@ class EngineSet:
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
         names |= {LEFT_LOADS, DAMPED_LOADS} if self.leaves_loads else set()
-        names |= {CORNER_LOADS} if self.corners else set()
+        names |= {CORNER_LOADS} if self.corner_loads else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
@@ -404,8 +405,7 @@ def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
     if not all(map(effects.function, MOTION)):
         return ""
-    facts = EngineSet(effects, registry)
-    return "" if facts.damped_strips and facts.loads else template("engine_set.h", facts=facts)
+    return template("engine_set.h", facts=EngineSet(effects, registry))
 
 
 def along_set(effects: EffectSet, registry: Registry) -> str:

@@ -14,7 +14,6 @@ from contact.test_massless_rollers_beside_coulomb import assert_runs_agree, chan
 from contact.test_massless_rollers_that_stick_and_drag import assert_the_laws_hold, dragging
 from omniroll import simulate
 from omniroll.engine.simulate import checked_task
-from omniroll.kernels import sets
 from omniroll.scenes.explanation import runs_on
 
 SHORT = 0.02
@@ -83,9 +82,3 @@ def test_the_compiled_engine_runs_them_and_says_so():
     vehicle, own = dragging(2)
     own.pop("control")
     assert runs_on(checked_task(vehicle, duration=SHORT, **own)) == "compiled engine, compiled kernel"
-
-
-def test_sets_have_a_header_where_loads_are_static():
-    names = ("contact", "contact_coulomb", "roller_sticking", "roller_viscous")
-    for others, has in (((), True), (("axle_sticking",), True), (("contact_loads",), False)):
-        assert bool(sets.programs().kernel("massless", (*names, *others)).files().get("engine_set.h")) == has

@@ -13,7 +13,7 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
-#if SET_STRIPS && !SET_LOADS
+#if SET_STRIPS && !SET_CORNER_LOADS
 #define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
 
 /* The ground's forces on wheels that are rigid, and what would hold their rollers then. */
@@ -26,7 +26,8 @@ static void asked_of_rigid_wheels(const own_bearings_t *own, const vehicle_t *v,
     slips_of(wheels, v, nu, chi, core, pair);
     set_sliding_forces(wheels, v, pair, own->load, own->friction, force, slope);
 #if SET_DAMPED_STRIPS
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, none, rigid, spin, asked);
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, PER_LOAD(rigid) none, none, rigid,
+                   PASSED_ON(rigid) spin, asked);
 #else
     set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, rigid, spin, asked);
 #endif
@@ -54,6 +55,18 @@ static void spins_at_the_most(const own_bearings_t *own, const vehicle_t *v, con
         if (taken > 0)
             spin[i] = own->scale[i]*mode*(over - 1)*(over + 1);
     }
+}
+
+/* The loads that bearings feel from now on: those of this instant. */
+static void feel_loads_now(const omniroll_run_t *run, const work_t *work)
+{
+#if SET_DAMPED_STRIPS
+    lanes_t load[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        load[i] = lanes_of(run->grips[i].load);
+    feel_loads(&work->own, run->wheels, load);
+#endif
+    (void)run, (void)work;
 }
 
 /* Which rollers turn on contacts that slip, and take nearly all of their friction along the axle, from now on. */
@@ -103,7 +116,7 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
             damped_spins(own, v, wheels, nu, chi, core, own->torque + own->rollers_at, own->sticks + own->rollers_at,
                          own->corner, rates + own->rollers_at);
 #endif
-#if !SET_LOADS
+#if !SET_CORNER_LOADS
     spins_at_the_most(own, v, wheels, nu, chi, core, rates + own->rollers_at);
 #else
     (void)v, (void)nu, (void)chi;
@@ -127,7 +140,7 @@ ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const wor
 }
 #endif
 
-#if SET_CORNERS
+#if SET_CORNER_LOADS
 /* The same beside contacts that stick, into work->own.rate, where the rates have been computed. */
 static void own_rates_there(const omniroll_run_t *run, const work_t *work, const instant_t *now)
 {
@@ -169,7 +182,7 @@ ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work
 }
 #endif
 
-#if SET_CORNERS
+#if SET_CORNER_LOADS
 /* The spins at this instant, under the loads that are known. */
 static void put_yields_now(const omniroll_run_t *run, const instant_t *now)
 {
@@ -185,9 +198,10 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 {
     instant_t now;
     at_this_instant(run, work, run->wheels, &now);
-#if SET_CORNERS
+#if SET_CORNER_LOADS
     put_yields_now(run, &now);
 #elif SET_STRIPS
+    feel_loads_now(run, work);
     begin_at_the_most(run, work, &now);
 #endif
     own_rates_there(run, work, &now);

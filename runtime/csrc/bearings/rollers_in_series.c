@@ -51,13 +51,16 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
 #if SET_LOADS
     core_rates(run->wheels, &now.point, nu_dot);
 #endif
+#if SET_DAMPED_STRIPS && SET_LOADS
+    feel_loads(&work->own, run->wheels, now.point.loads->compression);
+#endif
     own_rates_there(run, work, &now);
 }
 
 /* Rounding of a spin, or of what stands in its place, beside that of rates of its size. */
 ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 {
-#if SET_STRIPS && !SET_LOADS
+#if SET_STRIPS && !SET_CORNER_LOADS
     if (fabs(work->own.takes[i]) > 0)
         return EPS*work->own.scale[i];
 #endif

@@ -7,6 +7,9 @@
 ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at)
 {
     const own_bearings_t *const own = s->own;
+#if SET_DAMPED_STRIPS
+    feel_loads_at(s, wheels, b);
+#endif
     own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, core_at(s, b), own->rate
                        UNDER(s->loads_at + b));
     for (int k = 0; k < s->own_count; k++)
@@ -17,6 +20,9 @@ ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
 {
     const own_bearings_t *const own = s->own;
+#if SET_DAMPED_STRIPS && SET_LOADS
+    feel_loads(own, wheels, s->loads_at_end->compression);
+#endif
     own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate UNDER(s->loads_at_end));
     for (int k = 0; k < s->own_count; k++)
         own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);

@@ -4,7 +4,8 @@
  * load the bearing of a roller that turns leaves what is in no proportion to it: there the ground's friction is linear
  * about some loads, and these are found by Newton's rule (runtime/omniroll/effects/loads_beside_bearings.py). */
 
-#define SET_CORNERS (SET_STRIPS && SET_LOADS)   /* massless rollers that turn on contacts that slip: corner_loads.c */
+#define SET_CORNERS (SET_STRIPS && SET_LOADS)   /* massless rollers that turn on contacts that slip */
+#define SET_CORNER_LOADS (SET_CORNERS && !SET_DAMPED_STRIPS)    /* and leave parts of loads: corner_loads.c */
 
 /* What is taken beside other arguments where the rates of massless rollers follow from loads that follow the motion. */
 #if SET_LOADS && SET_IN_SERIES && !SET_GRIPS
@@ -18,8 +19,17 @@
 #define SET_NEARLY_LINEAR 1
 #define BEARING_FACTOR(loads) (loads)->bearing_factor,
 #else
-#define SET_NEARLY_LINEAR (SET_CORNERS && SET_LEAVES_LOADS)
+#define SET_NEARLY_LINEAR (SET_CORNER_LOADS && SET_LEAVES_LOADS)
 #define BEARING_FACTOR(loads)
+#endif
+
+/* What functions of rollers whose bearings have viscous friction take beside other arguments: factors that are 1. */
+#if SET_DAMPED_STRIPS && SET_LOADS
+#define PER_LOAD(factor) factor,
+#define PASSED_ON(ones) ones,
+#else
+#define PER_LOAD(factor)
+#define PASSED_ON(ones)
 #endif
 
 #define TIP 1e-12                   /* of the load that a bearing takes: nearer to it hardly anything is left   */
@@ -29,7 +39,7 @@
 #define LOADS_ROUNDED 1e-11         /* of the weight: steps below this that do not fall any more are rounding    */
 #define SURE 0.1                    /* of LOADS_SETTLED: where the next step would be that falls as its square   */
 
-#if SET_NEARLY_LINEAR && !SET_CORNERS
+#if SET_NEARLY_LINEAR && !SET_CORNER_LOADS
 /* Friction of contacts is linear about some loads, of which bearings of rollers that turn take `taken`. */
 ALWAYS_INLINE void be_linear_about(const int wheels, const lanes_t *load, const lanes_t *taken, const lanes_t *gain,
                                    const lanes_t *sticks, loads_t *loads)
@@ -56,7 +66,7 @@ ALWAYS_INLINE void find_about_beside_dampers(const int wheels, const lanes_t *lo
 }
 #endif
 
-#if SET_CORNERS
+#if SET_CORNER_LOADS
 /* Which contacts are in corners, lane by lane. */
 ALWAYS_INLINE lane_mask_t in_corner(const int wheels, const point_t *at, int i)
 {

@@ -70,6 +70,7 @@ ALWAYS_INLINE int roller_mode_in_set(const work_t *work, const carrying_t *set, 
 }
 
 static void slips_now(const omniroll_run_t *run, const work_t *work, double *slip);
+static void slips_beside_turning(const omniroll_run_t *run, const work_t *work, const double *pair, double *slip);
 static double slip_rounding(const omniroll_run_t *run, int contact);
 
 /* The forces per load of contacts that slip, in each lane where they go in the modes of its set: along the rolling
@@ -77,9 +78,10 @@ static double slip_rounding(const omniroll_run_t *run, int contact);
 static void forces_in_sets(const omniroll_run_t *run, const work_t *work, const carrying_t *sets, int count,
                            lanes_t *unit)
 {
-    double pair[2*MOST_WHEELS];
+    double pair[2*MOST_WHEELS], turning[2*MOST_WHEELS];
     lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
     slips_now(run, work, pair);
+    slips_beside_turning(run, work, pair, turning);
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
         const double size = length_of(pair + 2*i, 2);
@@ -87,8 +89,8 @@ static void forces_in_sets(const omniroll_run_t *run, const work_t *work, const 
         for (int lane = 0; lane < LANES; lane++) {
             const int turns = roller_mode_in_set(work, sets + (lane < count ? lane : 0), i) != 0;
             const int other = moves && turns != now;
-            toward[2*i][lane] = !other ? grip->towards[0] : turns ? 0 : pair[2*i]/size;
-            toward[2*i + 1][lane] = !other ? grip->towards[1] : turns ? copysign(1, pair[2*i + 1]) : pair[2*i + 1]/size;
+            for (int k = 2*i; k < 2*i + 2; k++)
+                toward[k][lane] = !other ? grip->towards[k - 2*i] : turns ? turning[k] : pair[k]/size;
         }
     }
     set_sliding_forces(run->wheels, &work->vehicle, toward, work->load, work->friction, unit, slope);
@@ -96,13 +98,20 @@ static void forces_in_sets(const omniroll_run_t *run, const work_t *work, const 
 }
 
 /* The rollers of a set in one lane of an instant. */
-static void turn_in_lane(const omniroll_run_t *run, const work_t *work, const carrying_t *set, int lane, lanes_t *input)
+static void turn_in_lane(const omniroll_run_t *run, const work_t *work, const carrying_t *set, const int *sticks,
+                         int lane, arrays_t *at)
 {
     for (int i = 0; i < run->wheels; i++) {
         const int place = work->own.rollers_at + i, mode = roller_mode_in_set(work, set, i);
         work->own.sticks[place][lane] = mode == 0;
-        input[own_input(run, place)][lane] = -mode*own_bearings(run)[place].sliding;
+        at->input[own_input(run, place)][lane] = -mode*own_bearings(run)[place].sliding;
+#if SET_DAMPED_STRIPS               /* to the dynamics a contact that slips is one of a rigid wheel              */
+        at->rigid[i][lane] = mode == 0 || !sticks[i];
+        if (!sticks[i])
+            at->input[own_input(run, place)][lane] = 0;
+#endif
     }
+    (void)sticks;
 }
 #endif
 
@@ -187,7 +196,7 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
             sticks[i] = set->carries[i] && holds[i];
         stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->mode, lane, &now);
 #if SET_CORNERS
-        turn_in_lane(run, work, set, lane, now.arrays.input);
+        turn_in_lane(run, work, set, sticks, lane, &now.arrays);
 #endif
     }
 #endif
@@ -548,6 +557,7 @@ static void loads_at_start(const work_t *work, step_t *s, const int wheels)
 #endif
 #if SET_GRIPS
         s->loads_at[b].responds = s->sliding;
+        memcpy(s->loads_at[b].compression, now->compression, sizeof now->compression);
 #endif
     }
     for (int k = 0; k <= wheels; k++) {
@@ -631,6 +641,12 @@ static int ends_load(const step_t *s, int k)
     return s->landing == first_load(s) + k || (rate > 0 && value > -LOAD_ROUNDING);
 }
 
+/* Over the weight, of a contact that carries. */
+ALWAYS_INLINE double load_at_end_of_step(const step_t *s, int k)
+{
+    return fmax(weighted(&s->compressed[k], &gauss_end), LEAST_LOAD);
+}
+
 /* A step has been taken. */
 static void loads_have_moved(omniroll_run_t *run, const step_t *s)
 {
@@ -650,7 +666,7 @@ static void loads_have_moved(omniroll_run_t *run, const step_t *s)
         omniroll_grip_t *const grip = run->grips + k;
         grip->dropped = ends && grip->carries, grip->regained = ends && !grip->carries;
         if (grip->carries)
-            grip->load = fmax(weighted(&s->compressed[k], &gauss_end), LEAST_LOAD)*run->ground.weight;
+            grip->load = load_at_end_of_step(s, k)*run->ground.weight;
     }
 }
 #endif

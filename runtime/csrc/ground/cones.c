@@ -43,6 +43,7 @@ typedef struct {
 typedef struct {
     double pair[2*MOST_WHEELS], way[2*MOST_WHEELS];
     int still[MOST_WHEELS], turns;
+    int landed[MOST_WHEELS];        /* whether contacts have come to rest whose rollers turn                */
     int seeks_sets;                 /* whether moments say which contacts carry                              */
     int folds;                      /* the contact whose roller stops in a fold, counted from 1; 0: none     */
     omniroll_bearing_t before[MOST_WHEELS];

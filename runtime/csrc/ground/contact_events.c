@@ -107,6 +107,7 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
 #if SET_DAMPED_STRIPS
+    feel_loads_at_end(s, wheels);
     put_damped_slips(s->own, s->vehicle, wheels, point->nu, point->chi, point->core,
                      s->own->torque + s->own->rollers_at, s->corner, slip);
 #endif

@@ -7,6 +7,31 @@
  * misses is the slip across it, by the state and by what that force leaves of the bearing's. It is as regular where the
  * slip is zero as elsewhere. */
 #if SET_DAMPED_STRIPS
+/* The loads that bearings feel from now on: at the nodes in vector b, and at a step's end. */
+ALWAYS_INLINE void feel_loads(const own_bearings_t *own, const int wheels, const lanes_t *load)
+{
+    for (int i = 0; i < wheels && SET_LOADS; i++)
+        own->load[i] = lanes_max(load[i], lanes_of(LEAST_ABOUT));
+    (void)load;
+}
+
+ALWAYS_INLINE void feel_loads_at(const step_t *s, const int wheels, int b)
+{
+#if SET_LOADS
+    feel_loads(s->own, wheels, s->loads_at[b].compression);
+#endif
+    (void)s, (void)wheels, (void)b;
+}
+
+ALWAYS_INLINE void feel_loads_at_end(const step_t *s, const int wheels)
+{
+#if SET_LOADS
+    for (int i = 0; i < wheels; i++)
+        s->own->load[i] = lanes_of(fmax(s->weight_carried*weighted(&s->compressed[i], &gauss_end), LEAST_ABOUT));
+#endif
+    (void)s, (void)wheels;
+}
+
 /* How far such contacts slip along their axles per force, in some states where bearings have these torques, and three
  * slopes of each of these slips; of others numbers without a meaning. */
 static void damped_roots(const own_bearings_t *own, const vehicle_t *v, const int wheels, const lanes_t *nu,
@@ -27,14 +52,16 @@ NEVER_INLINE void put_damped_slips(const own_bearings_t *own, const vehicle_t *v
                                    lanes_t *slip)
 {
     lanes_t yield[MOST_WHEELS], slopes[3*MOST_WHEELS], none[2*MOST_WHEELS], found[2*MOST_WHEELS], force[2*MOST_WHEELS];
+    lanes_t whole[MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
-        none[k] = lanes_of(0);
+        none[k] = lanes_of(0), whole[k/2] = lanes_of(1);
     damped_roots(own, v, wheels, nu, chi, core, torque, yield, slopes);
-    set_slip_forces(wheels, v, nu, chi, core + rates_at(wheels), torque, none, none, yield, none, found, force);
+    set_slip_forces(wheels, v, nu, chi, core + rates_at(wheels), torque, none, PER_LOAD(whole) none, yield, none,
+                    PASSED_ON(whole) found, force);
     for (int i = 0; i < wheels; i++)
         if (corner[i])
             slip[2*i] = found[2*i];
-    (void)force, (void)slopes;
+    (void)force, (void)slopes, (void)whole;
 }
 
 /* The spins of rollers in their modes, of which those of `corner` turn on contacts that slip. */
@@ -42,14 +69,15 @@ NEVER_INLINE void damped_spins(const own_bearings_t *own, const vehicle_t *v, co
                                const lanes_t *chi, const lanes_t *core, const lanes_t *torque, const lanes_t *sticks,
                                const int *corner, lanes_t *spin)
 {
-    lanes_t yield[MOST_WHEELS], slopes[3*MOST_WHEELS], none[2*MOST_WHEELS], holding[MOST_WHEELS];
+    lanes_t yield[MOST_WHEELS], slopes[3*MOST_WHEELS], none[2*MOST_WHEELS], holding[MOST_WHEELS], whole[MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
-        none[k] = lanes_of(0);
+        none[k] = lanes_of(0), whole[k/2] = lanes_of(1);
     damped_roots(own, v, wheels, nu, chi, core, torque, yield, slopes);
     for (int i = 0; i < wheels; i++)
         yield[i] = corner[i] ? yield[i] : lanes_of(0);
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), torque, none, none, yield, sticks, spin, holding);
-    (void)holding, (void)slopes;
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), torque, none, PER_LOAD(whole) none, yield, sticks,
+                   PASSED_ON(whole) spin, holding);
+    (void)holding, (void)slopes, (void)whole;
 }
 
 /* To the dynamics such contacts are those of wheels whose rollers stick. */
@@ -62,6 +90,11 @@ ALWAYS_INLINE void put_rigid(const own_bearings_t *own, const int *corner, const
         if (corner[i])
             at->input[SET_CONTACT_BEARING_INPUT*wheels + i] = lanes_of(0);
     }
+#if SET_LOADS
+    for (int i = 0; i < wheels; i++)
+        at->passed_on[i] = lanes_of(1);
+    point->passed_on = at->passed_on;
+#endif
     point->contact_sticks = at->rigid, point->ground_yield = at->ground_yield, point->damped_yield = at->damped_yield;
 }
 
@@ -72,7 +105,7 @@ ALWAYS_INLINE void put_rigid(const own_bearings_t *own, const int *corner, const
 static void ways_along(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi, const lanes_t *core,
                        const lanes_t *toward, lanes_t *yield, lanes_t *size, lanes_t *along, lanes_t *across)
 {
-    set_damped_ways(wheels, s->vehicle, nu, chi, core + rates_at(wheels), toward, s->load, s->friction,
+    set_damped_ways(wheels, s->vehicle, nu, chi, core + rates_at(wheels), toward, s->own->load, s->friction,
                     s->own->torque + s->own->rollers_at, yield, size, along, across);
 }
 
@@ -82,6 +115,7 @@ static void ways_at(step_t *s, const int wheels, int b, const lanes_t *nu, const
     lanes_t toward[2*MOST_WHEELS], size[MOST_WHEELS], along[MOST_WHEELS], across[MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         toward[k] = s->toward[k].lanes[b];
+    feel_loads_at(s, wheels, b);
     ways_along(s, wheels, nu, chi, core_at(s, b), toward, yield, size, along, across);
     for (int i = 0; i < wheels; i++)
         if (s->corner[i]) {
@@ -115,6 +149,7 @@ static void ways_at_end(step_t *s, const int wheels, const point_t *point)
         const double x = weighted(&s->toward[2*i], &gauss_end), y = weighted(&s->toward[2*i + 1], &gauss_end);
         toward[2*i] = lanes_of(x/hypot(x, y)), toward[2*i + 1] = lanes_of(y/hypot(x, y));
     }
+    feel_loads_at_end(s, wheels);
     ways_along(s, wheels, point->nu, point->chi, point->core, toward, yield, size, along, across);
     for (int i = 0; i < wheels; i++)
         for (int k = 2*i; k < 2*i + 2 && s->corner[i]; k++)

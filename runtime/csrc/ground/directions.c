@@ -74,7 +74,9 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
     lanes_t aside[2*MOST_WHEELS], none[2*MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         none[k] = lanes_of(0);
-#if SET_LOADS
+#if SET_DAMPED_STRIPS && SET_LOADS
+#define OF_NO_FORCE none, none, none    /* pushes, factors and yields                                          */
+#elif SET_LOADS
 #define OF_NO_FORCE none, none      /* pushes and factors: the slips do not depend on them                     */
 #elif SET_DAMPED_STRIPS
 #define OF_NO_FORCE none, none      /* pushes and yields                                                       */
@@ -85,7 +87,8 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
     lanes_t rigid[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         rigid[i] = lanes_of(1);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, OF_NO_FORCE, none, rigid, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, OF_NO_FORCE, none, rigid,
+                    PASSED_ON(rigid) slip, aside);
 #elif defined SET_HAS_CONTACT_SPEEDS
     const lanes_t *const axial = core + contact_speeds_at(wheels);
     set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, OF_NO_FORCE, slip, aside);
@@ -202,7 +205,7 @@ NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask
         for (int k = 0; k < 3; k++)
             s->loads_aside->sums[k] = s->loads_at[b].sums[k];
         s->loads_aside->responds = 1, s->loads_aside->knows_response = 0;   /* found by the first evaluation      */
-#if SET_CORNERS
+#if SET_CORNER_LOADS
         s->loads_aside->rounds = 1;
 #endif
         point.loads = s->loads_aside;

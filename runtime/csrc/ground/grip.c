@@ -569,6 +569,11 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
     double slip[2*MOST_WHEELS];
     int ended = 0;
     roll(run, work, 1);
+#if SET_LOADS && SET_DAMPED_STRIPS              /* slips of contacts whose rollers turn go with the loads    */
+    for (int i = 0; i < run->wheels; i++)
+        if (run->grips[i].carries)
+            run->grips[i].load = load_at_end_of_step(s, i)*run->ground.weight;
+#endif
     if (s->turning)
         SLIPS_IN_MODES(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {

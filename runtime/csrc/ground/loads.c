@@ -21,13 +21,13 @@ ALWAYS_INLINE void put_factors(const int wheels, const point_t *at)
     for (int i = 0; i < wheels; i++)        /* about 0 without a bearing: it is the load                     */
         loads->factor[i] = loads->about[i] + loads->gain[i]*(loads->factor[i] - loads->about[i]);
 #endif
-#if SET_CORNERS
+#if SET_CORNER_LOADS
     for (int i = 0; i < wheels; i++)
         loads->factor[i] *= loads->left[i];
 #endif
 }
 
-#if SET_CORNERS
+#if SET_CORNER_LOADS
 #define IS_WHOLE(loads) (loads)->whole
 #include "ground/corner_loads.c"
 #elif SET_NEARLY_LINEAR
@@ -232,7 +232,7 @@ NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_
         before[i] = lanes_of(0);
     moved_loads(wheels, at, before);
     for (int round = 0; round < rounds_of(wheels, at) && left; round++) {
-#if SET_CORNERS
+#if SET_CORNER_LOADS
         loads->whole = round == 0 && loads->rounds > 1;
 #endif
         loads->knows_response = 0;
@@ -243,7 +243,7 @@ NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_
         left = settle_lanes(step, last, loads->sums[0], found);
         last = step;
     }
-#if SET_CORNERS
+#if SET_CORNER_LOADS
     loads->whole = 0;
 #endif
     for (int k = 0; k < LANES && rounds_of(wheels, at) > 1; k++)
@@ -282,7 +282,7 @@ NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_do
 #if SET_NEARLY_LINEAR
     put_about(wheels, at);
     put_factors(wheels, at);
-#if SET_CORNERS
+#if SET_CORNER_LOADS
     put_yields(wheels, at, loads->compression);
 #endif
 #else
@@ -299,7 +299,7 @@ ALWAYS_INLINE void seek_loads(loads_t *loads, const double *sums)
 #if SET_NEARLY_LINEAR
     loads->rounds = MOST_ROUNDS;
 #endif
-#if SET_CORNERS
+#if SET_CORNER_LOADS
     loads->whole = 0;
 #endif
 }

@@ -223,6 +223,9 @@ static void rates_in_row(omniroll_run_t *run, const work_t *work)
                 grip->towards[k] = pair[2*i + k]/size;
         run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
     }
+#if SET_DAMPED_STRIPS
+    settle_ways(run, work);
+#endif
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     for (int i = 0; i < run->wheels; i++)
         memcpy(run->grips[i].towards, kept + 2*i, sizeof run->grips[i].towards);

@@ -23,7 +23,7 @@ static void forces_in_newtons(const omniroll_run_t *run, const work_t *work, lan
     put_corners_now(run, work, push);
     for (int k = 0; k < 2*run->wheels && SET_LOADS; k++)
         push[k] *= run->grips[k/2].load;
-#if SET_CORNERS
+#if SET_CORNER_LOADS
     lanes_t chi[MOST_WHEELS], yield[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);

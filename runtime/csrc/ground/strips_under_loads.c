@@ -7,18 +7,55 @@
 
 /* ---- what the state says -------------------------------------------------------------------------------------- */
 
+/* Where contacts would go if their rollers turned, of which `pair` are the slips of rigid wheels: along the rolling
+ * directions, or where bearings have viscous friction where state and load say. */
+static void slips_beside_turning(const omniroll_run_t *run, const work_t *work, const double *pair, double *slip)
+{
+#if SET_DAMPED_STRIPS
+    int mode[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        mode[i] = pair[2*i] < 0 ? -1 : 1;
+    slips_of_turning(run, work, mode, pair, slip);
+    for (int i = 0; i < run->wheels; i++) {
+        const double size = length_of(slip + 2*i, 2);
+        for (int k = 2*i; k < 2*i + 2 && size > 0; k++)
+            slip[k] /= size;
+    }
+#else
+    for (int i = 0; i < run->wheels; i++)
+        slip[2*i] = 0, slip[2*i + 1] = copysign(1, pair[2*i + 1]);
+    (void)work;
+#endif
+}
+
+/* The same of the present modes; of other contacts the slips of rigid wheels. */
+static void slips_that_rest(const omniroll_run_t *run, const work_t *work, const double *pair, double *slip)
+{
+#if SET_DAMPED_STRIPS
+    int mode[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        mode[i] = roller_mode(run, i);
+    slips_of_turning(run, work, mode, pair, slip);
+#else
+    for (int i = 0; i < run->wheels; i++)
+        slip[2*i] = roller_mode(run, i) ? 0 : pair[2*i], slip[2*i + 1] = pair[2*i + 1];
+    (void)work;
+#endif
+}
+
 /* Which contacts rest, also such as are off, which may carry from now on; the others have directions of their slips. */
 static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
 {
-    double pair[2*MOST_WHEELS];
+    double pair[2*MOST_WHEELS], own[2*MOST_WHEELS];
     slips_now(run, work, pair);
+    slips_that_rest(run, work, pair, own);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = length_of(pair + 2*i, 2);
         const int still = size <= slip_rounding(run, i);
         if (still)
             stop_on_disk(in_series(run, work) + i);
-        const int rolls = roller_mode(run, i) && fabs(pair[2*i + 1]) <= slip_rounding(run, i);
+        const int rolls = roller_mode(run, i) && length_of(own + 2*i, 2) <= slip_rounding(run, i);
         grip->resting = still || ((grip->resting || rolls) && grip->carries);
         if (still || (turns_loads(run, i, size) && goes_along(run, i, pair + 2*i, grip->towards, 0)))
             continue;
@@ -37,6 +74,7 @@ static void begin_under_loads(const omniroll_run_t *run, const work_t *work, int
     start->turns = 0, start->rests = rests;
     for (int i = 0; i < run->wheels; i++) {
         start->before[i] = in_series(run, work)[i];
+        start->landed[i] = rests[i] && !start->before[i].resting;
         start->still[i] = length_of(start->pair + 2*i, 2) <= slip_rounding(run, i);
         memcpy(start->way + 2*i, run->grips[i].towards, sizeof run->grips[i].towards);
     }
@@ -83,26 +121,31 @@ static void turn_under_loads(const under_loads_t *start, int i, double asked, in
 /* Which rollers turn under the present loads (rule 2), and which contacts rest then. */
 static void put_under_loads(omniroll_run_t *run, const work_t *work, under_loads_t *start)
 {
-    double asked[MOST_WHEELS];
-    int *const rests = start->rests;
+    double asked[MOST_WHEELS], own[2*MOST_WHEELS];
+    int *const rests = start->rests, open[MOST_WHEELS];
     asked_of_rigid(run, work, start, asked);
     for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         const omniroll_bearing_t *const before = start->before + i;
-        const double *const pair = start->pair + 2*i;
         const int now = roller->mode;
         roller->mode = before->mode, roller->resting = before->resting;
         roller->size = before->size == INFINITY ? 0 : before->size;
-        if (!start->still[i] && !(rests[i] && !before->resting)) {
-            turn_under_loads(start, i, asked[i], grip->carries, now, roller);
-            rests[i] = roller->mode && fabs(pair[1]) <= slip_rounding(run, i);
-        }
+        open[i] = !start->still[i] && !(SET_DAMPED_STRIPS ? start->landed[i] : rests[i] && !before->resting);
+        if (open[i])
+            turn_under_loads(start, i, asked[i], run->grips[i].carries, now, roller);
+    }
+    slips_that_rest(run, work, start->pair, own);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const omniroll_bearing_t *const roller = in_series(run, work) + i;
+        const double size = length_of(own + 2*i, 2);
+        if (open[i])
+            rests[i] = roller->mode && size <= slip_rounding(run, i);
         grip->resting = rests[i] && grip->carries;
         if (rests[i])
             continue;
-        grip->towards[0] = roller->mode ? 0 : start->way[2*i];
-        grip->towards[1] = roller->mode ? copysign(1, pair[1]) : start->way[2*i + 1];
+        for (int k = 0; k < 2; k++)
+            grip->towards[k] = roller->mode ? own[2*i + k]/size : start->way[2*i + k];
     }
     start->turns++;
 }

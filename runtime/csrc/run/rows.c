@@ -215,13 +215,18 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.rate = lanes_part(parts, own);
 #if SET_STRIPS
     work->own.spin = lanes_part(parts, wheels);
-#if !SET_LOADS
+#if !SET_CORNER_LOADS
     work->own.takes = numbers_part(parts, wheels);
     work->own.scale = numbers_part(parts, wheels);
 #if SET_DAMPED_STRIPS
     work->own.corner = numbers_part(parts, wheels);
 #endif
-    work->own.load = work->load, work->own.friction = work->friction;
+#if SET_LOADS
+    work->own.load = lanes_part(parts, wheels);
+#else
+    work->own.load = work->load;
+#endif
+    work->own.friction = work->friction;
 #endif
 #endif
 #if SET_DISKS_STICK

@@ -53,13 +53,14 @@ typedef struct {
 #endif
 #if SET_STRIPS
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
-#if !SET_LOADS
+#if !SET_CORNER_LOADS
     double *takes;                              /* torques of those in own_bearings.c's spins_at_the_most(), else 0 */
     double *scale;                              /* of what stands in the place of their spins, in rad/s */
 #if SET_DAMPED_STRIPS
     int *corner;                                /* whether their contacts slip while they turn   */
 #endif
-    const lanes_t *load, *friction;             /* of the contacts                               */
+    lanes_t *load;                              /* of the contacts                               */
+    const lanes_t *friction;
 #endif
 #endif
 #if SET_DISKS_STICK
@@ -351,11 +352,14 @@ typedef struct {
 #if SET_GRIPS
     lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
 #endif
-#if SET_STRIPS && !SET_LOADS
+#if SET_STRIPS && !SET_CORNER_LOADS
     lanes_t ground_yield[MOST_WHEELS];
 #endif
 #if SET_DAMPED_STRIPS
     lanes_t damped_yield[MOST_WHEELS], rigid[MOST_WHEELS];
+#if SET_LOADS
+    lanes_t passed_on[MOST_WHEELS];
+#endif
 #endif
 } arrays_t;
 

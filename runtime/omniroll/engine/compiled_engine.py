@@ -63,8 +63,6 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    if {"damped_ways", "spring_loads"} <= kernel.signatures.keys():
-        return "massless rollers that stick and have viscous friction beside the law coulomb and loads that follow"
     return ""
 
 

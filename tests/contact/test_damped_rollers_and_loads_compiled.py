@@ -1,0 +1,63 @@
+"""Massless rollers whose bearings stick and have viscous friction, too, beside the law coulomb where loads follow the
+motion, on the compiled engine: the Python engine's motion, the laws in every row of many scenes, sessions and sweeps.
+Bodies and closed forms are in test_damped_rollers_and_loads.py."""
+
+import numpy as np
+import pytest
+
+from contact.in_steps import assert_a_session_goes_back_to_the_bit, assert_a_sweep_ends_where_its_runs_end
+from contact.test_damped_rollers_and_loads import assert_the_laws_hold, scene
+from contact.test_massless_rollers_beside_coulomb import assert_runs_agree, changes
+from omniroll import simulate
+from omniroll.engine.simulate import checked_task
+from omniroll.scenes.explanation import runs_on
+
+SHORT = 0.02
+LOCATED = 1e-11  # of its bound: as near to that polynomials of a step tell where a torque comes to it
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [12, 14])
+def test_both_engines_make_the_same_motion(number):
+    vehicle, options = scene(number)
+    own, other = (simulate(vehicle, duration=0.0015, **options | {"engine": e}) for e in ("compiled", "python"))
+    assert_runs_agree(own, other, options["effects"][1], 0.0015)
+
+
+def assert_the_laws_hold_in_scenes(numbers):
+    """Also where contacts slip on rollers that turn, as they do in some."""
+    slipped = 0
+    for number in numbers:
+        run = assert_the_laws_hold(number, SHORT, "compiled", LOCATED)
+        slipped += (~run.sticks & (np.abs(run.contact_spin) > 1e-6)).any()
+    assert slipped >= len(numbers) / 3
+
+
+def test_the_laws_hold_in_every_row():
+    assert_the_laws_hold_in_scenes([9, 12, 61])
+
+
+@pytest.mark.long
+def test_the_laws_hold_in_every_row_of_many_scenes():
+    assert_the_laws_hold_in_scenes(range(4, 40))
+
+
+@pytest.mark.parametrize("number", [61, 103])
+def test_a_session_is_the_run_and_goes_back_to_the_bit(number):
+    """Where contacts come to rest and let go, and their rollers do."""
+    vehicle, own = scene(number)
+    run = simulate(vehicle, duration=SHORT, **own)
+    assert len(changes(run, own["effects"][1])[0]) >= 3
+    own.pop("control")
+    assert_a_session_goes_back_to_the_bit(vehicle, run, number, **own)
+
+
+def test_a_sweep_ends_where_its_runs_end():
+    vehicle, own = scene(61)
+    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"duration": SHORT})
+
+
+def test_the_compiled_engine_runs_them_and_says_so():
+    vehicle, own = scene(12)
+    own.pop("control")
+    assert runs_on(checked_task(vehicle, duration=SHORT, **own)) == "compiled engine, compiled kernel"
