@@ -51,8 +51,8 @@ ALWAYS_INLINE double damper_of(const work_t *work, int i, const double *arm)
 static void find_taken(const omniroll_run_t *run, const work_t *work, const double *arm, double *taken);
 static void take_normal(omniroll_grip_t *grip, int mode, double taken);
 
-/* Contacts that slip, and whose rollers turn, go where the state and the loads say; whether there are such. The slip says
- * it, or near rest, where that is rounding, the ellipse beside what the bearing takes. */
+/* Contacts that slip, and whose rollers turn, go where the state and the loads say; whether there are such. The slip
+ * says it, or near rest, where that is rounding, the ellipse beside what the bearing takes. */
 static int take_ways(omniroll_run_t *run, const work_t *work, const double *arm, const double *taken)
 {
     double slip[2*MOST_WHEELS];

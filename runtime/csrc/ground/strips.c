@@ -18,8 +18,8 @@ static void stop_in_modes(const omniroll_run_t *run, const work_t *work)
     }
 }
 
-/* The torques of rollers that stick and whose contacts slip along these directions; of loads that follow the motion, per
- * N of these. */
+/* The torques of rollers that stick and whose contacts slip along these directions; of loads that follow the motion,
+ * per N of these. */
 static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS];
