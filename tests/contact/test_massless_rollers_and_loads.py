@@ -180,6 +180,19 @@ def standing_case(wheels, engine, attempts=300):
     raise AssertionError("none stands")
 
 
+def assert_moves_as_every_body(case, run, taken, torque):
+    """The first row's accelerations, loads and forces along the axles are those of every body, which gets torques (N,)
+    of the bearings and of the axles, and the forces across; the loads differ. Returns nu' and the wheels' chi''."""
+    force, load = run.ground_force[0], run.ground_load[0]
+    assert np.ptp(load) > 1e-2 * load.mean()
+    found = run.contacts.accelerations(run.nu, run.chi)
+    *wanted, along, carried = by_bodies(case, taken, force[:, 1], load, torque)
+    for value, other in zip((found["nu_dot"][0], found["rates_dot"][0], load, force[:, 0]), (*wanted, carried, along),
+                            strict=True):  # fmt: skip
+        assert value == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(other).max())
+    return wanted
+
+
 @BOTH
 @pytest.mark.parametrize("wheels", [3, 4, 6])
 def test_modes_and_loads_agree_with_every_body(wheels, engine):
@@ -187,12 +200,7 @@ def test_modes_and_loads_agree_with_every_body(wheels, engine):
     axles, and the loads from which by the law at the slip all forces follow."""
     case, run, torque, sliding, turns = standing_case(wheels, engine)
     slip, force, load, taken = run.slip[0], run.ground_force[0], run.ground_load[0], contact_torques(run)[0]
-    assert np.ptp(load) > 1e-2 * load.mean()
-    found = run.contacts.accelerations(run.nu, run.chi)
-    *wanted, along, carried = by_bodies(case, taken, force[:, 1], load, torque)
-    for value, other in zip((found["nu_dot"][0], found["rates_dot"][0], load, force[:, 0]), (*wanted, carried, along),
-                            strict=True):  # fmt: skip
-        assert value == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(other).max())
+    wanted = assert_moves_as_every_body(case, run, taken, torque)
     rho = case.vehicle.wheel_radius * np.cos(case.chi) - case.vehicle.roller_axis_radius
     mu, sticks = np.array([0.5, 0.4]), run.sticks[0]
     bare = kernel(case.vehicle, "massless", "python")

@@ -432,7 +432,7 @@ class EffectRun:
         turning = ground.turning_guards(layout.view(y, "nu"), layout.view(y, "rates"))
         plain = flow(ground.sticks, ground.axles.modes == 0, ground.axles.torques())
         if isinstance(ground, LoadedGroundWithDampedRollers):
-            kind = LoadedDampedFlow
+            kind = LoadedDampedFlow  # not before: its slips need the loads, which are found with the modes
         return kind(ground, rates, plain), Guards([*guards, *turning], layout.size)
 
     def _on_smooth_ground(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> SmoothFlow:

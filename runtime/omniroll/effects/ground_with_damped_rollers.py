@@ -151,6 +151,7 @@ class DampedStripFlow(StripFlow):
             signature = kernel.signatures[name]
             for argument in (*signature.inputs, *signature.outputs):
                 buffers.setdefault(argument.name, np.zeros(argument.shape))
+        buffers["slip_direction"][:] = [0.0, 1.0]  # until there are directions: slips do not depend on these
         self.both = self.slides & self.turns
         self.turning = np.flatnonzero(self.slides)
         aside = {"ground_force": np.zeros_like(buffers["ground_force"]), "contact_sticks": (~self.both).astype(float)}
