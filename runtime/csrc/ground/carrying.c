@@ -557,7 +557,9 @@ static void loads_at_start(const work_t *work, step_t *s, const int wheels)
 #endif
 #if SET_GRIPS
         s->loads_at[b].responds = s->sliding;
+#if SET_DAMPED_STRIPS               /* rollers that turn feel them in the first sweep                          */
         memcpy(s->loads_at[b].compression, now->compression, sizeof now->compression);
+#endif
 #endif
     }
     for (int k = 0; k <= wheels; k++) {
@@ -644,7 +646,7 @@ static int ends_load(const step_t *s, int k)
 /* Over the weight, of a contact that carries. */
 ALWAYS_INLINE double load_at_end_of_step(const step_t *s, int k)
 {
-    return fmax(weighted(&s->compressed[k], &gauss_end), LEAST_LOAD);
+    return larger(LEAST_LOAD, weighted(&s->compressed[k], &gauss_end));
 }
 
 /* A step has been taken. */

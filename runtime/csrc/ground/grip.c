@@ -30,7 +30,7 @@ static double push_of_friction(const omniroll_run_t *run)
 static double load_scale(const omniroll_run_t *run, int contact)
 {
 #if SET_LOADS
-    return fmax(run->grips[contact].load, SMALL_SCALE*run->ground.weight/run->wheels);
+    return larger(SMALL_SCALE*run->ground.weight/run->wheels, run->grips[contact].load);
 #else
     return run->grips[contact].load;
 #endif
@@ -58,16 +58,23 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
     return sizes;
 }
 
-/* What slips are rounded against now, in m/s: those within it are zero. Where wheels stand, the speeds that make a slip
+/* What slips are rounded against that these speeds make, in m/s: those within it are zero. Where wheels stand, the speeds
  * are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
-static double slip_rounding(const omniroll_run_t *run, int contact)
+static double rounding_of_speeds(const omniroll_run_t *run, double speeds)
 {
 #if SET_STANDS
     const double left = run->sweep_tolerance*fmax(run->speed, run->fastest)*run->ground.arms[0];
-    return fmax(left, SLIP_AT_REST*EPS*fmax(speeds_of_slip(run, contact), LEFT_OF*run->hold.speed));
+    return fmax(left, SLIP_AT_REST*EPS*fmax(speeds, LEFT_OF*run->hold.speed));
 #else
-    return SLIP_AT_REST*EPS*speeds_of_slip(run, contact);
+    (void)run;
+    return SLIP_AT_REST*EPS*speeds;
 #endif
+}
+
+/* The same now. */
+static double slip_rounding(const omniroll_run_t *run, int contact)
+{
+    return rounding_of_speeds(run, speeds_of_slip(run, contact));
 }
 
 #if SET_DAMPED_STRIPS               /* else slips of rigid wheels say that                                      */
@@ -615,14 +622,12 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
         const omniroll_grip_t *const grip = run->grips + i;
         if (slides(run, i))
             contacts[s->place[i] = s->responding++] = i;
-        s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
-#if SET_LOADS
-        s->slip_speeds[i] = speeds_of_slip(run, i);
-#endif
+        const double speeds = speeds_of_slip(run, i), scale = load_scale(run, i);
+        s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = rounding_of_speeds(run, speeds);
         for (int k = 0; k < 2; k++)
-            s->per_reach[2*i + k] = grip->carries ? 1/(load_scale(run, i)*grip->staying[k]) : 0;
+            s->per_reach[2*i + k] = grip->carries ? 1/(scale*grip->staying[k]) : 0;
 #if SET_LOADS
-        s->per_load[i] = 1/load_scale(run, i);
+        s->slip_speeds[i] = speeds, s->per_load[i] = 1/scale;
 #endif
         s->sliding |= s->slides[i];
         s->gripping |= s->grips[i];
