@@ -125,39 +125,45 @@ static int pass_instant(omniroll_run_t *run, const work_t *work)
     return status;
 }
 
-ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
+/* What a call works with, and what no step changes. */
+ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constants, const int wheels, work_t *work, step_t *s)
 {
-    work_t work;
-    step_t s;
     lanes_t *const memory = (lanes_t *)run->work;
-    lay_out(&work, memory, wheels, run->rollers_per_wheel);
-    lanes_spread(constants, memory, &work.vehicle);
-    s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
-    s.sweeps = 0;
+    lay_out(work, memory, wheels, run->rollers_per_wheel);
+    lanes_spread(constants, memory, &work->vehicle);
+    s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
+    s->sweeps = 0;
 #if SET_IS_ACTED_ON
-    s.stiff = s.nu_is_stiff = s.by_axles = 0;
+    s->stiff = s->nu_is_stiff = s->by_axles = 0;
 #endif
 #if SET_CORE_PARTS
     if (!run->started) {
-        begin_core(run, &work);
-        for (int c = 0; c < work.core; c++)
-            work.rise_core[c] = 0;
+        begin_core(run, work);
+        for (int c = 0; c < work->core; c++)
+            work->rise_core[c] = 0;
     }
 #endif
 #if SET_STICKS
     if (!run->started)
-        clear_bearings(run, &work);
+        clear_bearings(run, work);
 #endif
 #if SET_LOADS
-    balance_in_lanes(run, &work);
+    balance_in_lanes(run, work);
 #endif
 #if SET_GRIPS
     run->ground.knows_rates = 0;
-    friction_in_lanes(run, &work);
+    friction_in_lanes(run, work);
 #endif
 #ifdef LANES_HAS_MOMENTA
-    wheel_momenta(run, &work);
+    wheel_momenta(run, work);
 #endif
+}
+
+ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
+{
+    work_t work;
+    step_t s;
+    begin_call(run, constants, wheels, &work, &s);
     const long long first = run->row_count;
 #if SET_CORNERS
     double fold = -1;               /* the last instant at which a roller has stopped in a fold               */

@@ -61,30 +61,17 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 }
 #endif
 
-static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
+#if defined LANES_HAS_IMPACT && !SET_SLIPS
+/* The impact of the rollers that enter on those that leave, where the law of the run is that; else rollers go where they
+ * go alone. before, after: the wheel angles. */
+static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const lanes_t *nu,
+                         const lanes_t *before, const lanes_t *after)
 {
-    const int wheels = run->wheels, rollers = run->rollers_per_wheel;
+    const int wheels = run->wheels;
     const vehicle_t *const vehicle = &work->vehicle;
-    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
-#if SET_CORE_PARTS && !SET_SLIPS
-    update_axial(run, work);
-#endif
-    for (int k = 0; k < 3; k++)
-        nu[k] = lanes_of(run->nu[k]);
-    for (int i = 0; i < wheels; i++) {
-        before[i] = lanes_of(run->chi[i]);
-        if (directions[i]) {
-            run->chi[i] = -directions[i]*run->joint;
-            run->contact[i] = (run->contact[i] - directions[i] + rollers) % rollers;
-        }
-        after[i] = lanes_of(run->chi[i]);
-    }
-#if SET_SLIPS
-    (void)vehicle, (void)nu, (void)before, (void)after;
-    exchange_rollers(run, work, directions);
-#elif defined LANES_HAS_IMPACT
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
 #ifdef LANES_HAS_MOMENTA
+    const int others = run->rollers_per_wheel - 1;
     set_contact_axial(wheels, vehicle, nu, before, left);
     set_contact_axial(wheels, vehicle, nu, after, demanded);
 #else
@@ -96,7 +83,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         double came_with = 0, stopped = 0;
         if (directions[i]) {
 #ifdef LANES_HAS_MOMENTA
-            came_with = exchange_places(run->axial + i*(rollers - 1), rollers - 1, directions[i], left[i][0]);
+            came_with = exchange_places(run->axial + i*others, others, directions[i], left[i][0]);
 #else
             stopped = left[i][0];
 #endif
@@ -112,8 +99,33 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
 #if SET_CORE_PARTS
     begin_core(run, work);
 #endif
+}
+#endif
+
+static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
+{
+    const int wheels = run->wheels, rollers = run->rollers_per_wheel;
+    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
+#if SET_CORE_PARTS && !SET_SLIPS
+    update_axial(run, work);
+#endif
+    for (int k = 0; k < 3; k++)
+        nu[k] = lanes_of(run->nu[k]);
+    for (int i = 0; i < wheels; i++) {
+        before[i] = lanes_of(run->chi[i]);
+        if (directions[i]) {
+            run->chi[i] = -directions[i]*run->joint;
+            run->contact[i] = (run->contact[i] - directions[i] + rollers) % rollers;
+        }
+        after[i] = lanes_of(run->chi[i]);
+    }
+#if SET_SLIPS
+    (void)nu, (void)before, (void)after;
+    exchange_rollers(run, work, directions);
+#elif defined LANES_HAS_IMPACT
+    meet_rollers(run, work, directions, nu, before, after);
 #else
-    (void)vehicle, (void)nu, (void)before, (void)after;
+    (void)nu, (void)before, (void)after;
 #endif
 #if SET_HOLDS
     const double nu_before[3] = {nu[0][0], nu[1][0], nu[2][0]};

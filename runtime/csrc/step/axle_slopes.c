@@ -6,6 +6,9 @@
  * told them. */
 #if SET_SLIPS || SET_CORE_PARTS     /* what else follows nu makes it stiff as well */
 #define AXLES 0                                 /* for how many wheels axles' friction tells the slopes of nu' */
+typedef struct {
+    int known;
+} axles_t;
 #else
 #define AXLES 3
 #define OF_AXLES 0.2                            /* h times what it leaves of a slope, at most                 */

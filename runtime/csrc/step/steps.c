@@ -11,6 +11,50 @@
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
+#if SET_CORE_PARTS
+/* The core at the step's start, and where what is known of it along the step stands. */
+ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *work, step_t *s)
+{
+    s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
+    s->rate_core = work->rate_core, s->at_core = work->at_core;
+    s->core_here = work->core_here, s->core_dot = work->core_dot;
+    s->core_slope = work->core_slope, s->core_chord = work->core_chord;
+    s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
+}
+#endif
+
+#if SET_HOLDS
+/* Bearings that stick, and the forces that hold them. */
+ALWAYS_INLINE void begin_held_forces(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    s->facet = work->facets;
+    for (int i = 0; i < wheels; i++)
+        s->turns[i] = !sticks(run, i);
+    for (int k = 0; k < 9; k++)
+        s->directions[k] = lanes_of(run->hold.directions[k]);
+    for (int k = 0; k < 3; k++) {
+        s->absent[k] = lanes_of(run->hold.absent[k]);
+        s->force_start[k] = run->hold.force[k];
+        s->force_size[k] = run->hold.size[k];
+        s->per_force[k] = run->hold.per_force[k];
+    }
+}
+#endif
+
+#if SET_IS_ACTED_ON
+ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int wheels)
+{
+    s->guards = all_guards(run);
+    for (int k = 0; k < s->guards; k++) {
+        const double *const guard = run->guards + guard_size(wheels)*k;
+        s->guard_start[k] = guard_value(run, guard, &s->guard_noise[k]);
+        s->guard_slope[k] = guard[1];
+        for (int m = 0; m < 3; m++)
+            s->guard_weights[3*k + m] = guard[2 + m];
+    }
+}
+#endif
+
 /* A step as it begins: the state, and what acts. */
 ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
@@ -29,11 +73,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     }
 #endif
 #if SET_CORE_PARTS
-    s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
-    s->rate_core = work->rate_core, s->at_core = work->at_core;
-    s->core_here = work->core_here, s->core_dot = work->core_dot;
-    s->core_slope = work->core_slope, s->core_chord = work->core_chord;
-    s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
+    begin_core_of_step(run, work, s);
 #endif
 #if SET_SLIPS
     s->guard_rows = run->guards;
@@ -56,27 +96,10 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     begin_holding(run, work, s);
 #endif
 #if SET_HOLDS
-    s->facet = work->facets;
-    for (int i = 0; i < wheels; i++)
-        s->turns[i] = !sticks(run, i);
-    for (int k = 0; k < 9; k++)
-        s->directions[k] = lanes_of(run->hold.directions[k]);
-    for (int k = 0; k < 3; k++) {
-        s->absent[k] = lanes_of(run->hold.absent[k]);
-        s->force_start[k] = run->hold.force[k];
-        s->force_size[k] = run->hold.size[k];
-        s->per_force[k] = run->hold.per_force[k];
-    }
+    begin_held_forces(run, work, s, wheels);
 #endif
 #if SET_IS_ACTED_ON
-    s->guards = all_guards(run);
-    for (int k = 0; k < s->guards; k++) {
-        const double *const guard = run->guards + guard_size(wheels)*k;
-        s->guard_start[k] = guard_value(run, guard, &s->guard_noise[k]);
-        s->guard_slope[k] = guard[1];
-        for (int m = 0; m < 3; m++)
-            s->guard_weights[3*k + m] = guard[2 + m];
-    }
+    begin_guards(run, s, wheels);
 #endif
     (void)work;
 }
@@ -163,36 +186,34 @@ ALWAYS_INLINE void rates_at_start(const omniroll_run_t *run, const work_t *work,
     rates_at_this_instant(run, work, wheels, nu_dot);
 }
 
-/* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
- * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
-ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
+/* The longest that a step may be whose rates are smooth, at most `longest`: up to rests, and to where rates bend. */
+ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest, const omniroll_run_t *run,
+                                    const work_t *work, const lanes_t *nu_dot, const lanes_t *chi_dot)
 {
-    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
-    lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
-    rates_at_start(run, work, wheels, nu_dot);
-    wheel_rates_now(run, work, nu, chi_dot);
 #if SET_HAS_SLOPES
     instant_t start;
     at_this_instant(run, work, wheels, &start);
     if (s->stiff)
-        *longest = fmin(*longest, time_to_rest(s, wheels, &start.point));
+        longest = fmin(longest, time_to_rest(s, wheels, &start.point));
 #endif
 #if SET_IS_ACTED_ON && !SET_SLIPS
     s->bend_in = INFINITY;
     if (run->bend_rate > 0)
-        *longest = fmin(*longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
-#endif
-#if SET_LOADS
-    loads_at_start(work, s, wheels);
+        longest = fmin(longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
 #endif
 #if SET_GRIPS
-    contacts_at_start(run, work, s, wheels);
-    *longest = fmin(*longest, longest_before_rest(run, work, s, wheels));
+    longest = fmin(longest, longest_before_rest(run, work, s, wheels));
 #endif
 #if SET_STRIPS
-    *longest = fmin(*longest, longest_in_corners(s, wheels));
+    longest = fmin(longest, longest_in_corners(s, wheels));
 #endif
-    const double most = s->h = *longest;
+    (void)s, (void)wheels, (void)run, (void)work, (void)nu_dot, (void)chi_dot;
+    return longest;
+}
+
+/* What the polynomials of what holds lack at the end of a step: nothing is known of it yet. */
+ALWAYS_INLINE void nothing_is_late(step_t *s)
+{
 #if SET_HOLDS
     for (int k = 0; k < 3; k++)
         s->force_late[k] = 0;
@@ -207,15 +228,40 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     for (int k = 0; k < s->own_count; k++)
         s->own->late[k] = 0;
 #endif
+    (void)s;
+}
+
+/* The length to the first joint at constant rates, at most `longest`. */
+ALWAYS_INLINE double length_to_joint(step_t *s, const int wheels, double longest, const lanes_t *chi_dot)
+{
+    double length = longest;
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
         /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
         s->edge[i] = fabs(s->chi[i]) >= s->joint && s->chi[i]*rate > 0 ? s->joint*ROUNDED : s->joint;
         if (rate != 0)
-            s->h = fmin(s->h, (s->edge[i] - sign*s->chi[i])/(sign*rate));
+            length = fmin(length, (s->edge[i] - sign*s->chi[i])/(sign*rate));
     }
-    if (!(s->h > 1e-3*most))
-        s->h = 1e-3*most;
+    return length > 1e-3*longest ? length : 1e-3*longest;
+}
+
+/* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
+ * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
+ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
+{
+    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
+    lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
+    rates_at_start(run, work, wheels, nu_dot);
+    wheel_rates_now(run, work, nu, chi_dot);
+#if SET_LOADS
+    loads_at_start(work, s, wheels);
+#endif
+#if SET_GRIPS
+    contacts_at_start(run, work, s, wheels);
+#endif
+    *longest = longest_smooth(s, wheels, *longest, run, work, nu_dot, chi_dot);
+    nothing_is_late(s);
+    s->h = length_to_joint(s, wheels, *longest, chi_dot);
     /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. The rise over a
      * step that was far shorter is little but rounding. */
 #if SET_IS_COUPLED

@@ -357,6 +357,30 @@ ALWAYS_INLINE lanes_t correct_nu(step_t *s, int renew, nodes_t *missing, lanes_t
     return change;
 }
 
+/* Rates in all vectors of the nodes, and their slopes where Newton's rule needs new ones: by axles, or else each of nu. */
+ALWAYS_INLINE void find_rates_and_slopes(step_t *s, const int wheels, int of_nu, const axles_t *axles)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        point_t point = point_at(s, wheels, b, &at);
+#if NEWTON_MOVES_CORE
+        point.core = core_to_move(s, b);
+#endif
+        find_rates(s, wheels, b, &point, &at);
+#if AXLES
+        if (axles)
+            slopes_by_axles(s, wheels, b, &point, &at, axles);
+#else
+        (void)axles;
+#endif
+        if (of_nu)
+            slopes_of_nu(s, wheels, b, &point, &at);
+#if SET_HAS_SLOPES
+        slopes_of_core(s, wheels, b, &point);
+#endif
+    }
+}
+
 /* A sweep by Newton's rule, since Picard's iteration contracts slowly, or not at all, where a slope times h is not
  * small. nu' has all of its slopes in nu, which are found anew where the iteration is slow; each number of the rest of
  * the core has its own slope. Spins of rollers do next to nothing to one another, and are left to the iteration. Momenta
@@ -368,13 +392,11 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     nodes_t missing[3];
     s->steepest = 0;
     states_at_nodes(s, wheels);
-#if AXLES
     axles_t axles = {.known = 0};
-    const int by_axles = renew && s->by_axles;
+    const int by_axles = AXLES && renew && s->by_axles;
+#if AXLES
     if (renew)
         find_axles(s, wheels, &axles);
-#else
-    const int by_axles = 0;
 #endif
 #if SET_GRIPS
     find_directions(s, wheels);
@@ -387,23 +409,7 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     if (moves)
         change = correct_core_first(s, wheels, renew);
 #endif
-    for (int b = 0; b < BLOCKS; b++) {
-        arrays_t at;
-        point_t point = point_at(s, wheels, b, &at);
-#if NEWTON_MOVES_CORE
-        point.core = core_to_move(s, b);
-#endif
-        find_rates(s, wheels, b, &point, &at);
-#if AXLES
-        if (by_axles)
-            slopes_by_axles(s, wheels, b, &point, &at, &axles);
-#endif
-        if (renew && !by_axles)
-            slopes_of_nu(s, wheels, b, &point, &at);
-#if SET_HAS_SLOPES
-        slopes_of_core(s, wheels, b, &point);
-#endif
-    }
+    find_rates_and_slopes(s, wheels, renew && !by_axles, by_axles ? &axles : NULL);
 #if AXLES
     if (renew && !by_axles)
         s->by_axles = axles_make_slopes(s, wheels, &axles);
