@@ -126,7 +126,8 @@ static int pass_instant(omniroll_run_t *run, const work_t *work)
 }
 
 /* What a call works with, and what no step changes. */
-ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constants, const int wheels, work_t *work, step_t *s)
+ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constants, const int wheels, work_t *work,
+                              step_t *s)
 {
     lanes_t *const memory = (lanes_t *)run->work;
     lay_out(work, memory, wheels, run->rollers_per_wheel);
