@@ -230,7 +230,7 @@ static double rate_in_lane(const omniroll_run_t *run, const work_t *work, const 
 }
 
 #if SET_WAYS_FEEL_LOADS
-/* What one of the forces on contacts that slip, which is more by `push` in a lane than in the first, does to the loads. */
+/* What one of the forces on contacts that slip, more by `push` in a lane than in the first, does to the loads. */
 static void keep_load_response(const omniroll_run_t *run, const work_t *work, int force, int lane, double push)
 {
     const lanes_t *const load = work->loads[LOADS_NOW].compression;
