@@ -61,8 +61,8 @@ LEFT_LOADS = "left_loads"  # of loads that follow the motion, which friction goe
 DAMPED_LOADS = "damped_loads"  # the same where these bearings have viscous friction
 CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
 CORNER_LOADS = "corner_loads"  # the same of loads that follow the motion
-# The same where these bearings have viscous friction: by the state, and along given directions.
-DAMPED_CORNERS = ("damped_corners", "damped_ways")
+# The same where these bearings have viscous friction: by the state, along given directions, and how these feel loads.
+DAMPED_CORNERS = ("damped_corners", "damped_ways", "damped_way_slopes")
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
 OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield", "damped_yield", "passed_on")

@@ -57,6 +57,17 @@ def test_a_sweep_ends_where_its_runs_end():
     assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"duration": SHORT})
 
 
+@pytest.mark.parametrize("number, heights, changed", [(12, (0.02, 0.06), {"nu": (0.5, 0, 1)}), (25, (0.1, 0.3), {})])
+def test_contacts_that_go_almost_along_their_axles_take_few_evaluations(number, heights, changed):
+    """There a little less of a load turns a way by much, and loads feel the ways. In the first scene one such contact
+    comes to rest, in the second two turn each other."""
+    vehicle, own = scene(number, *heights)
+    run = simulate(vehicle, duration=SHORT, **own | changed)
+    along = ~run.sticks & (np.abs(run.slip[..., 1]) < 0.2 * np.abs(run.slip[..., 0])) & (run.contact_spin != 0)
+    assert along.any()
+    assert run.stats["evaluations"] <= 1e5
+
+
 def test_the_compiled_engine_runs_them_and_says_so():
     vehicle, own = scene(12)
     own.pop("control")

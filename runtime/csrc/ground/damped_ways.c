@@ -122,7 +122,27 @@ static void ways_at(step_t *s, const int wheels, int b, const lanes_t *nu, const
             s->way_size[i].lanes[b] = size[i];
             s->way_along[i].lanes[b] = along[i], s->way_across[i].lanes[b] = across[i];
         }
+#if SET_WAYS_FEEL_LOADS
+    lanes_t by_load[MOST_WHEELS];
+    set_damped_way_slopes(wheels, s->vehicle, toward, s->own->load, s->friction, across, by_load);
+    for (int i = 0; i < wheels; i++)
+        s->way_by_load[i].lanes[b] = by_load[i]/s->own->load[i];
+#endif
 }
+
+#if SET_WAYS_FEEL_LOADS
+/* What a turn of contact j's directions does to the slip across those of such a contact i through the load of i, per
+ * turn at the nodes. Where i goes almost along its axle a little less of its load turns it by much. */
+ALWAYS_INLINE nodes_t across_by_turn(const step_t *s, int i, int j)
+{
+    const double *const response = s->load_response + 2*(s->wheels*i + j);
+    nodes_t slope;
+    for (int b = 0; b < BLOCKS; b++)
+        slope.lanes[b] = s->way_by_load[i].lanes[b]
+            *(response[0]*s->turned[2*j].lanes[b] + response[1]*s->turned[2*j + 1].lanes[b]);
+    return slope;
+}
+#endif
 
 /* The slip across the directions of such a contact, where that of its wheel moves by this at the nodes, along the axle
  * (k = 0) or along the rolling direction. */
@@ -133,10 +153,10 @@ ALWAYS_INLINE void move_across(step_t *s, int i, int k, const nodes_t *moved)
             *(k ? s->toward[2*i].lanes[b] : -s->toward[2*i + 1].lanes[b]);
 }
 
-/* What a contact does to itself, over the speed of its damper. */
+/* Rates of a contact's slip, of such a contact over the speed of its damper. */
 ALWAYS_INLINE void over_pace(const step_t *s, int i, nodes_t *rate)
 {
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < 2 && s->corner[i]; k++)
         for (int b = 0; b < BLOCKS; b++)
             rate[k].lanes[b] *= s->way_pace[i];
 }

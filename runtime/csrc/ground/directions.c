@@ -168,6 +168,11 @@ ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, node
 #if SET_DAMPED_STRIPS
     if (s->corner[i]) {
         *along = s->way_along[i], *across = s->way_across[i];
+#if SET_WAYS_FEEL_LOADS
+        const nodes_t felt = across_by_turn(s, i, i);
+        for (int b = 0; b < BLOCKS; b++)
+            along->lanes[b] -= felt.lanes[b];
+#endif
         return;
     }
 #endif
@@ -226,7 +231,8 @@ NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask
 #endif
 }
 
-/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes. */
+/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes; beside dampers over their
+ * speeds, as what is across them. */
 ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
 {
     const nodes_t *const response = s->own_response + 4*i, *const turned = s->turned + 2*i;
@@ -234,6 +240,9 @@ ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
         for (int b = 0; b < BLOCKS; b++)
             rate[j].lanes[b] = response[2*j].lanes[b]*turned[0].lanes[b]
                 + response[2*j + 1].lanes[b]*turned[1].lanes[b];
+#if SET_DAMPED_STRIPS
+    over_pace(s, i, rate);
+#endif
 }
 
 /* What forces on contact j do to component k of the rate of contact i's slip at the start of the step. */
@@ -243,7 +252,7 @@ ALWAYS_INLINE const double *response_to_force(const step_t *s, int i, int k, int
 }
 
 /* What a turn of contact j's directions does to the rates of contact i's slip, per turn at the nodes, by what forces do
- * at the start of the step. */
+ * at the start of the step; over the same. */
 ALWAYS_INLINE void response_to_turn(const step_t *s, int i, int j, nodes_t *rate)
 {
     for (int k = 0; k < 2; k++) {
@@ -251,6 +260,9 @@ ALWAYS_INLINE void response_to_turn(const step_t *s, int i, int j, nodes_t *rate
         for (int b = 0; b < BLOCKS; b++)
             rate[k].lanes[b] = response[0]*s->turned[2*j].lanes[b] + response[1]*s->turned[2*j + 1].lanes[b];
     }
+#if SET_DAMPED_STRIPS
+    over_pace(s, i, rate);
+#endif
 }
 
 /* The row that is largest in a column, from the diagonal on, in the place of the diagonal's. */
@@ -486,10 +498,6 @@ static void find_direction(step_t *s, const int wheels, int i)
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
     response_to_turn(s, i, i, response);
-#if SET_DAMPED_STRIPS
-    if (s->corner[i])
-        over_pace(s, i, response);
-#endif
     const int is_near = is_near_rest(s, response, &along);
 #if SET_STANDS_BOTH_WAYS
     if (cannot_go_aside(s, i))

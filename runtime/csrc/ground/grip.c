@@ -236,6 +236,16 @@ static double rate_in_lane(const omniroll_run_t *run, const work_t *work, const 
     return work->slip_dot[2*contact + c][lane] - work->slip_dot[2*contact + c][0];
 }
 
+#if SET_WAYS_FEEL_LOADS
+/* What one of the forces on contacts that slip, more by `push` in a lane than in the first, does to the loads. */
+static void keep_load_response(const omniroll_run_t *run, const work_t *work, int force, int lane, double push)
+{
+    const lanes_t *const load = work->loads[LOADS_NOW].compression;
+    for (int i = 0; i < run->wheels; i++)
+        work->load_response[2*run->wheels*i + force] = (load[i][lane] - load[i][0])/push;
+}
+#endif
+
 /* What forces on some contacts do to the rates of their slips, beside the forces `given`: rows and columns of `matrix`
  * are the components of these contacts, and their rates without further forces are `without`. `free`: as above. */
 static void find_response(const omniroll_run_t *run, const work_t *work, const int *contacts, int count, int free,
@@ -255,6 +265,10 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
             push[2*contacts[k/width] + SET_FIRST_DIRECTION + k%width][lane] += typical;
         }
         push_contacts(run, work, free, push, nu_dot);
+#if SET_WAYS_FEEL_LOADS
+        for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
+            keep_load_response(run, work, 2*contacts[(first + lane - 1)/2] + (first + lane - 1)%2, lane, typical);
+#endif
         for (int j = 0; j < size; j++) {
             const int contact = contacts[j/width], c = SET_FIRST_DIRECTION + j%width;
             without[j] = work->slip_dot[2*contact + c][0];
@@ -615,6 +629,9 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     double without[2*MOST_WHEELS];
     s->responding = 0;
     s->load = work->load, s->friction = work->friction, s->response = work->response;
+#if SET_WAYS_FEEL_LOADS
+    s->load_response = work->load_response;
+#endif
     s->friction_makes = run->ground.friction, s->friction_force = push_of_friction(run);
     s->sliding = s->turning = s->gripping = 0;
     s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;

@@ -23,6 +23,9 @@ typedef struct {
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
     double *response;               /* of the rates of slips to forces, of contacts that slip               */
+#if SET_WAYS_FEEL_LOADS
+    double *load_response;          /* of the loads to these forces                                         */
+#endif
 #if SET_LOADS
     int *broken;                    /* contacts that have broken away, and bounds of bearings as they are    */
     double *bounds;
@@ -164,6 +167,9 @@ static void lay_out_ground(work_t *work, parts_t *parts, int wheels, int rollers
     work->slip_dot = lanes_part(parts, 2*wheels);
     work->nu_dot = lanes_part(parts, 3);
     work->response = numbers_part(parts, 4*(long long)wheels*wheels);
+#if SET_WAYS_FEEL_LOADS
+    work->load_response = numbers_part(parts, 2*(long long)wheels*wheels);
+#endif
 #if SET_LOADS
     work->broken = numbers_part(parts, wheels);
 #endif

@@ -15,6 +15,7 @@
 #endif
 #define SET_FIXED_CORNERS (SET_STRIPS && !SET_LOADS && !SET_DAMPED_STRIPS)  /* rollers that turn take what chi says */
 #define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS && !SET_LOADS)     /* approach.c */
+#define SET_WAYS_FEEL_LOADS (SET_DAMPED_STRIPS && SET_LOADS)   /* and loads feel these ways: damped_ways.c */
 #define SET_LOCATES_SLOW_RESTS (SET_STANDS_BOTH_WAYS && !SET_LOADS)        /* slow_rests.c */
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
@@ -224,6 +225,10 @@ typedef struct {
 #if SET_DAMPED_STRIPS               /* damped_ways.c                                                          */
     nodes_t way_size[MOST_WHEELS], way_along[MOST_WHEELS], way_across[MOST_WHEELS];     /* slips at the nodes  */
     double way_pace[MOST_WHEELS], end_toward[2*MOST_WHEELS];    /* one over a damper's speed; directions at the end */
+#endif
+#if SET_WAYS_FEEL_LOADS
+    nodes_t way_by_load[MOST_WHEELS];           /* how way_across goes with a contact's load, per N  */
+    const double *load_response;                /* of loads to forces at the start of the step       */
 #endif
 #if SET_APPROACHES
     int stretched;                              /* a step up to a rest: the power of its clock, else 0      */
