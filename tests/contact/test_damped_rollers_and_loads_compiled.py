@@ -10,6 +10,7 @@ from contact.test_damped_rollers_and_loads import assert_the_laws_hold, scene
 from contact.test_massless_rollers_beside_coulomb import assert_runs_agree, changes
 from omniroll import simulate
 from omniroll.engine.simulate import checked_task
+from omniroll.results.comparison import distance_at
 from omniroll.scenes.explanation import runs_on
 
 SHORT = 0.02
@@ -66,6 +67,16 @@ def test_contacts_that_go_almost_along_their_axles_take_few_evaluations(number, 
     along = ~run.sticks & (np.abs(run.slip[..., 1]) < 0.2 * np.abs(run.slip[..., 0])) & (run.contact_spin != 0)
     assert along.any()
     assert run.stats["evaluations"] <= 1e5
+
+
+def test_a_roller_is_let_go_as_near_to_that_as_it_is_located():
+    """At this accuracy so little before it that the state still says a spin against the one that begins."""
+    vehicle, own = scene(14, 0.1, 0.3)
+    end = 0.004
+    run, finer = (simulate(vehicle, duration=end, **own | {"accuracy": accuracy}) for accuracy in (1e-9, 1e-11))
+    assert run.contact_spin[0, 3] == 0 and run.contact_spin[-1, 3] < -0.01
+    assert run.contact_spin[-1] == pytest.approx(finer.contact_spin[-1], abs=1e-7)
+    assert distance_at(run, finer, np.linspace(0, end, 9)) <= 1e-9
 
 
 def test_the_compiled_engine_runs_them_and_says_so():

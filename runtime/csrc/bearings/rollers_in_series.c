@@ -68,6 +68,13 @@ ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
     return 0;
 }
 
+/* Whether a roller has been let go at this instant by what it was asked for. That is located as near as an iteration
+ * leaves it; just before, the state says a spin against the mode, which loads and ways enlarge. */
+ALWAYS_INLINE int begins_to_turn(const omniroll_bearing_t *roller)
+{
+    return SET_DAMPED_STRIPS && SET_LOADS && roller->released && roller->released == roller->mode;
+}
+
 /* Those whose spins have passed zero rest, and those that rounding does not tell from zero and that fall. Returns how
  * many there are. */
 static int stop_in_series(omniroll_run_t *run, const work_t *work)
@@ -88,6 +95,8 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
         const lanes_t spin = -roller->mode*work->own.rate[work->own.rollers_at + i];
         const double noise = noise_of_own(roller, spin[0]) + noise_at_the_most(work, i);
         if (!near[i] || !(spin[0] > PASSED*noise || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
+            continue;
+        if (begins_to_turn(roller))
             continue;
         roller->resting = 1;
         count++;
