@@ -227,7 +227,11 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
 /* The same, with the bearings at rest of each set in their modes. */
 static void try_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
 {
-    int turned = 0;
+    int turned = 0, rounds = MOST_ROUNDS;
+#if SET_CORNERS
+    if (work->under_loads->knows_loads)
+        rounds = ROUNDS_FROM_HERE;
+#endif
 #if SET_LOADED_BEARINGS
     for (int k = 0; k < count; k++) {
         give_bearings(run, work, k, &sets[k].bearings);
@@ -240,7 +244,7 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
             sets[k].mode[i] = own_bearings(run)[i].mode;
 #endif
     do {
-        evaluate_sets(run, work, holds, sets, count, MOST_ROUNDS);
+        evaluate_sets(run, work, holds, sets, count, rounds);
 #if SET_LOADED_BEARINGS
         turned = 0;
         for (int k = 0; k < count; k++)

@@ -45,6 +45,7 @@ typedef struct {
     int still[MOST_WHEELS], turns;
     int landed[MOST_WHEELS];        /* whether contacts have come to rest whose rollers turn                */
     int seeks_sets;                 /* whether moments say which contacts carry                              */
+    int knows_loads;                /* whether there are loads for the modes: those of sets are sought from them on */
     int folds;                      /* the contact whose roller stops in a fold, counted from 1; 0: none     */
     omniroll_bearing_t before[MOST_WHEELS];
     int *rests;                     /* which contacts rest, under the loads that they have                  */
@@ -467,7 +468,7 @@ static void put_drawn(const cones_t *c, int size, double *drawn)
 
 /* Where what is drawn is more than what contacts that only just slip are pulled by, the rounds end slowly: the
  * conditions themselves give their directions, if that leads to forces nearby. `own`: D's diagonal. */
-static void decide_from_here(cones_t *c, int size, const double *own)
+static void decide_knows_loads(cones_t *c, int size, const double *own)
 {
     double farthest = 0;
     for (int j = 0; j < size; j++) {
@@ -549,7 +550,7 @@ static void decide_semidefinite(cones_t *c)
     }
     memcpy(c->given, given, sizeof *given*(size_t)size);
 #if SET_STANDS_BOTH_WAYS
-    decide_from_here(c, size, own);
+    decide_knows_loads(c, size, own);
 #endif
     for (int i = 0; i < c->count; i++)
         c->pull[i] = 0;

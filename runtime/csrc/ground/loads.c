@@ -233,7 +233,7 @@ NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_
     moved_loads(wheels, at, before);
     for (int round = 0; round < rounds_of(wheels, at) && left; round++) {
 #if SET_CORNER_LOADS
-        loads->whole = round == 0 && loads->rounds > 1;
+        loads->whole = round == 0 && loads->rounds == MOST_ROUNDS;
 #endif
         loads->knows_response = 0;
         correct_loads(wheels, at, nu_dot);
