@@ -142,7 +142,7 @@ static int stands(const omniroll_run_t *run, const int *carries)
 }
 
 /* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of bearings those that
- * each set has. With one of `rounds` friction beside bearings is linear about the last loads, with none it is theirs. */
+ * each set has. With one of `rounds` friction beside bearings is linear about the last loads, with none theirs. */
 static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count,
                           int rounds)
 {
