@@ -168,7 +168,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     const long long first = run->row_count;
 #if SET_CORNERS
     double fold = -1;               /* the last instant at which a roller has stopped in a fold               */
-    work.under_loads->folds = 0;
+    work.under_loads->folds = work.under_loads->knows_loads = 0;
 #endif
     int status = first_row(run, &work);
     while (status == OMNIROLL_RUN_DONE) {

@@ -444,6 +444,15 @@ def test_both_engines_make_the_same_motion_under_loads_that_follow(law, number, 
         assert assert_laws_hold_under_loads(vehicle, options, run).any(), "none turns"
 
 
+@pytest.mark.parametrize("number", [155, 356])
+def test_loads_that_are_far_from_the_last_ones_are_looked_at(number):
+    """A grid over all points at which loads may act, on equations of its own, has some there. What is said is that they
+    are not determined, and not that there are none."""
+    vehicle, options = rubbing_under_loads(number, "regularised", False)
+    _, why = run_or_stop(vehicle, options, "compiled", 1e-3)
+    assert "do not determine each other" in why
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("law, count", [("viscous", 60), ("regularised", 20)])
 @pytest.mark.parametrize("low", [True, False])

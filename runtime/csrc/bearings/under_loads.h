@@ -35,6 +35,8 @@
 #define TIP 1e-12                   /* of the load that a bearing takes: nearer to it hardly anything is left   */
 #define LEAST_ABOUT 1e-9            /* N, about which friction is linear at least; where a bearing takes nothing */
 #define MOST_ROUNDS 50
+#define GIVEN_LOADS 0               /* rounds: an evaluation under the last loads                                */
+#define ROUNDS_FROM_HERE (MOST_ROUNDS - 1)      /* from the last loads, also where others come from above   */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                           */
 #define LOADS_ROUNDED 1e-11         /* of the weight: steps below this that do not fall any more are rounding    */
 #define SURE 0.1                    /* of LOADS_SETTLED: where the next step would be that falls as its square   */

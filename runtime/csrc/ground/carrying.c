@@ -10,6 +10,7 @@
 #define ON_EDGE 1e-9                /* of the vehicle's size: loads act on the edge within this              */
 #define LEAST_LOAD 1e-15            /* of the weight: a contact that carries does not have less              */
 #define LOAD_ROUNDING (256*EPS)     /* of the weight, in a load; and of the determinant                      */
+#define ELSEWHERE 4                  /* starts on the way from the middle to each contact, where none fit      */
 #define LOAD_TURNS 16               /* roundings that a load has inside a step                               */
 #define LOAD_RISES 1e5              /* of these its slope at the end of a step is known                      */
 
@@ -56,7 +57,7 @@ typedef struct {
 
 /* What has been tried. */
 typedef struct {
-    int tried, fits, several, regular;
+    int tried, fits, several, regular, elsewhere;
     carrying_t first, fit, other, nearest;      /* tried first; fits first; fits and differs; fits with fewest changes */
     double least_determinant;                   /* of those that fit                                        */
 } search_t;
@@ -141,7 +142,7 @@ static int stands(const omniroll_run_t *run, const int *carries)
 }
 
 /* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of bearings those that
- * each set has. With one of `rounds` friction beside bearings is linear about the last loads. */
+ * each set has. With one of `rounds` friction beside bearings is linear about the last loads, with none theirs. */
 static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count,
                           int rounds)
 {
@@ -224,10 +225,16 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
     (void)holds, (void)rounds;
 }
 
-/* The same, with the bearings at rest of each set in their modes. */
-static void try_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
+/* The same, with the bearings at rest of each set in their modes. `elsewhere`: from those that they have under the last
+ * loads on. */
+static void try_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count,
+                     int elsewhere)
 {
-    int turned = 0;
+    int turned = 0, rounds = MOST_ROUNDS;
+#if SET_CORNERS
+    if (work->under_loads->knows_loads)
+        rounds = ROUNDS_FROM_HERE;
+#endif
 #if SET_LOADED_BEARINGS
     for (int k = 0; k < count; k++) {
         give_bearings(run, work, k, &sets[k].bearings);
@@ -239,14 +246,21 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
         for (int i = 0; i < ON_GROUND*run->wheels; i++)
             sets[k].mode[i] = own_bearings(run)[i].mode;
 #endif
+#if SET_NEARLY_LINEAR && !SET_GRIPS
+    if (elsewhere)
+        evaluate_sets(run, work, holds, sets, count, GIVEN_LOADS);
+    for (int k = 0; k < count && elsewhere; k++)
+        turn_bearings_of_set(run, &sets[k].bearings);
+#endif
     do {
-        evaluate_sets(run, work, holds, sets, count, MOST_ROUNDS);
+        evaluate_sets(run, work, holds, sets, count, rounds);
 #if SET_LOADED_BEARINGS
         turned = 0;
         for (int k = 0; k < count; k++)
             turned |= turn_bearings_of_set(run, &sets[k].bearings);
 #endif
     } while (turned);
+    (void)elsewhere;
 }
 
 /* Whether the mode of a contact is not its own in this set. What comes back begins with no load: if its friction takes
@@ -331,7 +345,7 @@ static void try_all(const omniroll_run_t *run, const work_t *work, const int *ho
         }
         count += allowed && (!last || stands(run, sets[count].carries));    /* on three, if all carry */
         if (count == LANES || (choice == last && count)) {
-            try_sets(run, work, holds, sets, count);
+            try_sets(run, work, holds, sets, count, search->elsewhere);
             for (int k = 0; k < count; k++)
                 consider(run, search, &sets[k]);
             count = 0;
@@ -347,7 +361,7 @@ static void try_leading_on(const omniroll_run_t *run, const work_t *work, const 
     for (int i = 0; i < run->wheels; i++)
         set.carries[i] = (run->grips[i].carries || run->grips[i].regained) && !run->grips[i].dropped;
     for (int round = 0; round < 4*run->wheels && wrong && stands(run, set.carries); round++) {
-        try_sets(run, work, holds, &set, 1);
+        try_sets(run, work, holds, &set, 1, search->elsewhere);
         consider(run, search, &set);
         wrong = 0;
         for (int i = 0; i < run->wheels; i++)
@@ -362,7 +376,7 @@ static void try_present_set(const omniroll_run_t *run, const work_t *work, carry
     int holds[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++)
         set->carries[i] = run->grips[i].carries, holds[i] = run->grips[i].sticks;
-    try_sets(run, work, holds, set, 1);
+    try_sets(run, work, holds, set, 1, 0);
 }
 
 #if SET_LOADED_BEARINGS && SET_FRICTION
@@ -389,6 +403,71 @@ static void look_at_bearings(omniroll_run_t *run, const work_t *work, const int 
             if (sets[tried - 1].determinant < search->least_determinant)
                 search->fit = sets[tried - 1], search->least_determinant = search->fit.determinant;
     }
+}
+#endif
+
+#if SET_GRIPS || SET_NEARLY_LINEAR
+/* Whether a line from one contact `along` to another is an edge of their polygon: all are to its left. */
+static int is_edge(const omniroll_run_t *run, const double *from, const double *along)
+{
+    const double *const places = run->ground.places;
+    double least = 0, most = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        const double beside = along[0]*(places[2*i + 1] - from[1]) - along[1]*(places[2*i] - from[0]);
+        least = fmin(least, beside), most = fmax(most, fabs(beside));
+    }
+    return most > 0 && least >= -ON_EDGE*most;
+}
+
+/* Whether the loads that have failed act inside the polygon of all contacts: further from its edges than rounding. */
+static int acts_inside(const omniroll_run_t *run)
+{
+    const omniroll_ground_t *const ground = &run->ground;
+    const double at[2] = {ground->failed_sums[1]/ground->weight, ground->failed_sums[2]/ground->weight};
+    double size = 0;
+    for (int k = 0; k < 2*run->wheels; k++)
+        size = fmax(size, fabs(ground->places[k]));
+    for (int i = 0; i < run->wheels; i++)
+        for (int j = 0; j < run->wheels; j++) {
+            const double *const from = ground->places + 2*i, *const to = ground->places + 2*j;
+            const double along[2] = {to[0] - from[0], to[1] - from[1]}, length = hypot(along[0], along[1]);
+            if (is_edge(run, from, along)
+                && !(along[0]*(at[1] - from[1]) - along[1]*(at[0] - from[0]) > ON_EDGE*size*length))
+                return 0;
+        }
+    return 1;
+}
+#endif
+
+#if SET_NEARLY_LINEAR && !SET_GRIPS
+/* Where friction goes with loads in no proportion Newton's rule may miss those that fit: it begins elsewhere, on the
+ * ways from the middle to the contacts. What is told if none fit is what was tried first. */
+static void try_elsewhere(omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
+{
+    double *const sums = run->ground.sums, kept[3] = {sums[0], sums[1], sums[2]}, middle[2] = {0, 0};
+    const int regular = search->regular;
+    search->elsewhere = 1;
+    for (int k = 0; k < 2*run->wheels; k++)
+        middle[k%2] += run->ground.places[k]/run->wheels;
+    for (int start = 0; start < ELSEWHERE*run->wheels && !search->fits; start++) {
+        const double part = (start/run->wheels + 1.0)/(ELSEWHERE + 1);
+        sums[0] = run->ground.weight;
+        for (int k = 0; k < 2; k++)
+            sums[1 + k] = sums[0]*((1 - part)*middle[k] + part*run->ground.places[2*(start%run->wheels) + k]);
+        if (run->wheels <= MOST)
+            try_all(run, work, holds, search);
+        else
+            try_leading_on(run, work, holds, search);
+    }
+    memcpy(sums, kept, sizeof kept);
+    search->regular = regular;
+}
+
+/* Whether the vehicle tips by what was tried first, where nothing fits. */
+static int tips_by_first(omniroll_run_t *run, const search_t *search)
+{
+    memcpy(run->ground.failed_sums, search->first.sums, sizeof search->first.sums);
+    return search->regular && !acts_inside(run);
 }
 #endif
 
@@ -431,7 +510,8 @@ static int comes_back_at_once(const omniroll_run_t *run, const carrying_t *set)
 static void decide_loads(omniroll_run_t *run, const work_t *work, const int *holds)
 {
     search_t search;
-    search.tried = search.fits = search.several = 0, search.regular = 1, search.least_determinant = 1;
+    search.tried = search.fits = search.several = search.elsewhere = 0;
+    search.regular = 1, search.least_determinant = 1;
     run->ground.failure = 0;
 #if SET_LOADED_BEARINGS
     give_bearings(run, work, LANES, &search.nearest.bearings);
@@ -441,6 +521,10 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     else
         try_leading_on(run, work, holds, &search);
     run->ground.failure_is_regular = search.regular;
+#if SET_NEARLY_LINEAR && !SET_GRIPS
+    if (!search.fits && search.tried && !tips_by_first(run, &search))
+        try_elsewhere(run, work, holds, &search);
+#endif
 #if SET_LOADED_BEARINGS && SET_FRICTION
     if (search.fits)
         look_at_bearings(run, work, holds, &search);
@@ -471,38 +555,7 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     put_carrying(run);
 }
 
-#if SET_GRIPS
-/* Whether a line from one contact `along` to another is an edge of their polygon: all are to its left. */
-static int is_edge(const omniroll_run_t *run, const double *from, const double *along)
-{
-    const double *const places = run->ground.places;
-    double least = 0, most = 0;
-    for (int i = 0; i < run->wheels; i++) {
-        const double beside = along[0]*(places[2*i + 1] - from[1]) - along[1]*(places[2*i] - from[0]);
-        least = fmin(least, beside), most = fmax(most, fabs(beside));
-    }
-    return most > 0 && least >= -ON_EDGE*most;
-}
-
-/* Whether the loads that have failed act inside the polygon of all contacts: further from its edges than rounding. */
-static int acts_inside(const omniroll_run_t *run)
-{
-    const omniroll_ground_t *const ground = &run->ground;
-    const double at[2] = {ground->failed_sums[1]/ground->weight, ground->failed_sums[2]/ground->weight};
-    double size = 0;
-    for (int k = 0; k < 2*run->wheels; k++)
-        size = fmax(size, fabs(ground->places[k]));
-    for (int i = 0; i < run->wheels; i++)
-        for (int j = 0; j < run->wheels; j++) {
-            const double *const from = ground->places + 2*i, *const to = ground->places + 2*j;
-            const double along[2] = {to[0] - from[0], to[1] - from[1]}, length = hypot(along[0], along[1]);
-            if (is_edge(run, from, along)
-                && !(along[0]*(at[1] - from[1]) - along[1]*(at[0] - from[0]) > ON_EDGE*size*length))
-                return 0;
-        }
-    return 1;
-}
-#else
+#if !SET_GRIPS
 /* Which contacts carry under a law with which nothing sticks. */
 static void decide_carrying(omniroll_run_t *run, const work_t *work)
 {

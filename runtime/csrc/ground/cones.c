@@ -45,6 +45,7 @@ typedef struct {
     int still[MOST_WHEELS], turns;
     int landed[MOST_WHEELS];        /* whether contacts have come to rest whose rollers turn                */
     int seeks_sets;                 /* whether moments say which contacts carry                              */
+    int knows_loads;                /* whether there are loads for the modes: those of sets are sought from them on */
     int folds;                      /* the contact whose roller stops in a fold, counted from 1; 0: none     */
     omniroll_bearing_t before[MOST_WHEELS];
     int *rests;                     /* which contacts rest, under the loads that they have                  */

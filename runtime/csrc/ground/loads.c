@@ -228,12 +228,20 @@ NEVER_INLINE void settle_loads(const int wheels, const point_t *at, lanes_t *nu_
     loads_t *const loads = at->loads;
     lanes_t before[MOST_WHEELS], last = lanes_of(INFINITY);
     int found[LANES] = {0}, left = LANES;
+#if !SET_CORNER_LOADS
+    if (loads->rounds == GIVEN_LOADS) {
+        lanes_t off[2];
+        put_about(wheels, at);
+        rates_of_sums(wheels, at, nu_dot, off);
+        return;
+    }
+#endif
     for (int i = 0; i < wheels; i++)
         before[i] = lanes_of(0);
     moved_loads(wheels, at, before);
     for (int round = 0; round < rounds_of(wheels, at) && left; round++) {
 #if SET_CORNER_LOADS
-        loads->whole = round == 0 && loads->rounds > 1;
+        loads->whole = round == 0 && loads->rounds == MOST_ROUNDS;
 #endif
         loads->knows_response = 0;
         correct_loads(wheels, at, nu_dot);

@@ -103,15 +103,12 @@ static int find_moments(omniroll_run_t *run, const work_t *work, const int *othe
     return length_of(off, 2) <= SAME_LOADS*size;
 }
 
-/* Modes and loads by them: returns what take_turns() does. */
-static int take_moments(omniroll_run_t *run, const work_t *work, const int *rests, const int *other)
+/* The loads in the modes that have been found for `moments`: whether they are these, and no contact turns aside.
+ * Returns what take_turns() does. */
+static int have_moments(omniroll_run_t *run, const work_t *work, const int *rests, const int *other,
+                        const double *moments)
 {
-    double moments[2] = {0, 0}, before[MOST_WHEELS], off[2], most = 0;
-    for (int i = 0; i < run->wheels; i++)
-        for (int k = 0; k < 2; k++)
-            moments[k] += run->grips[i].load*run->ground.places[2*i + k];
-    if (!find_moments(run, work, other, moments))
-        return -1;
+    double before[MOST_WHEELS], off[2], most = 0;
     moments_off(run, work, other, moments, off);
     for (int i = 0; i < run->wheels; i++)
         before[i] = run->grips[i].load;
@@ -120,5 +117,33 @@ static int take_moments(omniroll_run_t *run, const work_t *work, const int *rest
     for (int i = 0; i < run->wheels; i++)
         most = fmax(most, fabs(run->grips[i].load - before[i]));
     return most <= SAME_LOADS*run->ground.weight && !turns_to_steady(run, work, rests) ? 1 : -1;
+}
+
+/* The moments of the loads that contacts have. */
+static void moments_of_contacts(const omniroll_run_t *run, double *moments)
+{
+    moments[0] = moments[1] = 0;
+    for (int i = 0; i < run->wheels; i++)
+        for (int k = 0; k < 2; k++)
+            moments[k] += run->grips[i].load*run->ground.places[2*i + k];
+}
+
+/* Modes and loads by them: returns what take_turns() does. */
+static int take_moments(omniroll_run_t *run, const work_t *work, const int *rests, const int *other)
+{
+    double moments[2];
+    moments_of_contacts(run, moments);
+    if (!find_moments(run, work, other, moments))
+        return -1;
+    int found = have_moments(run, work, rests, other, moments);
+#if SET_CORNER_LOADS                /* from above Newton's rule may come to other loads of the same modes          */
+    if (found <= 0) {
+        memcpy(run->ground.sums + 1, moments, sizeof moments);
+        work->under_loads->knows_loads = 1;
+        found = have_moments(run, work, rests, other, moments);
+        work->under_loads->knows_loads = 0;
+    }
+#endif
+    return found;
 }
 #endif

@@ -427,7 +427,7 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
     const int may_stick = carries_at_rest(run, work, rests, &at_rest);
     for (int i = 0; i < run->wheels; i++)
         resting |= run->grips[i].resting;
-    if (!may_stick && !((resting || lacks_loads(run)) && run->ground.failure == OMNIROLL_LOADS_NONE)) {
+    if (!may_stick && !(run->ground.failure == OMNIROLL_LOADS_NONE && (resting || may_be_elsewhere(run)))) {
         put_refusal(run, &at_rest);
         return 0;
     }

@@ -83,6 +83,7 @@ class LoadedGround(Ground):
     """
 
     turns = 0  # how often modes have been looked for at an instant
+    seeks_everywhere = False  # in rounds
 
     def __init__(self, kernel: Kernel, grip: Grip, rates: BoundRates):
         super().__init__(kernel, grip)
@@ -145,7 +146,7 @@ class LoadedGround(Ground):
             self.off = ~self.loads.carries | self.loads.dropped
             self.trying(~self.off)
             self.load = np.where(self.off, 0.0, self.load)
-            if fails.ends and not (rests & ~self.off).any():
+            if not ((rests & ~self.off).any() or self.may_be_elsewhere(fails)):
                 raise
             return fails
         return None
@@ -187,6 +188,10 @@ class LoadedGround(Ground):
         """Which bearings are decided in rounds: those at rest."""
         return self.bearings.resting.copy()
 
+    def may_be_elsewhere(self, fails: GroundFailsError) -> bool:
+        """Whether what turns have not found, which `fails` says, is looked for elsewhere."""
+        return not fails.ends
+
     def contacts_in_rounds(self, rests: np.ndarray) -> np.ndarray:
         """Which contacts (N,) bool are, of those whose slip is zero, `rests` (N,) bool."""
         return rests
@@ -208,14 +213,17 @@ class LoadedGround(Ground):
 
     def find_modes_and_loads(self, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics) -> None:
         """Modes for the loads and loads for the modes, in turn, or else by the rounds of rounds_with_loads.py."""
-        kept, compression = Kept.of(self), self.pressing
+        kept, compression, none = Kept.of(self), self.pressing, None
         try:
             found = self._take_turns(rests, find_modes, dynamics)
         except GroundFailsError as fails:
-            if fails.ends:
+            if not self.may_be_elsewhere(fails):
                 raise
+            none = fails if fails.ends else None
             found = Carried(compression, self.loads.start, compression, np.array(np.nan))
-        if found is not None and not take_rounds(self, kept, rests, find_modes, dynamics):
+        if found is not None and not take_rounds(self, kept, rests, find_modes, dynamics, none is not None):
+            if none:
+                raise none
             contacts = (self.contacts_in_rounds(rests) & self.loads.carries).any()
             self.loads.refuse(UNSETTLED if contacts else UNSETTLED_BEARINGS, found)
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import HELD_ROUNDINGS, Dynamics, Grip, Ground
-from omniroll.effects.ground_loads import Carried, Loads, SumsOf
+from omniroll.effects.ground_loads import NONE, Carried, GroundFailsError, Loads, SumsOf
 from omniroll.effects.ground_with_axles import Evaluate
 from omniroll.effects.ground_with_massless_rollers import GroundWithMasslessRollers, StripFlow
 from omniroll.effects.guards import EPS, PASSED
@@ -59,6 +59,7 @@ class LoadedGroundWithMasslessRollers(LoadedGroundWithBearings, GroundWithMassle
     """
 
     axles: MasslessSlippingBearings
+    seeks_everywhere = True
 
     def __init__(self, kernel: Kernel, grip: Grip, bearings: MasslessSlippingBearings, rates: BoundRates):
         LoadedGroundWithBearings.__init__(self, kernel, grip, bearings, rates)
@@ -185,6 +186,10 @@ class LoadedGroundWithMasslessRollers(LoadedGroundWithBearings, GroundWithMassle
         resting = super().bearings_in_rounds()
         resting[self.axles.contact] = self.before[1]
         return resting
+
+    def may_be_elsewhere(self, fails: GroundFailsError) -> bool:
+        """Also loads for some modes of the rollers, which go with the loads. A vehicle that tips does so."""
+        return not fails.ends or (fails.failure == NONE and not fails.tips)
 
     def contacts_in_rounds(self, rests: np.ndarray) -> np.ndarray:
         """Also those that rest as soon as their rollers turn."""

@@ -13,9 +13,11 @@
 4. Massless rollers take part that have stuck so far, also those of contacts that slip: one that would be let go takes
    what it has held at most, and its sliding torque in the next round. Else the map would jump where it is let go.
 5. Where Newton's rule does not come to an end it begins elsewhere. Massless rollers go with the contacts that carry
-   there, by the moments.
+   there, by the moments. Where no start leads to loads the whole polygon is looked through (where_it_stands.py).
 6. All this comes after turns, which most instants need few of; and where the loads of some modes are not found, since
-   rollers that would turn under the last loads have none in which they do.
+   rollers that would turn under the last loads have none in which they do, or since no contacts may carry in modes of
+   such rollers that other loads would change.
+7. With the friction of a round the vehicle stands or it tips (tipping.py).
 """
 
 from __future__ import annotations
@@ -29,6 +31,8 @@ import numpy as np
 
 from omniroll.effects.ground import Dynamics
 from omniroll.effects.ground_loads import Carried, GroundFailsError
+from omniroll.effects.tipping import where_it_tips
+from omniroll.effects.where_it_stands import where_it_may_stand
 
 STARTS = 2  # on the way from the middle to each contact, where loads are looked for elsewhere
 MOMENT_ROUNDS = 40
@@ -56,11 +60,13 @@ class FollowedLoads(Protocol):
     released: np.ndarray  # (N,) bool
     sticks: np.ndarray  # (N,) bool
     turns: int
+    seeks_everywhere: bool  # whether loads are looked for in all of the polygon, where a few starts lead to none
 
     def bearings_in_rounds(self) -> np.ndarray: ...
     def contacts_in_rounds(self, rests: np.ndarray) -> np.ndarray: ...
     def carry_by_moments(self, sums: np.ndarray) -> None: ...
     def press(self, found: Carried) -> None: ...
+    def trying(self, carries: np.ndarray) -> None: ...
     def sums_in_modes(self, dynamics: Dynamics) -> np.ndarray: ...
     def carry_in_modes(self, rests: np.ndarray, dynamics: Dynamics) -> Carried: ...
     def turns_to_steady(self, rests: np.ndarray, dynamics: Dynamics) -> bool: ...
@@ -118,13 +124,19 @@ class Kept:
 
 
 def take_rounds(
-    ground: FollowedLoads, kept: Kept, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
+    ground: FollowedLoads,
+    kept: Kept,
+    rests: np.ndarray,
+    find_modes: FindModes,
+    dynamics: Dynamics,
+    stands_or_tips: bool,
 ) -> bool:
     """Whether modes and loads are found by rounds (rule 3) that begin where `kept` does.
 
-    rests  (N,) bool: contacts whose slip is zero
+    rests           (N,) bool: contacts whose slip is zero
+    stands_or_tips  whether it is told where the vehicle tips in a round for which none are found (rule 7)
 
-    Raises GroundFailsError where there are no loads in the modes.
+    Raises GroundFailsError there, and where there are no loads in the modes.
     """
     kept.put_back()
     bearings = ground.bearings
@@ -141,14 +153,15 @@ def take_rounds(
 
     try:
         while True:
-            begin_again()
-            found = _take_moments(ground, rests, find_modes, dynamics, None)
-            for start in _starts(ground.loads.springs.places):
-                if found:
-                    break
+            found, tips = False, None
+            for start in _starts(ground, rests, find_modes, dynamics):
                 begin_again()
-                found = _take_moments(ground, rests, find_modes, dynamics, start)
-            if not found:
+                if found := _take_moments(ground, rests, find_modes, dynamics, start):
+                    break
+            if not found and stands_or_tips:
+                begin_again()
+                tips = _where_it_tips(ground, rests, find_modes, dynamics)
+            if not found and tips is None:
                 return False
             slips = in_rounds & ~ground.sticks & ~ground.off & ~broken
             further = bool(slips.any())
@@ -156,13 +169,27 @@ def take_rounds(
                 moves = at_rest & ground.bearings_in_rounds() & (bearings.modes != 0) & ~turned
                 turned, further = turned | moves, further or bool(moves.any())
             if not further:
+                if tips is not None:
+                    ground.loads.refuse_beyond_the_edge(tips)
                 return True
             broken = broken | slips
     finally:
         kept.put_back_friction()
 
 
-def _starts(places: np.ndarray) -> Iterator[np.ndarray]:
+def _starts(
+    ground: FollowedLoads, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
+) -> Iterator[np.ndarray | None]:
+    """Where a search in a round begins, as _take_moments() has it."""
+    places, weight = ground.loads.springs.places, ground.loads.weight
+    yield None
+    yield from points_elsewhere(places)
+    if ground.seeks_everywhere:
+        asked = _Asked(ground, rests, find_modes, dynamics, seeks_sets=True)
+        yield from where_it_may_stand(places, lambda point: asked(weight * point) / weight)
+
+
+def points_elsewhere(places: np.ndarray) -> Iterator[np.ndarray]:
     """Points (2,) on the lines from the middle of the contacts (N, 2) to each."""
     middle = places.mean(axis=0)
     for k in range(STARTS):
@@ -177,6 +204,32 @@ def _one_friction(grip: Any, broken: np.ndarray, rests: np.ndarray) -> Any:
     return replace(grip, sliding=sliding, static=np.where(slides, grip.sliding, grip.static))
 
 
+class _Asked:
+    """By how much more than moments (2,) those are that the motion asks for, under loads of these with the modes found
+    for them (rule 2).
+
+    seeks_sets  whether moments say which contacts carry
+    still       (N,) bool: contacts whose slip is zero, under the last loads
+    """
+
+    def __init__(
+        self, ground: FollowedLoads, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics, seeks_sets: bool
+    ):
+        self.ground, self.rests, self.find_modes, self.dynamics = ground, rests, find_modes, dynamics
+        self.seeks_sets, self.still = seeks_sets, rests
+
+    def __call__(self, moments: np.ndarray) -> np.ndarray:
+        ground, loads = self.ground, self.ground.loads
+        sums = np.append(loads.start[0], moments)
+        if self.seeks_sets:
+            ground.carry_by_moments(sums)
+        compression = loads.springs.shares(loads.carries) @ sums
+        ground.press(Carried(np.where(loads.carries, compression, 0.0), sums, compression, np.array(1.0)))
+        ground.turns = 0  # a map knows nothing of the modes of before
+        self.still = self.find_modes(self.rests)
+        return (ground.sums_in_modes(self.dynamics) - sums)[1:]
+
+
 def _take_moments(
     ground: FollowedLoads,
     rests: np.ndarray,
@@ -189,29 +242,34 @@ def _take_moments(
     start  (2,) in m, where loads act that it begins with; None: where the present ones do, and these contacts carry
     """
     loads = ground.loads
-    still = rests
-
-    def off_by(moments: np.ndarray) -> np.ndarray:
-        nonlocal still
-        sums = np.append(loads.start[0], moments)
-        if start is not None:
-            ground.carry_by_moments(sums)
-        compression = loads.springs.shares(loads.carries) @ sums
-        ground.press(Carried(np.where(loads.carries, compression, 0.0), sums, compression, np.array(1.0)))
-        ground.turns = 0  # a map knows nothing of the modes of before
-        still = find_modes(rests)
-        return (ground.sums_in_modes(dynamics) - sums)[1:]
-
+    asked = _Asked(ground, rests, find_modes, dynamics, start is not None)
     first = loads.springs.rows[:, 1:].T @ ground.load if start is None else loads.start[0] * start
-    found = root(off_by, first, loads.weight * loads.arm)
+    found = root(asked, first, loads.weight * loads.arm)
     if found is None:
         return False
-    off_by(found)
+    asked(found)
     before = ground.load
     try:
-        ground.carry_in_modes(still, dynamics)
+        ground.carry_in_modes(asked.still, dynamics)
     except GroundFailsError:
         return False
     return not (
-        np.abs(ground.load - before).max() > SAME_LOADS * loads.weight or ground.turns_to_steady(still, dynamics)
+        np.abs(ground.load - before).max() > SAME_LOADS * loads.weight or ground.turns_to_steady(asked.still, dynamics)
     )
+
+
+def _where_it_tips(
+    ground: FollowedLoads, rests: np.ndarray, find_modes: FindModes, dynamics: Dynamics
+) -> np.ndarray | None:
+    """(3,) sums of the loads that the motion asks for beyond an edge, with the friction of a round (rule 7); the modes
+    are those that it has there. None where it does not tip."""
+    loads = ground.loads
+    asked = _Asked(ground, rests, find_modes, dynamics, seeks_sets=False)
+
+    def moved_by(point: np.ndarray, carries: np.ndarray) -> np.ndarray:
+        loads.carries, ground.off = carries, ~carries
+        ground.trying(carries)
+        return asked(loads.weight * point) / loads.weight
+
+    point = where_it_tips(loads.springs.places, moved_by)
+    return None if point is None else loads.weight * np.append(1.0, point)

@@ -1,18 +1,20 @@
 """What contacts do that may slip: slip velocities, forces of the ground, and what of a state follows from them."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from omniroll.effects.ground import AT_REST, Grip, slip_roundings, slip_says
-from omniroll.effects.ground_loads import ROUNDINGS, Carried, carried
+from omniroll.effects.ground_loads import AT_EVENT, ROUNDINGS, Carried, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
 from omniroll.effects.loads_beside_bearings import BesideBearings, left_of, settled, taken_and_gain
+from omniroll.effects.rounds_with_loads import points_elsewhere
 from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
-from omniroll.vehicles.loads import Springs
+from omniroll.vehicles.loads import Springs, contact_loads
 
 ALONG = 100  # roundings of the speeds that make a slip: one that is turned by less is not
 FAR_ABOVE = 1e6  # times the loads at rest: of loads so large bearings leave all of the friction
@@ -249,11 +251,26 @@ class Contacts:
         at_rest = np.broadcast_to(self.grip.loads, shape)
         # Newton's rule comes from above: below loads of which a bearing takes all of the friction it would stay.
         begins = about(FAR_ABOVE * at_rest).loads if self._left_of_loads and self.grip.sticks else at_rest
-        found = settled(about, begins, self.grip.loads.sum()) if self._left_of_loads else about(at_rest)
+        found = self._settled(about, begins, springs) if self._left_of_loads else about(at_rest)
         rounding = (ROUNDINGS * np.finfo(float).eps + misled) * self.grip.loads.sum()
         loads = np.where(found.loads > -rounding, np.maximum(found.loads, 0.0), found.loads)
         self._press(values, loads, carries, loads)
         return loads
+
+    def _settled(self, about: Callable[[np.ndarray], Carried], begins: np.ndarray, springs: Springs) -> Carried:
+        """The loads that Newton's rule finds from `begins` (..., N) on; where some of these would pull, or there are
+        none, those that it finds from loads elsewhere."""
+        weight = self.grip.loads.sum()
+        found = settled(about, begins, weight)
+        for point in points_elsewhere(springs.places):
+            wrong = ~(found.loads.min(axis=-1) > -AT_EVENT * weight)
+            if not wrong.any():
+                break
+            from_there = contact_loads(springs.places, weight * np.append(1.0, point))
+            there = settled(about, np.broadcast_to(from_there, begins.shape), weight)
+            takes = wrong & (there.loads.min(axis=-1) > -AT_EVENT * weight)
+            found = replace(found, loads=np.where(takes[..., None], there.loads, found.loads))
+        return found
 
     @property
     def _left_of_loads(self) -> bool:
