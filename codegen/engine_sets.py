@@ -63,6 +63,7 @@ CORNERS = "corner_forces"  # of these beside contacts that stick: where both mov
 CORNER_LOADS = "corner_loads"  # the same of loads that follow the motion
 # The same where these bearings have viscous friction: by the state, along given directions, and how these feel loads.
 DAMPED_CORNERS = ("damped_corners", "damped_ways", "damped_way_slopes")
+DAMPED_WAYS = ("damped_directions", DAMPED_CORNERS[1])  # which sensitivities call of these
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
 OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield", "damped_yield", "passed_on")
@@ -318,6 +319,7 @@ class EngineSet:
         names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.in_series else set()
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
+        names |= {*DAMPED_WAYS} if self.damped_strips else set()
         names |= {LEFT_LOADS, DAMPED_LOADS} if self.leaves_loads else set()
         names |= {CORNER_LOADS} if self.corner_loads else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
@@ -416,7 +418,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     facts = deviating(effects, registry)
     called = (
         *PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS, LEFT_LOADS, DAMPED_LOADS,
-        CORNER_LOADS,
+        CORNER_LOADS, *DAMPED_WAYS,
     )  # fmt: skip
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)

@@ -29,7 +29,6 @@ from contact.test_massless_rollers_that_stick import (
 )
 from contact.test_newton_euler import slipping_case
 from omniroll import Bearings, Contact, Slope, Vehicle, simulate
-from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
@@ -340,13 +339,3 @@ def test_samples_between_rows_are_those_of_finer_runs():
     vehicle, options = dragging(16)
     times = np.linspace(0.001, 0.019, 7)
     assert_samples_are_those_of_finer_runs(vehicle, options | {"duration": 0.02}, times, ("slip", "contact_spin"), 1e-9)
-
-
-# What is refused
-
-
-def test_derivatives_are_refused():
-    ground = Contact(law="coulomb", friction=FRICTION)
-    options = MASSLESS | {"nu": (1.0, 0, 0), "duration": 1e-3}
-    with pytest.raises(InvalidValueError, match="roller_viscous.*is not followed"):
-        simulate(CROSS, effects=[ground, BEARINGS], sensitivities=("nu[0]",), **options)

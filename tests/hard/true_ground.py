@@ -93,12 +93,14 @@ class Bearings:
     """The torques of the bearings of axles, if these may stick, then of all rollers in contact and of free ones, if
     these may (B,): of those that turn, and the largest of those at rest.
 
-    axles  how many of them are those of axles
+    axles    how many of them are those of axles
+    damping  (N,) in N m s, of rollers in contact
     """
 
     sliding: Row
     holding: Row
     axles: int
+    damping: Row
 
     @classmethod
     def of(cls, effects: list, counts: tuple[int, int], name: str, change: Any) -> "tuple[Bearings | None, bool]":
@@ -120,11 +122,19 @@ class Bearings:
                 sliding, holding = sliding + found[0], holding + found[-1]
         if not sliding:
             return None, False
-        return cls(sliding, holding, wheels if own.wheel_coulomb is not None else 0), has
+        damping = [arb(float(v)) for v in np.broadcast_to(own.roller_viscous or 0.0, wheels)]
+        if number == "roller_viscous":
+            damping, has = larger(damping, place, change), True
+        return cls(sliding, holding, wheels if own.wheel_coulomb is not None else 0, damping), has
 
 
 class Vehicle:
-    """The formulas of a task, with one of its numbers larger by `change`."""
+    """The formulas of a task, with one of its numbers larger by `change`.
+
+    damps  whether bearings of rollers have viscous friction, which is put down here
+    """
+
+    damps = False
 
     def __init__(self, task: Task, name: str, change: Any):
         contact = next(e for e in task.effects.effects if isinstance(e, omniroll.Contact))
@@ -133,6 +143,8 @@ class Vehicle:
         effects = [effect for effect in bound.effects if effect in OWN]
         others = [e for e in task.effects.effects if e is not contact]
         given = {key: value for e in others for key, value in e.constants(task.vehicle).items()}
+        if self.damps:
+            given.pop("roller_damping")  # which these formulas do not know
         self.bearings, of_bearings = Bearings.of(others, (bound.wheels, self._bearings_of_rollers(bound)), name, change)
         self.rollers_stick = self.bearings is not None and len(self.bearings.sliding) > self.bearings.axles
         effects += self._of_ground()

@@ -24,7 +24,15 @@ import numpy as np
 from flint import arb
 
 import omniroll
-from hard import collocated, true_bearings, true_ground, true_loaded_massless, true_massless, true_strips
+from hard import (
+    collocated,
+    true_bearings,
+    true_damped_strips,
+    true_ground,
+    true_loaded_massless,
+    true_massless,
+    true_strips,
+)
 from hard.collocated import State, Step
 from hard.moving import CONSTANTS, larger, split
 from omniroll.effects.effect import Table
@@ -273,7 +281,8 @@ def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tupl
     if "slip_contact_loss" in task.kernel.signatures:
         loaded = "contact_loads" in task.kernel.effects
         smooth = true_loaded_massless if loaded else true_massless
-        reference = true_strips if "corner_forces" in task.kernel.signatures else smooth
+        beside = true_damped_strips if "damped_ways" in task.kernel.signatures else true_strips
+        reference = beside if "corner_forces" in task.kernel.signatures else smooth
     with digits(DIGITS, ORDER):
         change = arb(CHANGE) * size(task, name)
         runs = [reference.Run(task, name, side * change) for side in (1, -1)]

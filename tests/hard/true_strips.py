@@ -107,14 +107,20 @@ class StripPhase(Phase):
         return found
 
     def speeds(self, y: Row, z: Row) -> Row:
-        """Where the contact slips, too, the roller takes what its slip along the ellipse's normal leaves."""
+        """Where the contact slips, too, the roller takes what that leaves."""
         found, axles = self.v.turning(y), self.v.bearings.axles
+        for i, slip in self.slips_along(y, z).items():
+            found[axles + i] -= slip
+        return found
+
+    def slips_along(self, y: Row, z: Row) -> dict[int, Any]:
+        """In m/s, how fast contacts slip along their axles whose rollers turn: along the ellipse's normal."""
         first, second = self.v.ground.numbers["friction"]
-        slip = self.v.slip(y)
+        slip, forces, found = self.v.slip(y), self.forces(y, z), {}
         for i, (mode, spin) in enumerate(zip(self.modes, self.spins, strict=True)):
             if spin and mode != STICKS:
-                axle, rolling = self.forces(y, z)[i]
-                found[axles + i] -= slip[i][1] * (axle / first**2) / (rolling / second**2)
+                axle, rolling = forces[i]
+                found[i] = slip[i][1] * (axle / first**2) / (rolling / second**2)
         return found
 
     def goes_back(self, i: int, slip: Row) -> Any:

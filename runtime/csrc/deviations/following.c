@@ -94,7 +94,7 @@ static void lay_out_ground(variations_t *w, long long *size, char *base)
 #if SET_GRIPS
     const long long nodes = sizeof(nodes_t);
     w->pushed = part(base, size, 12*wheels*lane);
-    w->yielding = part(base, size, SET_STRIPS*2*wheels*lane);
+    w->yielding = part(base, size, YIELDS*wheels*lane);
     w->towards = part(base, size, 2*wheels*lane);
     w->slipping = part(base, size, wheels*lane);
     w->turned = part(base, size, 2*wheels*lane);
@@ -214,7 +214,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
 #if SET_GRIPS
     memset(w->pushed, 0, 12*w->wheels*sizeof *w->pushed);
-    memset(w->yielding, 0, SET_STRIPS*2*w->wheels*sizeof *w->yielding);
+    memset(w->yielding, 0, YIELDS*w->wheels*sizeof *w->yielding);
 #endif
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS

@@ -21,6 +21,34 @@
 #define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
                                  * rad does not turn */
 
+#if SET_DAMPED_STRIPS
+/* Whether a contact that slips while its roller turns does so along its axle whatever it does along its rolling
+ * direction: the bearing would take more than the ground gives. */
+static int slips_alone(const variations_t *w, long long row, int i)
+{
+    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
+    lanes_t own[point_size(w)], load[MOST_WHEELS], friction[2*MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
+    lanes_t rolling[2*MOST_WHEELS], found[8*MOST_WHEELS];
+    put_state(w, row, own);
+    const point_t at = point_of(w, w->vehicle, own);
+    for (int k = 0; k < 2*wheels; k++) {
+        rolling[k] = lanes_of(k%2), friction[k] = lanes_of(w->run->grip[wheels + k]);
+        load[k/2] = lanes_of(w->run->grip[k/2] > 0 ? w->run->grip[k/2] : 1);
+    }
+    set_damped_ways_along(wheels, at.vehicle, at.nu, at.chi, at.core, rolling, load, friction, at.inputs + torque,
+                          still, still, still, still, still, still, still, found, found + MOST_WHEELS,
+                          found + 2*MOST_WHEELS, found + 3*MOST_WHEELS, found + 4*MOST_WHEELS, found + 5*MOST_WHEELS,
+                          found + 6*MOST_WHEELS, found + 7*MOST_WHEELS);
+    return fabs(found[3*MOST_WHEELS + i][0]) > 1;       /* how much it would take of what the ground gives */
+}
+#else
+ALWAYS_INLINE int slips_alone(const variations_t *w, long long row, int i)
+{
+    (void)w, (void)row, (void)i;
+    return 0;
+}
+#endif
+
 /* Whether a contact that slips one way alone does so the other way from the next row on. */
 ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
 {
@@ -28,7 +56,7 @@ ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
     for (long long k = row; k < row + 2; k++)
         if (!slides_in(w, k, i) || turns_in(w, k, i))
             return 0;
-    return heading[0]*heading[SET_INPUTS*w->wheels] < 0;
+    return heading[0]*heading[SET_INPUTS*w->wheels] < 0 && !slips_alone(w, row, i);
 }
 
 ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)

@@ -23,6 +23,7 @@
                                                                      * each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
+#define YIELDS (SET_STRIPS*(2 + 2*SET_DAMPED_STRIPS))
 #define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES)  /* whether bearings may stick then */
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
@@ -54,7 +55,8 @@ typedef struct {
     double *weight_in_piece;    /* the same in a piece of a step: pieces.c                      */
     int inside;                 /* whether somebody looks at steps between their rows           */
     lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
-    lanes_t *yielding;          /* 2 x wheels: what slips along axles go with where rollers turn, and how that moves */
+    lanes_t *yielding;          /* YIELDS x wheels: what slips along axles go with where rollers turn, and how that
+                                 * moves; beside dampers the same of forces alone */
     lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
                                              * along these, the slopes of the forces by the directions' angles */
     nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
@@ -199,6 +201,9 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
 #endif
 #if SET_STRIPS
     point.ground_yield = w->yielding + (own == w->along ? w->wheels : 0);
+#endif
+#if SET_DAMPED_STRIPS
+    point.damped_yield = point.ground_yield + 2*w->wheels;
 #endif
 #if SET_LOADS
     point.balance = w->balance + (own == w->along), point.loads = w->loads + (own == w->along);

@@ -85,5 +85,8 @@ static void take_way_back(const variations_t *w)
 #if SET_STRIPS
     memset(w->yielding + w->wheels, 0, w->wheels*sizeof *w->yielding);
 #endif
+#if SET_DAMPED_STRIPS
+    memset(w->yielding + 3*w->wheels, 0, w->wheels*sizeof *w->yielding);
+#endif
 }
 #endif

@@ -53,8 +53,10 @@ def _pushes_in_strips(
     turns, slips = np.asarray(known["contact_sticks"]) < 0.5, np.asarray(known["load"]).real > 0
     across, along = np.where(turns, 0.0, np.cos(heading)), np.where(turns, np.sign(heading.real), np.sin(heading))
     given = dict(known) | {"slip_direction": np.stack([across, along], axis=-1)}
-    force, _ = call_named(kernel, "sliding_forces", given)
     given["load"] = np.where(slips, known["load"] * about, 1.0)
+    if "damped_ways" in kernel.signatures:
+        return _pushes_beside_dampers(kernel, known, given, turns & slips)
+    force, _ = call_named(kernel, "sliding_forces", dict(given) | {"load": known["load"]})
     with np.errstate(divide="ignore", invalid="ignore"):  # of those that are in no corner
         corner, per_slip = call_named(kernel, "corner_forces", given)
         corner = corner / about
@@ -62,6 +64,27 @@ def _pushes_in_strips(
     rolling = np.where(both, corner, force[..., 1])
     push = np.stack([np.broadcast_to(force[..., 0], rolling.shape), rolling], axis=-1)
     return {"ground_push": push + known["pushed"], "ground_yield": np.where(both, per_slip, 0.0)}
+
+
+def _pushes_beside_dampers(
+    kernel: Kernel, known: Mapping[str, np.ndarray], given: Mapping[str, np.ndarray], both: np.ndarray
+) -> dict[str, np.ndarray]:
+    """The same where bearings have viscous friction, too: a contact of `both` (..., N) bool, which slips while its
+    roller turns, goes where ground and bearing take the same. That way turns by how the slip across it moves, over how
+    this falls as the way turns (maxima/effects/contact_damped_strip.mac); `given` has its sign along the rolling
+    direction, and loads that are no zeros."""
+    real = {name: np.real(value) for name, value in given.items()}
+    way = call_named(kernel, "damped_directions", real).real
+    *_, falls, across = call_named(kernel, "damped_ways", dict(given) | {"slip_direction": way})
+    if np.iscomplexobj(across):
+        turn = np.where(both, tangent_of(across) / np.where(both, falls.real, 1.0), 0.0)
+        way = with_tangent(way, np.stack([-way[..., 1] * turn, way[..., 0] * turn], axis=-1))
+    towards = {"slip_direction": np.where(both[..., None], way, given["slip_direction"])}
+    force, _ = call_named(kernel, "sliding_forces", dict(given) | towards | {"load": known["load"]})
+    per_force, *_ = call_named(kernel, "damped_ways", dict(given) | towards)
+    none = np.zeros(kernel.wheels)
+    yields = {"ground_yield": none, "damped_yield": np.where(both, per_force, 0.0)}
+    return {"ground_push": force + known["pushed"]} | yields
 
 
 def loads_that_follow(
@@ -108,6 +131,7 @@ class ContactModes:
     slides   (T, N) bool: those that slip under a load
     grips    whether they may stick
     turns    whether there are slips of two components, so that their directions turn
+    damped   whether bearings of massless rollers that stick have viscous friction
     turning  (T, N) bool: those that slip with two components
     headings (T, N) in rad, where slips go in rows in which they are rounding
     loaded   whether loads follow the motion
@@ -128,6 +152,7 @@ class ContactModes:
         self.carries = kept("carries", self.grip.loads > 0) > 0.5
         self.slides = ~self.sticks & self.carries & self.grips
         self.turns = self.grips and (plain.has_spins or rigid is not None)
+        self.damped = self.grips and "damped_ways" in plain.signatures
         self.turning = self.slides & (plain.has_spins if rigid is None else rigid)
         self.first = 0 if self.turns else 1  # of the components of slips
 
@@ -200,6 +225,9 @@ class ContactModes:
             slip = slips(self.plain, self.deviations.known_in(y, inputs))
             known = np.linalg.norm(slip, axis=-1) > self.noises(y, rows)
             headings[...] = np.where(known & self.turning[rows], np.arctan2(slip[..., 1], slip[..., 0]), headings)
+            if self.damped:  # where rollers turn slips along the rolling direction may pass zero
+                one_way = (np.abs(slip[..., 1]) > self.noises(y, rows)) & self.slides[rows] & ~self.turning[rows]
+                headings[...] = np.where(one_way, np.copysign(np.pi / 2, slip[..., 1]), headings)
         return inputs
 
     @cached_property

@@ -11,6 +11,8 @@ contacts and bearings (standing_deviations.py) holds with that speed in the plac
    there stops where the ground asks for its sliding torque just as before: no speed comes to rest, and no rate jumps.
    It sticks at its bound and leaves it, since what is asked of it falls as its spin did.
 3. A roller that comes into contact stands on its disk. That is part of the switch.
+4. Where the bearing has viscous friction, too, the contact of a roller that turns slips along its axle alone while that
+   would take more than the ground gives. Its slip along the rolling direction passes zero then, and is no rest.
 
 There is no derivative, beside the cases of standing_deviations.py, where such a spin only just comes to zero and the
 bearing holds more than it takes while the roller turns: the motions beside the run turn on. Nor is there one where a
@@ -113,7 +115,22 @@ class StripDeviations(StandingDeviations):
         y = self.motion.y[row]
         slip = slips(self.motion.plain, self.deviations.known_in(y, self.motion.inputs_in(row)))
         size = np.where(self._turns(self._modes(row)), np.abs(slip[:, 1]), np.linalg.norm(slip, axis=1))
-        return size <= self.contacts.roundings(y)
+        return (size <= self.contacts.roundings(y)) & ~self._slips_alone(row)
+
+    def _slips_alone(self, row: int) -> np.ndarray:
+        """(N,) bool: contacts that slip along their axles whatever they do along the rolling direction (rule 4)."""
+        if not self.contacts.damped:
+            return np.zeros(self.wheels, bool)
+        modes = self._modes(row)
+        known = self.deviations.known_in(self.motion.y[row], self.motion.inputs_in(row))
+        known |= {"load": np.where(self.contacts.slides[row], self.contacts.given_loads, 1.0)}
+        known |= {"friction": self.contacts.grip.sliding, "slip_direction": np.tile([0.0, 1.0], (self.wheels, 1))}
+        *_, taken = call_named(self.motion.plain, "damped_ways", known)  # of the ground's friction
+        return self.contacts.slides[row] & self._turns(modes) & (np.abs(taken) > 1)
+
+    def _has_come(self, row: int) -> np.ndarray:
+        """The same; what passes zero beside a slip along the axle alone has not."""
+        return super()._has_come(row) & (self.contacts.sticks[row + 1] | ~self._slips_alone(row))
 
     def _begins_rolling(self) -> bool:
         """Whether no contact has a slip beside the run at its start: one whose roller sticks does where it rolls."""
