@@ -31,10 +31,9 @@ static int slips_alone(const variations_t *w, long long row, int i)
     lanes_t rolling[2*MOST_WHEELS], found[8*MOST_WHEELS];
     put_state(w, row, own);
     const point_t at = point_of(w, w->vehicle, own);
-    for (int k = 0; k < 2*wheels; k++) {
-        rolling[k] = lanes_of(k%2), friction[k] = lanes_of(w->run->grip[wheels + k]);
-        load[k/2] = lanes_of(w->run->grip[k/2] > 0 ? w->run->grip[k/2] : 1);
-    }
+    put_given_ground(w, load, friction);
+    for (int k = 0; k < 2*wheels; k++)
+        rolling[k] = lanes_of(k%2);
     set_damped_ways_along(wheels, at.vehicle, at.nu, at.chi, at.core, rolling, load, friction, at.inputs + torque,
                           still, still, still, still, still, still, still, found, found + MOST_WHEELS,
                           found + 2*MOST_WHEELS, found + 3*MOST_WHEELS, found + 4*MOST_WHEELS, found + 5*MOST_WHEELS,

@@ -90,16 +90,23 @@ ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, co
 }
 
 #if SET_DAMPED_STRIPS
+/* Loads and coefficients of the contacts as they are given; a load that is none is 1, so that nothing is over zero. */
+static void put_given_ground(const variations_t *w, lanes_t *load, lanes_t *friction)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    for (int i = 0; i < wheels; i++)
+        load[i] = lanes_of(w->run->grip[i] > 0 ? w->run->grip[i] : 1);
+    for (int c = 0; c < 2*wheels; c++)
+        friction[c] = lanes_of(w->run->grip[wheels + c]);
+}
+
 /* Of contacts that slip and whose rollers turn: where they go, with these signs along the rolling direction. */
 static void put_ways(const variations_t *w, long long row, const point_t *at, lanes_t *towards)
 {
     const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
     lanes_t load[MOST_WHEELS], friction[2*MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
     lanes_t way[2*MOST_WHEELS], moved[2*MOST_WHEELS];
-    for (int i = 0; i < wheels; i++)
-        load[i] = lanes_of(w->run->grip[i] > 0 ? w->run->grip[i] : 1);
-    for (int c = 0; c < 2*wheels; c++)
-        friction[c] = lanes_of(w->run->grip[wheels + c]);
+    put_given_ground(w, load, friction);
     set_damped_directions_along(wheels, at->vehicle, at->nu, at->chi, at->core, towards, load, friction,
                                 at->inputs + torque, still, still, still, still, still, still, still, way, moved);
     for (int i = 0; i < wheels; i++)

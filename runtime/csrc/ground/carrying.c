@@ -407,6 +407,21 @@ static void look_at_bearings(omniroll_run_t *run, const work_t *work, const int 
 #endif
 
 #if SET_GRIPS || SET_NEARLY_LINEAR
+/* Where loads are looked for elsewhere: on the way from the middle of the contacts to which of them a start is, with so
+ * many on each; returns the part of the way. */
+ALWAYS_INLINE double way_of_start(const omniroll_run_t *run, int start, int starts, int *contact)
+{
+    *contact = start%run->wheels;
+    return (start/run->wheels + 1.0)/(starts + 1);
+}
+
+ALWAYS_INLINE void put_middle(const omniroll_run_t *run, double *middle)
+{
+    middle[0] = middle[1] = 0;
+    for (int k = 0; k < 2*run->wheels; k++)
+        middle[k%2] += run->ground.places[k]/run->wheels;
+}
+
 /* Whether a line from one contact `along` to another is an edge of their polygon: all are to its left. */
 static int is_edge(const omniroll_run_t *run, const double *from, const double *along)
 {
@@ -444,16 +459,16 @@ static int acts_inside(const omniroll_run_t *run)
  * ways from the middle to the contacts. What is told if none fit is what was tried first. */
 static void try_elsewhere(omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
 {
-    double *const sums = run->ground.sums, kept[3] = {sums[0], sums[1], sums[2]}, middle[2] = {0, 0};
+    double *const sums = run->ground.sums, kept[3] = {sums[0], sums[1], sums[2]}, middle[2];
     const int regular = search->regular;
+    int contact;
     search->elsewhere = 1;
-    for (int k = 0; k < 2*run->wheels; k++)
-        middle[k%2] += run->ground.places[k]/run->wheels;
+    put_middle(run, middle);
     for (int start = 0; start < ELSEWHERE*run->wheels && !search->fits; start++) {
-        const double part = (start/run->wheels + 1.0)/(ELSEWHERE + 1);
+        const double part = way_of_start(run, start, ELSEWHERE, &contact);
         sums[0] = run->ground.weight;
         for (int k = 0; k < 2; k++)
-            sums[1 + k] = sums[0]*((1 - part)*middle[k] + part*run->ground.places[2*(start%run->wheels) + k]);
+            sums[1 + k] = sums[0]*((1 - part)*middle[k] + part*run->ground.places[2*contact + k]);
         if (run->wheels <= MOST)
             try_all(run, work, holds, search);
         else

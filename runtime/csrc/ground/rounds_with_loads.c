@@ -173,9 +173,10 @@ static void begin_round(omniroll_run_t *run, const work_t *work, const round_t *
 /* Loads to begin with: they act on one of the lines from the middle to the contacts. */
 static void start_at(omniroll_run_t *run, const work_t *work, int start)
 {
-    const double part = (start/run->wheels + 1.0)/(STARTS + 1);
+    int contact;
+    const double part = way_of_start(run, start, STARTS, &contact);
     for (int i = 0; i < run->wheels; i++)
-        run->grips[i].load = run->ground.weight*((1 - part)/run->wheels + part*(i == start%run->wheels));
+        run->grips[i].load = run->ground.weight*((1 - part)/run->wheels + part*(i == contact));
 #if SET_CORNERS
     work->under_loads->seeks_sets = 1;
 #endif

@@ -18,13 +18,12 @@ static int find_edge(const omniroll_run_t *run, int start, int end, edge_t *edge
     double most = 0;
     edge->start = start, edge->end = end;
     for (int k = 0; k < 2; k++)
-        edge->along[k] = places[2*end + k] - from[k], edge->middle[k] = 0;
+        edge->along[k] = places[2*end + k] - from[k];
+    put_middle(run, edge->middle);
     for (int i = 0; i < run->wheels; i++) {
         const double beside = edge->along[0]*(places[2*i + 1] - from[1]) - edge->along[1]*(places[2*i] - from[0]);
         if (beside > most)
             most = beside, edge->third = i;
-        for (int k = 0; k < 2; k++)
-            edge->middle[k] += places[2*i + k]/run->wheels;
     }
     return start != end && is_edge(run, from, edge->along);
 }
