@@ -102,8 +102,9 @@ def at_random(number):
 
 @pytest.mark.long
 def test_c_gives_what_python_gives_in_random_scenes(monkeypatch):
+    """In scene 64 a slip passes zero along the rolling direction, and a roller begins to turn elsewhere after that."""
     found = Counter()
-    for number in range(5):
+    for number in (*range(5), 64):
         try:
             own, difference = apart(at_random(number), ("mass", "roller_viscous[0]", "friction[1]"), monkeypatch)
         except OmnirollError:  # something only just happens

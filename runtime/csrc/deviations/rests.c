@@ -22,26 +22,18 @@
                                  * rad does not turn */
 
 #if SET_DAMPED_STRIPS
-/* Whether a contact that slips while its roller turns does so along its axle whatever it does along its rolling
- * direction: the bearing would take more than the ground gives. */
-static int slips_alone(const variations_t *w, long long row, int i)
+/* Whether a slip along the rolling direction is not zero in a row. Beside a slip along the axle alone it may have passed
+ * zero since the phase began, which the row's heading does not know. */
+static int has_passed_zero(const variations_t *w, long long row, int i)
 {
-    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
-    lanes_t own[point_size(w)], load[MOST_WHEELS], friction[2*MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
-    lanes_t rolling[2*MOST_WHEELS], found[8*MOST_WHEELS];
+    lanes_t own[point_size(w)], slip[MOST_COMPONENTS], moved[MOST_COMPONENTS];
     put_state(w, row, own);
     const point_t at = point_of(w, w->vehicle, own);
-    put_given_ground(w, load, friction);
-    for (int k = 0; k < 2*wheels; k++)
-        rolling[k] = lanes_of(k%2);
-    set_damped_ways_along(wheels, at.vehicle, at.nu, at.chi, at.core, rolling, load, friction, at.inputs + torque,
-                          still, still, still, still, still, still, still, found, found + MOST_WHEELS,
-                          found + 2*MOST_WHEELS, found + 3*MOST_WHEELS, found + 4*MOST_WHEELS, found + 5*MOST_WHEELS,
-                          found + 6*MOST_WHEELS, found + 7*MOST_WHEELS);
-    return fabs(found[3*MOST_WHEELS + i][0]) > 1;       /* how much it would take of what the ground gives */
+    slips_of(w, &at, &at, slip, moved);
+    return fabs(slip[2*i + 1][0]) > w->run->slip_rounding[row*w->wheels + i];
 }
 #else
-ALWAYS_INLINE int slips_alone(const variations_t *w, long long row, int i)
+ALWAYS_INLINE int has_passed_zero(const variations_t *w, long long row, int i)
 {
     (void)w, (void)row, (void)i;
     return 0;
@@ -55,7 +47,7 @@ ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
     for (long long k = row; k < row + 2; k++)
         if (!slides_in(w, k, i) || turns_in(w, k, i))
             return 0;
-    return heading[0]*heading[SET_INPUTS*w->wheels] < 0 && !slips_alone(w, row, i);
+    return heading[0]*heading[SET_INPUTS*w->wheels] < 0 && !has_passed_zero(w, row, i);
 }
 
 ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)
