@@ -59,6 +59,13 @@ def test_loads_are_found_that_are_far_from_the_last_ones(number, loads, engine):
     assert run.ground_load[0] @ wheels.places == pytest.approx(asked, abs=1e-12 * run.ground_load.sum())
 
 
+def test_cells_find_loads_that_no_start_leads_to():
+    """The grid says loads of 19.202, 4.494, 0, 0 and 8.176 N in the last round; the determinant is negative there."""
+    vehicle, options = scene(66, 0.1, 0.3)
+    _, why = run_or_stop(vehicle, options, "compiled", 1e-6)
+    assert "friction have several solutions" in why
+
+
 @ENGINES
 def test_where_no_loads_stand_it_tips(engine):
     """All contacts slip along their axles, on rollers that stick: forces are linear in loads. The weight on one edge
