@@ -5,7 +5,7 @@ import numpy as np
 from omniroll import Contact, Trajectory, Vehicle, simulate
 from omniroll.results.comparison import distance_at
 
-START = {"nu": (2, -1, 3), "duration": 0.15, "control": False, "engine": "python"}
+START = {"nu": (2, -1, 3), "duration": 0.15, "control": False}
 SPIN = {"wheel_rates": (3, -2, 5), "contact_spins": 4}
 SPEEDS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 LAWS = {
