@@ -14,7 +14,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parents[1]
 NAMES = (  # those that take longest stand first
-    "ground_contact", "view", "robots", "ground_loads", "urdf_mjcf", "motion_3", "fitting", "fitting_mujoco",
+    "ground_contact", "view", "robots", "urdf_mjcf", "motion_3", "fitting", "fitting_mujoco",
     "path_following", "conventions",
 )  # fmt: skip
 MEASURED = (
