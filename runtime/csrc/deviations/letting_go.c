@@ -99,9 +99,9 @@ static void turn_pushes(const variations_t *w, long long row, int model, const p
 static void move_along(const variations_t *w, long long row, int column, const lanes_t *rate)
 {
     const int wheels = OWN_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
+    put_way(w, row, column, rate);              /* first: a point copies its heading */
     const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
     lanes_t nu_dot[3], nu_dot_along[3];
-    put_way(w, row, column, rate);
 #if SET_GRIPS
     turn_pushes(w, row, model, &at, &along);
 #endif
