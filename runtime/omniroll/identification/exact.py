@@ -15,7 +15,6 @@ from omniroll.identification.log import Log
 from omniroll.identification.model import OF_INSTRUMENT, Model
 from omniroll.results.trajectory import Trajectory
 
-NODES = 8  # inside each step of a run: beside 16 they change the derivatives by some 1e-5, in half the time
 UNUSED = ("pose[0]",)  # stands for no number where only delays are asked for
 OF_HELD = {"net_torque", "accelerometer"}  # readings that feel the torques which hold bearings at rest
 Readings = dict[str, np.ndarray]
@@ -72,7 +71,7 @@ def _is_known(name: str, plain, effects) -> bool:
 def _follow(run: Trajectory, names: Sequence[str]) -> bool:
     """Whether the run has derivatives by these numbers, which it then keeps."""
     try:
-        with_sensitivities(run, names, NODES)
+        with_sensitivities(run, names)
     except NoDerivativeError:
         return False
     return True
