@@ -94,6 +94,8 @@ static int first_row(omniroll_run_t *run, const work_t *work)
 {
 #if SET_IS_ACTED_ON
     if (!run->started) {
+        if (!run->asks && caller_samples(run))  /* first: modes are decided once, under the torques that act    */
+            return OMNIROLL_RUN_ASK;
         if (!run->asks)
             renew_inputs(run);
         const int status = pass_events(run, work);

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll.engine.sensitivities import Sweep
 from identification.coverage import GUESS, GUESSED_FRICTION
 from identification.oracle_motion import FRICTION, KNOTS, SCHEDULES, VEHICLE
+from omniroll.engine.sensitivities import Sweep
 from omniroll.identification import exact, prediction
 
 FREE = (
