@@ -5,9 +5,8 @@ the pose) and accounts (integrals that feed nothing back); this file says which 
 functions give their rates, and the template writes the calls. No other file calls a generated function for the engine.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from .along import SUFFIX
 from .filling import template
@@ -33,16 +32,9 @@ ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
 HEADING_INPUT = (
     "slip_heading"  # beside the inputs then, for rows alone: the direction in which a contact begins to slip
 )
-CARRIES_INPUT = "carries"  # beside the inputs where loads follow the motion: which contacts carry
-MOMENT_INPUTS = ("bearing_cos", "bearing_sin")  # the same: what the free rollers' bearings do to the wheels' momenta
-MODES = ("sticks", HEADING_INPUT, CARRIES_INPUT, *MOMENT_INPUTS)  # inputs that a phase holds
-LOAD_SUMS = ("coulomb_momenta", "disk_momenta", "slip_load_balance")  # what gives the loads' sums, after the dynamics
-SPRINGS = "spring_loads"  # loads from their sums
-WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
+MOMENT_INPUTS = ("bearing_cos", "bearing_sin")  # the same: what free rollers' bearings do to the wheels' momenta
+MODES = ("sticks", HEADING_INPUT, *MOMENT_INPUTS)  # inputs that a phase holds
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
-OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # inputs of LOAD_SUMS
-OF_LOADS = {"load_factor": "at->loads->factor", "bearing_factor": "at->loads->bearing_factor"}  # inputs under loads
-OF_CORNERS = {"ground_yield": "at->loads->yield"}  # and where massless rollers turn on contacts that slip
 # Outputs, and the inputs of other functions that they are.
 ALIASES = {"coulomb_rates": "coulomb_momenta_dot", "bearing_rates": "bearing_momenta_dot"}
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
@@ -57,16 +49,10 @@ OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and a
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 REACHES = "contact_reaches"  # of rollers in contact, where wheels slip and rollers stick: their arms
 SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
-LEFT_LOADS = "left_loads"  # of loads that follow the motion, which friction goes with: what bearings of these leave
-DAMPED_LOADS = "damped_loads"  # the same where these bearings have viscous friction
 CORNERS = "corner_forces"  # of these beside contacts that stick: where both move
-CORNER_LOADS = "corner_loads"  # the same of loads that follow the motion
-# The same where these bearings have viscous friction: by the state, along given directions, and how these feel loads.
-DAMPED_CORNERS = ("damped_corners", "damped_ways", "damped_way_slopes")
-DAMPED_WAYS = ("damped_directions", DAMPED_CORNERS[1])  # which sensitivities call of these
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
-OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield", "damped_yield", "passed_on")
+OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield")
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -99,7 +85,6 @@ class EngineSet:
         self.stands = slipping in (BEARINGS, STANDS)
         self.in_series = effects.function(SERIES) is not None
         self.strips = self.in_series and self.grips  # what their bearings take cuts ellipses of the ground's friction
-        self.damped_strips = self.strips and effects.function(DAMPED_CORNERS[0]) is not None
         self.disks_stick = slipping in (BEARINGS, DISKS) and not self.in_series
         self.dynamics = slipping if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
@@ -110,10 +95,9 @@ class EngineSet:
         self.accounts = [state for state in present if state.kind == ACCOUNT]
         self.arrays = {state.name: rates[state.rate] for state in present}
         asked = [array.name for array in dynamics.inputs]
-        self.loads = self.slips and effects.function(LOAD_SUMS[-1]) is not None
         self.inputs = [name for name in INPUTS if name in asked]
-        self.inputs += ([HEADING_INPUT] if self.grips else []) + ([CARRIES_INPUT] if self.loads else [])
-        moments = (self.stands or self.loads) and (self.disks_stick or self.in_series)  # of massless rollers 0
+        self.inputs += [HEADING_INPUT] if self.grips else []
+        moments = self.stands and (self.disks_stick or self.in_series)  # of massless rollers 0
         self.inputs += MOMENT_INPUTS if moments else ()
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
@@ -126,13 +110,7 @@ class EngineSet:
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
         further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
-        further += [CORNERS] * self.strips + [*DAMPED_CORNERS] * self.damped_strips
-        self.damps_loads = self.loads and effects.function(DAMPED_LOADS) is not None
-        self.leaves_loads = self.damps_loads or (self.loads and effects.function(LEFT_LOADS) is not None)
-        self.corners = self.loads and self.strips
-        self.corner_loads = self.corners and not self.damped_strips  # bearings leave parts of loads where contacts slip
-        self.of_corners = OF_CORNERS if self.corner_loads else {}
-        further += [LEFT_LOADS, DAMPED_LOADS] * self.leaves_loads + [CORNER_LOADS] * self.corner_loads
+        further += [CORNERS] * self.strips
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -211,16 +189,6 @@ class EngineSet:
         """The place among the inputs of the directions in which contacts begin to slip."""
         return self.inputs.index(HEADING_INPUT)
 
-    @property
-    def carries_input(self) -> int:
-        """The place among the inputs of the contacts that carry."""
-        return self.inputs.index(CARRIES_INPUT)
-
-    @property
-    def friction(self) -> bool:
-        """Whether the ground's forces are in proportion to the loads."""
-        return WITHOUT_LOADS not in self.set.effects
-
     def core_calls(self, dynamics: str = "") -> list[Call]:
         """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
         solving = self.function(dynamics or self.dynamics)
@@ -253,19 +221,6 @@ class EngineSet:
     def slip_call(self) -> Call:
         """What gives the slip velocities of the contacts, and with them the ground's forces."""
         (call,) = self._calls([self.function(ON_THE_GROUND[0])], {"slip": "slip"})
-        return call
-
-    def load_calls(self) -> list[Call]:
-        """What gives the sums of the loads, after the dynamics."""
-        functions = [f for f in map(self.set.function, LOAD_SUMS) if f is not None]
-        if self.rollers == SINGLE and any(a.name == "momenta" for a in functions[-1].inputs):
-            functions.insert(0, self.function("momenta"))
-        given = {"nu_dot": "nu_dot"} | {s.rate: self.place("at->core_dot", s.name) for s in self.core}
-        return self._calls(functions, {"load_sums": "sums"}, given)
-
-    def spring_call(self) -> Call:
-        """What gives the loads from their sums."""
-        (call,) = self._calls([self.function(SPRINGS)], {"compression": "compression"}, {"load_sums": "sums"})
         return call
 
     def held_call(self) -> Call:
@@ -319,10 +274,6 @@ class EngineSet:
         names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.in_series else set()
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
-        names |= {*DAMPED_WAYS} if self.damped_strips else set()
-        names |= {LEFT_LOADS, DAMPED_LOADS} if self.leaves_loads else set()
-        names |= {CORNER_LOADS} if self.corner_loads else set()
-        names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
     @property
@@ -363,17 +314,12 @@ class EngineSet:
         names = {state.function for state in states}
         return [f for f in self.set.functions if f.name in names]
 
-    def _calls(
-        self, functions: list[Function], targets: dict[str, str], given: Mapping[str, str] = MappingProxyType({})
-    ) -> list[Call]:
-        """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs, and
-        so does what is `given` beside the point."""
+    def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
+        """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
         plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
         known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS, *OF_STRIPS)}
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
-        known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | OF_LOADS | given
-        known |= self.of_corners
         calls = []
         for function in functions:
             own, arguments = [], [known[array.name] for array in function.inputs]
@@ -416,10 +362,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    called = (
-        *PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS, LEFT_LOADS, DAMPED_LOADS,
-        CORNER_LOADS, *DAMPED_WAYS,
-    )  # fmt: skip
+    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS)
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)
 
@@ -438,5 +381,4 @@ def deviating(effects: EffectSet, registry: Registry) -> EngineSet:
     facts.inputs = [name for name in facts.inputs if name not in MOMENT_INPUTS]  # which follow from the bearings
     facts.still = {state.name: "at->still" for state in facts.core if state.size == "energy"}
     facts.core = [state for state in facts.core if state.size != "energy"]
-    facts.of_corners = {}  # no rate goes with them
     return facts

@@ -73,11 +73,10 @@ typedef struct {
     double speed;               /* the largest |nu| at the start of a phase since the vehicle rested     */
 } omniroll_hold_t;
 
-/* A contact on ground whose friction is the set-valued law, or whose load follows the motion. Coefficients and directions:
- * along the wheel's axle, and along its rolling direction. */
+/* A contact on ground whose friction is the set-valued law. Coefficients and directions: along the wheel's axle, and
+ * along its rolling direction. */
 typedef struct {
     int carries;                /* whether it has load; else it is off                                  */
-    int dropped, regained;      /* whether its load has vanished at this instant, or comes back         */
     double load, sliding[2], staying[2];    /* coefficients while it slips, and while it sticks         */
     double towards[2];          /* where it slips, or begins to: a unit vector                          */
     int sticks;                 /* its mode in this phase                                               */
@@ -94,17 +93,6 @@ typedef struct {
     double settles;             /* in m/s^2: a slip comes to rest that falls faster                     */
     double reach;               /* in m, from the axis of a roller in contact to the ground where chi is 0  */
     double arms[4];             /* in m: what slip is rounded against, of v, theta', the wheels' rates, omega */
-
-    /* Where the loads follow the motion: the numbers of their balance (see omniroll_slip_load_balance), and what becomes
-     * of them. Sums are those of N, of N xi and of N eta. */
-    double weight, heaviest;    /* in N: the whole load, and the largest of a contact at rest           */
-    double normal_gravity, height, wheel_mass, platform_products[2];
-    const double *spin_inertia, *places;    /* N; N x 2: xi, eta in m                                   */
-    double wheel_inertia;       /* of a wheel about its axle                                            */
-    double sums[3];             /* last                                                                 */
-    int failure;                /* why loads and motion do not go on together, else 0                   */
-    int failure_is_regular;     /* whether the coupled matrix is as it must be, whichever contacts carry */
-    double failed_sums[3], failed_determinant;  /* then; compressions are the contacts' loads           */
 } omniroll_ground_t;
 
 typedef struct {
@@ -191,16 +179,7 @@ enum {
     OMNIROLL_RUN_NO_STEP = 3,       /* no step is short enough                                              */
     OMNIROLL_RUN_ASK = 4,           /* the caller takes the samples that have come; or, where it gives the inputs: a
                                      * guard is passed or next_time has come. Then call again                  */
-    OMNIROLL_RUN_WHEELS = 5,        /* the library is compiled for another number of wheels                 */
-    OMNIROLL_RUN_GROUND = 6         /* loads and motion do not go on together: see ground.failure            */
-};
-
-/* ground.failure: of the sets of contacts that may carry none fits, several do, or the one does with a coupled matrix
- * whose determinant is not positive; or friction and loads do not find each other where contacts hold or let go, where
- * no contact does but bearings do, or behind a fold in which a roller has stopped. */
-enum {
-    OMNIROLL_LOADS_NONE = 1, OMNIROLL_LOADS_SEVERAL = 2, OMNIROLL_LOADS_UNDETERMINED = 3, OMNIROLL_LOADS_UNSETTLED = 4,
-    OMNIROLL_LOADS_UNSETTLED_BEARINGS = 5, OMNIROLL_LOADS_BEHIND_FOLD = 6
+    OMNIROLL_RUN_WHEELS = 5         /* the library is compiled for another number of wheels                 */
 };
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */

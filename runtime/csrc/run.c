@@ -3,21 +3,18 @@
  * run/         what happens at instants, what acts, what the caller gets
  * step/        a step: the state at its nodes, and where it ends
  * bearings/    bearings that stick, of axles and of rollers
- * ground/      contacts with the ground: Coulomb's friction, and loads that follow the motion
+ * ground/      contacts with the ground: Coulomb's friction
  * deviations/  deviations of a run, a library by itself
  *
  * docs/architecture.md says what each file does. */
 #include "set_in_lanes.h"
 
 #include "engine_set.h"
-#include "bearings/under_loads.h"
 
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define MOST_GUARDS 256
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
-#define SET_LOADED_BEARINGS (SET_LOADS && (SET_AXLES_STICK || SET_ROLLERS_TURN) && !SET_STANDS)
-#define SET_LOADED_IN_SERIES (SET_LOADED_BEARINGS && SET_IN_SERIES)     /* massless rollers among them */
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 /* Times an input's rounding: of torques that hold. On wheels that stand the ground's part may be far less than the bearing's,
  * which it is rounded with. */
@@ -28,7 +25,6 @@
 #if SET_HOLDS || SET_STANDS
 #include "bearings/complementarity.c"
 #endif
-#include "ground/loads.c"
 #include "step/collocation.c"
 #include "step/bends.c"
 #if SET_IS_COUPLED
@@ -53,12 +49,9 @@
 #include "bearings/rollers_in_series.c"
 #include "bearings/slipping_axles.c"
 #include "bearings/slipping_rollers.c"
-#include "bearings/loaded_bearings.c"
 #include "ground/standing_sets.c"
-#include "ground/carrying.c"
 #include "ground/grip.c"
 #include "ground/standing.c"
-#include "ground/damped_strips.c"
 #include "ground/standing_both_ways.c"
 #include "ground/standing_decisions.c"
 #include "run/transitions.c"
@@ -99,8 +92,6 @@ static int first_row(omniroll_run_t *run, const work_t *work)
         if (!run->asks)
             renew_inputs(run);
         const int status = pass_events(run, work);
-        if (status == OMNIROLL_RUN_GROUND && run->row_count == 0)
-            put_row(run);
         if (status != OMNIROLL_RUN_DONE)
             return status;
     }
@@ -150,9 +141,6 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     if (!run->started)
         clear_bearings(run, work);
 #endif
-#if SET_LOADS
-    balance_in_lanes(run, work);
-#endif
 #if SET_GRIPS
     run->ground.knows_rates = 0;
     friction_in_lanes(run, work);
@@ -168,10 +156,6 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     step_t s;
     begin_call(run, constants, wheels, &work, &s);
     const long long first = run->row_count;
-#if SET_CORNERS
-    double fold = -1;               /* the last instant at which a roller has stopped in a fold               */
-    work.under_loads->folds = work.under_loads->knows_loads = 0;
-#endif
     int status = first_row(run, &work);
     while (status == OMNIROLL_RUN_DONE) {
         status = pass_instant(run, &work);
@@ -187,10 +171,6 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         status = advance(run, &work, &s, wheels);
         if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
-#if SET_CORNERS
-        else if (status == OMNIROLL_RUN_NO_STEP && run->elapsed > fold && stops_in_fold(run, &work))
-            status = OMNIROLL_RUN_DONE, fold = run->elapsed;
-#endif
     }
     run->sweep_count += s.sweeps;
     return status;

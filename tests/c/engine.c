@@ -1,10 +1,8 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
  * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with HOLDING
- * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion,
- * with STANDING under static loads, and axles and rollers may stick beside contacts; with both under loads that follow,
- * too; with LOADED friction is regularised, loads follow the motion, and axles and rollers may stick. With SERIES beside
- * SLIPPING or STANDING its rollers are massless, and stick as axles do. It prints a line for each switch, time and
- * directions, and one for the end. */
+ * beside that their axles stick, with STANDING wheels slip under Coulomb's friction, and axles and rollers may stick
+ * beside contacts. With SERIES beside SLIPPING or STANDING its rollers are massless, and stick as axles do. It prints a
+ * line for each switch, time and directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -18,11 +16,7 @@ enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARIN
 #elif defined STICKING
 enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
 #elif defined SERIES && defined STANDING
-#ifdef CARRYING
-enum { INPUTS = 7 };
-#else
 enum { INPUTS = 6 };
-#endif
 enum { CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 #elif defined SERIES
 enum { INPUTS = 2, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
@@ -30,17 +24,9 @@ enum { INPUTS = 2, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 enum { INPUTS = 1, CORE = 2*WHEELS, ACCOUNTS = WHEELS + 1 };
 #elif defined SLIPPING
 enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
-#elif defined CARRYING && !defined STANDING
-enum { INPUTS = 3, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #elif defined STANDING
-#ifdef CARRYING
-enum { INPUTS = 7 };
-#else
 enum { INPUTS = 6 };
-#endif
 enum { CORE = WHEELS*(2 + PLACES), ACCOUNTS = WHEELS + 2, BEARINGS = WHEELS*(2 + PLACES) };
-#elif defined LOADED
-enum { INPUTS = 5, CORE = WHEELS*(2 + PLACES), ACCOUNTS = WHEELS + 2, BEARINGS = WHEELS*(2 + PLACES) };
 #else
 enum { INPUTS = 0, CORE = 0, ACCOUNTS = 0 };
 #endif
@@ -55,15 +41,12 @@ int main(int count, char **arguments)
         return 2;
     for (int k = 0; k < WHEELS; k++)
         angles[k] = atof(arguments[k + 9]);
-#if defined SLIPPING || defined CARRYING || defined STANDING || defined LOADED
+#if defined SLIPPING || defined STANDING
     double core[CORE] = {5, -3, 2}, core_before[CORE], accounts[ACCOUNTS] = {0};    /* the wheels' rates; and below */
     const double part_sizes[] = {30, 30, 30};
 #endif
 #ifdef SLIPPING
     const double damping[2*WHEELS] = {30, 20, 30, 20, 30, 20};
-#endif
-#ifdef LOADED
-    const double friction[2*WHEELS] = {0.3, 0.2, 0.3, 0.2, 0.3, 0.2}, of_each[WHEELS] = {1, 1, 1};     /* N of load */
 #endif
     const omniroll_vehicle vehicle = {
         .wheels = WHEELS, .rollers_per_wheel = ROLLERS,
@@ -75,9 +58,6 @@ int main(int count, char **arguments)
 #endif
 #ifdef SLIPPING
         .ground_damping = damping,
-#endif
-#ifdef LOADED
-        .ground_friction = friction, .contact_load = of_each, .ground_fade_speed = 0.05,
 #endif
     };
     omniroll_wheel wheel[WHEELS];
@@ -159,25 +139,21 @@ int main(int count, char **arguments)
     run.bearing_count = run.own_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings, run.inputs = inputs;
     run.rate_of_speed = 20, run.hold.undecided = 1;
 #endif
-#if defined CARRYING || defined STANDING || defined LOADED
-    double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0}, places[2*WHEELS], inertia[WHEELS];
+#if defined STANDING
+    double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0};
     omniroll_grip_t grips[WHEELS];
-    const double weight = vehicle.mass*9.80665, load = weight/WHEELS, radius = vehicle.platform_radius;
-    for (int i = 0; i < WHEELS; i++) {
-        places[2*i] = radius*cos(angles[i]), places[2*i + 1] = radius*sin(angles[i]), inertia[i] = vehicle.wheel_inertia;
+    const double load = vehicle.mass*9.80665/WHEELS, radius = vehicle.platform_radius;
+    for (int i = 0; i < WHEELS; i++)
         grips[i] = (omniroll_grip_t){.carries = 1, .load = load, .sliding = {0.3, 0.2}, .staying = {0.3, 0.2},
                                      .towards = {0, 1}};
-    }
     run.ground = (omniroll_ground_t){
         .undecided = 1, .typical = 0.3*load, .friction = 0.3*load/(vehicle.mass*radius), .settles = 0.3e-9*load/vehicle.mass,
         .reach = vehicle.wheel_radius - vehicle.roller_axis_radius,
         .arms = {radius, 2*radius/vehicle.yaw_scale, vehicle.wheel_radius,
-                 vehicle.wheel_radius - vehicle.roller_axis_radius},
-        .weight = weight, .heaviest = load, .wheel_inertia = vehicle.wheel_inertia, .normal_gravity = 9.80665,
-        .height = 0.05, .spin_inertia = inertia, .places = places, .sums = {weight, 0, 0}};
+                 vehicle.wheel_radius - vehicle.roller_axis_radius}};
     run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
 #endif
-#if defined STANDING || defined LOADED
+#if defined STANDING
     omniroll_bearing_t bearings[BEARINGS];
     const double level[WHEELS] = {0};
     for (int k = 0; k < BEARINGS; k++) {                /* free rollers are counted by wheel, then by place     */
@@ -202,7 +178,7 @@ int main(int count, char **arguments)
     run.roller_inertia = vehicle.roller_inertia;
 #endif
 #endif
-#if defined SLIPPING || defined CARRYING || defined STANDING || defined LOADED
+#if defined SLIPPING || defined STANDING
 #ifndef SERIES
     omniroll_contact_axial(&model, nu, chi, core + WHEELS);     /* the axial speeds of the rollers in contact     */
 #endif

@@ -1,6 +1,6 @@
 /* The compiled engine's least use alone. For each case of the input, a line of numbers: how many forces and parts, the
- * forces' rows, the force that they are to give, what each part takes of them (2 x forces) and of itself (2), what it
- * lacks with SET_LOADS, and a number by which the parts become larger for the forces of least norm.
+ * forces' rows, the force that they are to give, what each part takes of them (2 x forces) and of itself (2),
+ * and a number by which the parts become larger for the forces of least norm.
  * It prints a line each: the least use, forces that make it, and the forces of least norm. */
 #include "lanes.h"
 
@@ -51,18 +51,11 @@ int main(void)
         for (int part = 0; part < uses.parts; part++)
             for (int c = 0; c < 2; c++)
                 uses.given[part][c] = next();
-#if SET_LOADS
-        for (int part = 0; part < uses.parts; part++)
-            uses.lacking[part] = next();
-#endif
         wider = next();
         const double use = least_use(&rows, force, &uses, forces);
         show(&use, 1);
         show(forces, rows.count);
         for (int part = 0; part < uses.parts; part++) {
-#if SET_LOADS
-            uses.lacking[part] /= wider*use;
-#endif
             for (int c = 0; c < 2; c++) {
                 uses.given[part][c] /= wider*use;
                 for (int d = 0; d < rows.count; d++)

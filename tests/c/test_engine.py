@@ -41,10 +41,6 @@ ROLLERS = omniroll.Bearings(
     roller_coulomb=(3e-7, 4e-7, 5e-7), roller_break_away=(6e-7, 8e-7, 1e-6),
 )  # fmt: skip
 GROUND = omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))
-LOADED = omniroll.Contact(law="coulomb", friction=(0.3, 0.2), loads="dynamic", height=0.05, wheel_rates=(5, -3, 2))
-FADING = omniroll.Contact(
-    law="regularised", friction=(0.3, 0.2), speed=0.05, loads="dynamic", height=0.05, wheel_rates=(5, -3, 2)
-)
 STANDING = omniroll.Contact(law="coulomb", friction=(0.3, 0.2), wheel_rates=(5, -3, 2))
 ALL_BEARINGS = omniroll.Bearings(
     wheel_coulomb=(3e-2, 4e-2, 5e-2), wheel_break_away=(3.6e-2, 4.8e-2, 6e-2),
@@ -75,21 +71,8 @@ CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how l
         ("contact_coulomb", "axle_sticking", "roller_sticking"), ["-DSTANDING", "-DSERIES"],
         [STANDING, EQUAL_BEARINGS], 0.3,
     ),
-    "axles and massless rollers that stick beside contacts under loads that follow": (
-        ("contact_coulomb", "contact_loads", "axle_sticking", "roller_sticking"),
-        ["-DSTANDING", "-DCARRYING", "-DSERIES"], [LOADED, EQUAL_BEARINGS], 0.3,
-    ),
-    "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
     "axles and rollers that stick beside contacts": (
         ("contact_coulomb", "axle_sticking", "roller_sticking"), ["-DSTANDING"], [STANDING, ALL_BEARINGS], 0.3,
-    ),
-    "axles and rollers that stick where loads follow the motion": (
-        ("contact_regularised", "contact_loads", "axle_sticking", "roller_sticking"), ["-DLOADED"],
-        [FADING, ALL_BEARINGS], 0.3,
-    ),
-    "axles and rollers that stick beside contacts under loads that follow": (
-        ("contact_coulomb", "contact_loads", "axle_sticking", "roller_sticking"), ["-DSTANDING", "-DCARRYING"],
-        [LOADED, ALL_BEARINGS], 0.3,
     ),
 }  # fmt: skip
 

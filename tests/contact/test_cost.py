@@ -5,7 +5,7 @@ import pytest
 from costs.contacts import ALL_STICK, measured
 from costs.counting import counted, missing
 
-from omniroll import Contact, Motor, Slope, Vehicle, robot, simulate
+from omniroll import Contact, Motor, Vehicle, simulate
 
 PAPER = Vehicle.paper()
 MOTION = {"nu": (2.0, 1.0, 0.0), "duration": 1.0, "control": False}
@@ -43,21 +43,6 @@ def test_set_valued_friction_against_the_bare_vehicle(friction):
 
 
 @pytest.mark.long
-def test_loads_that_follow_against_static_loads_on_a_robot_driven_by_motors():
-    """Four slips near rest in each step: what forces do to them is found at once for all of them."""
-    robomaster = robot("robomaster-standard")
-    acting = (robomaster.motor((6.0, -6.0, -5.5, 6.0)), Slope(0.05, 0.3))
-
-    def found(**loads):
-        ground = Contact(law="coulomb", friction=0.15, normal_gravity=9.8, **loads)
-        options = {"nu": (0, 0, 0), "roller_model": "free", "duration": 0.3, "control": False}
-        return simulate(robomaster.vehicle, effects=[ground, *acting], **options).stats["evaluations"]
-
-    static = found()
-    assert static < found(loads="dynamic", height=0.05) <= 1.6 * static
-
-
-@pytest.mark.long
 @pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
 def test_set_valued_friction_against_the_instructions_of_rolling():
     """Free rollers, whose slips turn on the way to rest: their directions are solved for beside the rates."""
@@ -72,10 +57,9 @@ def test_set_valued_friction_against_the_instructions_of_rolling():
 
 @pytest.mark.long
 @pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-@pytest.mark.parametrize("loads", ["static loads", "dynamic loads"])
-def test_bearings_that_stick_beside_contacts_against_the_instructions_of_contacts_alone(loads):
+def test_bearings_that_stick_beside_contacts_against_the_instructions_of_contacts_alone():
     """At each event all bearings are decided with the contacts, and in each step the least use is looked at."""
-    ground = f"free|coulomb, friction 0.3|{loads}"
+    ground = "free|coulomb, friction 0.3|static loads"
     alone, beside = counted("costs.contacts", [ground, ground + ALL_STICK]).values()
     assert alone.instructions < beside.instructions <= 5 * alone.instructions
 
@@ -86,9 +70,9 @@ def test_contacts_that_stick_against_the_instructions_of_rolling():
     """Between switches."""
     for model, counts in measured().items():
         rolling = counts["rolling"]
-        for ground in ("static loads", "dynamic loads"):
-            assert rolling.switches == counts[ground].switches == 0
-            assert 1e5 < rolling.instructions <= counts[ground].instructions <= 2 * rolling.instructions, model
+        sticking = counts["static loads"]
+        assert rolling.switches == sticking.switches == 0
+        assert 1e5 < rolling.instructions <= sticking.instructions <= 2 * rolling.instructions, model
 
 
 def test_rates_that_a_decision_finds_serve_the_step_behind_it_alone():
@@ -104,16 +88,15 @@ def test_rates_that_a_decision_finds_serve_the_step_behind_it_alone():
 
 
 @pytest.mark.parametrize("accuracy", [1e-9, 1e-13])
-@pytest.mark.parametrize("loads", [{}, {"loads": "dynamic", "height": 0.02}], ids=["static loads", "dynamic loads"])
 @pytest.mark.parametrize("rollers", ["massless", "free"])
-def test_contacts_that_stick_beside_motors_against_rolling_with_them(rollers, loads, accuracy):
+def test_contacts_that_stick_beside_motors_against_rolling_with_them(rollers, accuracy):
     """The back-EMF damps the wheels' rates, which follow nu where contacts stick: the iteration must solve for nu as in
     rolling, and not for each wheel as if it turned by itself."""
     drive = Motor((0.3, -0.2, 0.1), torque_constant=0.02, resistance=0.5, gear_ratio=12)
     rolling, sticking = [
         simulate(PAPER, nu=(0, 0, 0), duration=0.3, roller_model=rollers, control=False, effects=effects,
                  accuracy=accuracy)
-        for effects in ((drive,), (Contact(law="coulomb", friction=50.0, **loads), drive))
+        for effects in ((drive,), (Contact(law="coulomb", friction=50.0), drive))
     ]  # fmt: skip
     assert sticking.sticks.all()
     assert sticking.stats["phases"] == rolling.stats["phases"] == 1

@@ -6,28 +6,27 @@ import numpy as np
 import pytest
 
 from contact.laws import residuals
-from omniroll import Bearings, Contact, SimulationStopped, Slope, TorqueTable, Vehicle, simulate
+from omniroll import Bearings, Contact, Slope, TorqueTable, Vehicle, simulate
 
 RELATIVE = 1e-12
 GRAVITY = 9.8  # across the plane
 MODELS = ("massless", "free")
-KINDS = {"static": {}, "dynamic": {"loads": "dynamic"}, "stuck axles": {}}
+KINDS = ("static", "stuck axles")
 HELD = 156  # among axles that stick, with free rollers: a contact comes to rest whose axle stands
 
 
 def scene(kind, model, number):
     """A vehicle on a slope under torques that change, whose contacts slip and stick by turns."""
-    rng = np.random.default_rng([71, list(KINDS).index(kind), MODELS.index(model), number])
+    rng = np.random.default_rng([71, {"static": 0, "stuck axles": 2}[kind], MODELS.index(model), number])
     wheels = int(rng.choice((3, 4, 5, 6)))
     vehicle = Vehicle.paper(wheels, int(rng.integers(4, 8)))
     friction = 10 ** rng.uniform(-1.3, 0.0)
     sliding = friction * np.array([1.0, rng.uniform(0.5, 2) if rng.random() < 0.5 else 1.0])
     static = sliding * rng.choice((1.0, 1.5))
     size = friction * vehicle.mass * GRAVITY / wheels * vehicle.wheel_radius
-    numbers = {"height": float(rng.uniform(0.05, 0.25))} if kind == "dynamic" else {}
     rates = tuple(8 * rng.normal(size=wheels)) if rng.random() < 0.6 else None  # None: they roll
     ground = Contact(law="coulomb", friction=sliding, static_friction=static, wheel_rates=rates,
-                     normal_gravity=GRAVITY, **KINDS[kind], **numbers)  # fmt: skip
+                     normal_gravity=GRAVITY)  # fmt: skip
     driven = size * 10 ** rng.uniform(-0.3, 0.7) * rng.normal(size=(4, wheels)) * (rng.random() < 0.8)
     effects = [ground, TorqueTable((0.0, 0.03, 0.06, 0.1), driven), Slope(rng.uniform(0, 0.25), rng.uniform(0, 6))]
     if kind == "stuck axles":
@@ -38,25 +37,12 @@ def scene(kind, model, number):
     return vehicle, task
 
 
-def run_of(vehicle, task, engine):
-    """The run, and how many of its rows have modes: where loads and motion do not go on together, none that are tried
-    there are its own."""
-    try:
-        run = simulate(vehicle, engine=engine, **task)
-    except SimulationStopped as stopped:
-        assert task["effects"][0].loads == "dynamic", stopped
-        run = stopped.trajectory
-        return run, len(run) - (len(run) == 1 or run.t[-1] == run.t[-2])
-    return run, len(run)
-
-
 def largest(engine, kind, model, number):
     """The largest residual of each part of the law, and its row."""
     vehicle, task = scene(kind, model, number)
-    run, rows = run_of(vehicle, task, engine)
+    run = simulate(vehicle, engine=engine, **task)
     found = residuals(vehicle, task["effects"][0], run, vehicle.mass * GRAVITY)
-    return {name: (float(value[:rows].max(initial=0.0)), int(value[:rows].max(axis=1).argmax()) if rows else 0)
-            for name, value in found.items()}  # fmt: skip
+    return {name: (float(value.max()), int(value.max(axis=1).argmax())) for name, value in found.items()}
 
 
 def assert_the_law_holds(engine, kind, model, numbers):
@@ -96,17 +82,15 @@ def test_the_python_engine_obeys_the_law_in_every_row(kind, model):
 @pytest.mark.parametrize("kind", KINDS)
 def test_all_modes_and_changes_are_among_the_scenes(kind):
     """Else the tests above would say less than they seem to."""
-    found = dict.fromkeys(("sticks", "slips", "lets go", "comes to rest", "stands", "goes off"), 0)
+    found = dict.fromkeys(("sticks", "slips", "lets go", "comes to rest", "stands"), 0)
     for model, number in product(MODELS, range(30)):
         vehicle, task = scene(kind, model, number)
-        run, _ = run_of(vehicle, task, "compiled")
-        sticks, names = run.sticks, run.effects.drives()
+        run = simulate(vehicle, engine="compiled", **task)
+        sticks = run.sticks
         found["sticks"] += sticks.any()
         found["slips"] += (~sticks).any()
         found["lets go"] += (sticks[:-1] & ~sticks[1:]).sum()
         found["comes to rest"] += (~sticks[:-1] & sticks[1:]).sum()
         found["stands"] += (sticks & (run.quantity("rates") == 0))[1:].any()
-        found["goes off"] += "carries" in names and (run.drive[:, names.index("carries")] == 0).any()
     assert min(found[name] for name in ("sticks", "slips", "lets go", "comes to rest")) >= 20
     assert found["stands"] >= 10 or kind != "stuck axles"
-    assert found["goes off"] >= 5 or kind != "dynamic"

@@ -38,9 +38,9 @@ STEP = 1e-3  # of differences
 WEIGHTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}  # of a difference whose error is of the fourth order
 GROUNDS = {"viscous": Contact(DAMPING), "regularised": Contact(law="regularised", friction=FRICTION, speed=FADE_SPEED,
            load=LOAD)}  # fmt: skip
-LOADED = {
-    "viscous": Contact(30, loads="dynamic", height=0.1),
-    "regularised": Contact(law="regularised", friction=(0.6, 0.4), speed=0.05, loads="dynamic", height=0.1),
+LEVEL = {
+    "viscous": Contact(30),
+    "regularised": Contact(law="regularised", friction=(0.6, 0.4), speed=0.05),
 }
 BEARINGS = Bearings(wheel_viscous=1e-3, wheel_coulomb=2e-3, wheel_speed=0.5, roller_coulomb=1e-4, roller_speed=2.0)
 
@@ -113,12 +113,12 @@ def test_slopes_are_those_of_every_body(model, law, columns):
             )
 
 
-@pytest.mark.parametrize("law", LOADED)
+@pytest.mark.parametrize("law", LEVEL)
 @pytest.mark.parametrize("model", MODELS)
 def test_slopes_under_loads_that_follow_are_those_of_the_rates_of_a_run(model, law):
     """A run finds its loads by its own functions. Free rollers have friction, so that each is a state."""
     rng = np.random.default_rng(5)
-    effects = [replace(LOADED[law], wheel_rates=(3.0, -2.0, 1.0)), BEARINGS, Torque((0.02, 0.01, -0.03))]
+    effects = [replace(LEVEL[law], wheel_rates=(3.0, -2.0, 1.0)), BEARINGS, Torque((0.02, 0.01, -0.03))]
     nu, chi, axial = np.array([0.8, -0.5, 0.6]), np.array([0.1, -0.2, 0.3]), None
     spins = {"spins": rng.normal(size=(3, VEHICLE.rollers_per_wheel - 1))} if model == "free" else {}
     linear = linearise(VEHICLE, nu=nu, chi=chi, pose=(0, 0, 0.4), roller_model=model, effects=effects, **spins)
@@ -144,7 +144,7 @@ def test_slopes_under_loads_that_follow_are_those_of_the_rates_of_a_run(model, l
         assert linear.A[:, column] == pytest.approx(wanted, rel=1e-8, abs=floor), linear.states[column]
 
 
-@pytest.mark.parametrize("ground", [*GROUNDS.values(), *LOADED.values()], ids=lambda own: f"{own.law}, {own.loads}")
+@pytest.mark.parametrize("ground", [*GROUNDS.values(), *LEVEL.values()], ids=lambda own: f"{own.law}, {own.load}")
 @pytest.mark.parametrize("model", MODELS)
 def test_from_sample_to_sample_they_are_the_sensitivities_of_a_run_at_rest(model, ground):
     """There a run stays where it is, and what its deviations follow is the linear model itself. The step is short: a
@@ -220,13 +220,6 @@ def test_a_motor_whose_slipping_wheel_takes_it_to_its_limit_does_not_answer():
     assert slips.outputs_at == pytest.approx([1, 2, 1]) and not slips.D[1].any() and not slips.C[1].any()
 
 
-def test_a_vehicle_that_tips_has_no_linear_model():
-    for height, words in ((0.3, "tips"), (0.8, "have no solution")):
-        ground = Contact(law="regularised", friction=0.6, speed=0.01, loads="dynamic", height=height, wheel_rates=0)
-        with pytest.raises(InvalidValueError, match=words):
-            linearise(VEHICLE, nu=(-9, 0, 0), effects=[ground])
-
-
 def test_the_accelerometer_of_a_slipping_vehicle_reads_its_accelerations():
     """At the middle: m (nu' + what turning adds), so that its slopes by the wheels' rates are those of nu' alone."""
     linear = linearise(VEHICLE, nu=(1, 0.5, 0.2), effects=[Contact(30, wheel_rates=0)], outputs=("accelerometer",))
@@ -236,7 +229,7 @@ def test_the_accelerometer_of_a_slipping_vehicle_reads_its_accelerations():
 
 def test_many_slipping_states_at_once_are_the_same_one_by_one():
     nu = np.random.default_rng(2).normal(size=(4, 3))
-    given = {"effects": [LOADED["regularised"]], "chi": 0.1}
+    given = {"effects": [LEVEL["regularised"]], "chi": 0.1}
     together = linearise(VEHICLE, nu=nu, **given)
     assert together.A.shape == (4, 21, 21) and (together.A[3] == linearise(VEHICLE, nu=nu[3], **given).A).all()
 

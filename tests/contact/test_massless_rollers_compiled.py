@@ -140,7 +140,7 @@ def test_the_compiled_engine_runs_them_and_says_so():
 
 
 @pytest.mark.parametrize("law", ["contact_viscous", "contact_regularised", "contact_coulomb"])
-@pytest.mark.parametrize("others", [(), ("axle_sticking",), ("contact_loads",), ("contact_loads", "axle_sticking")])
+@pytest.mark.parametrize("others", [(), ("axle_sticking",)])
 def test_all_sets_have_a_header(law, others):
     assert sets.programs().kernel("massless", ("contact", law, "roller_sticking", *others)).files()["engine_set.h"]
 

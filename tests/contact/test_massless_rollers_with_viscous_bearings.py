@@ -1,13 +1,12 @@
 """Massless rollers whose bearings stick and have viscous friction, too, under the laws viscous and regularised: closed
-forms, every body, the laws in every row, both engines, free rollers as their inertia goes to zero, and under loads that
-follow the motion."""
+forms, every body, the laws in every row, both engines, and free rollers as their inertia goes to
+zero."""
 
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from costs.counting import counted, missing
 from mpmath import mp, mpf
 from reactions.test_newton_euler import call
 from scipy.integrate import quad
@@ -18,7 +17,6 @@ from contact.in_steps import (
     assert_a_sweep_ends_where_its_runs_end,
     assert_steps_may_end_beside,
 )
-from contact.test_axles_under_loads import ENGINES, run_or_stop
 from contact.test_massless_rollers import (
     BOTH,
     CROSS,
@@ -37,15 +35,14 @@ from contact.test_massless_rollers import (
     scene,
     viscous,
 )
-from contact.test_massless_rollers_compiled import DURATION, assert_phases_agree, assert_runs_agree, changes
-from contact.test_massless_rollers_under_loads import assert_laws_hold as assert_laws_hold_under_loads
-from contact.test_massless_rollers_under_loads import scene as scene_under_loads
+from contact.test_massless_rollers_compiled import DURATION, assert_runs_agree, changes
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LOAD, RELATIVE, slipping_case
 from contact.test_newton_euler import LAWS as GROUNDS
 from omniroll import Bearings, Contact, Slope, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
+ENGINES = ("compiled", "python")
 EPS = float(np.finfo(float).eps)
 LAWS = ("viscous", "regularised")
 DAMPED = ("contact", "contact_regularised", "roller_sticking", "roller_viscous")
@@ -410,150 +407,3 @@ def test_beside_bearings_that_do_not_stick_contacts_do_not_slip_along_their_axle
     bound = kernel(CROSS, "massless", "python", constants=constants, effects=effects)
     slip, _ = call(bound, "slip_forces", {"nu": np.array([0.3, -0.2, 0.1]), "chi": np.zeros(4), "rates": np.zeros(4)})
     assert not slip[:, 0].any() and slip[:, 1].all()
-
-
-# Under loads that follow the motion
-
-
-def rubbing_under_loads(number, law="viscous", low=True):
-    """The same under loads that follow; those that are not low may be lifted by friction."""
-    vehicle, options = scene_under_loads(4 * (number // 2) + number % 2 + 2 * LAWS.index(law), low)
-    contact, bearings, *others = options["effects"]
-    _, same = rubbing(number, law)
-    rubs = replace(bearings, roller_viscous=same["effects"][1].roller_viscous)
-    return vehicle, options | {"effects": [contact, rubs, *others]}
-
-
-@pytest.mark.parametrize(
-    "law, number, duration",
-    [
-        ("viscous", 1, 0.02),
-        ("viscous", 2, 0.02),
-        ("regularised", 3, 0.005),
-        *(pytest.param("regularised", number, 0.008, marks=pytest.mark.long) for number in (0, 1, 2)),
-    ],
-)
-def test_both_engines_make_the_same_motion_under_loads_that_follow(law, number, duration):
-    vehicle, options = rubbing_under_loads(number, law)
-    options["accuracy"] = 1e-10
-    own, other = (simulate(vehicle, duration=duration, engine=engine, **options) for engine in ENGINES)
-    assert [run.stats["engine"] for run in (own, other)] == list(ENGINES)
-    assert_phases_agree(own, other, 1e-10)
-    assert distance_at(own, other, np.linspace(0, duration, 7)) < 1e-9
-    for run in (own, other):
-        assert assert_laws_hold_under_loads(vehicle, options, run).any(), "none turns"
-
-
-@pytest.mark.parametrize("number", [155, 356])
-def test_loads_that_are_far_from_the_last_ones_are_looked_at(number):
-    """A grid over all points at which loads may act, on equations of its own, has some there. What is said is that they
-    are not determined, and not that there are none."""
-    vehicle, options = rubbing_under_loads(number, "regularised", False)
-    _, why = run_or_stop(vehicle, options, "compiled", 1e-3)
-    assert "do not determine each other" in why
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("law, count", [("viscous", 60), ("regularised", 20)])
-@pytest.mark.parametrize("low", [True, False])
-def test_scenes_run_under_loads_that_follow(low, law, count):
-    """Low ones run to their ends; of the others some tip, or have no loads, or under `regularised` none that are
-    determined."""
-    words = ("tips", "no solution", *(("do not determine",) if law == "regularised" else ()))
-    for number in range(count):
-        vehicle, options = rubbing_under_loads(number, law, low)
-        run, why = run_or_stop(vehicle, options, "compiled", 0.05)
-        assert not why or not low and any(word in why for word in words), (number, why)
-        if not why:
-            assert_laws_hold_under_loads(vehicle, options, run)
-
-
-@pytest.mark.long
-def test_bearings_that_go_round_in_some_set_cost_little():
-    """Where bearings have come back to what they were, nothing is found in that set. In tall scene 397 they do, in
-    scene 3 not."""
-    if missing():
-        pytest.skip(f"not there: {missing()}")
-    found = counted("costs.viscous_rollers_under_loads", ["3", "397"])
-    assert found["397"].per_evaluation <= 10 * found["3"].per_evaluation
-
-
-@BOTH_LAWS
-def test_a_session_under_loads_is_the_run_and_goes_back_to_the_bit(law):
-    vehicle, options = rubbing_under_loads(2, law)
-    run = simulate(vehicle, duration=0.02, **options | {"accuracy": 1e-10})
-    options.pop("control")
-    assert_a_session_goes_back_to_the_bit(vehicle, run, 2, **options | {"accuracy": 1e-10})
-
-
-@BOTH_LAWS
-def test_a_sweep_under_loads_ends_where_its_runs_end(law):
-    vehicle, options = rubbing_under_loads(2, law)
-    assert_a_sweep_ends_where_its_runs_end(vehicle, options | {"duration": 0.02})
-
-
-def test_without_viscous_friction_it_is_what_it_was_under_loads_that_follow():
-    """At first order of the coefficient; where that is 0, to rounding."""
-    vehicle, options = rubbing_under_loads(3, "regularised")
-    contact, bearings, *others = options["effects"]
-
-    def run(damping):
-        effects = [contact, replace(bearings, roller_viscous=damping), *others]
-        return simulate(vehicle, duration=0.01, **options | {"effects": effects, "accuracy": 1e-11})
-
-    plain, times = run(None), np.linspace(0, 0.01, 6)
-    far, near, none = (distance_at(run(damping), plain, times) for damping in (1e-5, 1e-6, 0.0))
-    assert 1e-9 < far < 1e-2 and 0.98 <= np.log10(far / near) <= 1.02
-    assert none <= 1e-11
-
-
-@pytest.mark.parametrize("drag", [0.0, 1e-3, 0.1, 10.0])
-@pytest.mark.parametrize("part", [0.1, 0.9, 1.5])
-def test_about_a_load_forces_are_linear_as_those_of_the_law(part, drag):
-    """Forces about a load, at another one, differ from the law's by the square of the change. Of the ground's whole
-    friction bearing and damper take `part`; one without friction can take no more than that. Unloaded there is none."""
-    if drag == 0 and part > 1:
-        return
-    rho, load = RHO, 7.0
-    whole, slow = FRICTION[0] * load, np.sqrt(np.prod(FRICTION)) * FADE_SPEED / FRICTION[0]
-    damping = drag * whole / slow * rho**2
-    law = {"contact_load": 1.0, "ground_friction": FRICTION, "ground_fade_speed": FADE_SPEED}
-    bound = kernel(CROSS, "massless", "python", constants=(*law.items(), ("roller_damping", damping)),
-                   effects=(*DAMPED, "contact_loads", "reactions"))  # fmt: skip
-    nu, chi = np.array([0.3, -0.2, 0.1]) * min(1.0, 0.5 * part / max(drag, 1e-6)), np.zeros(4)
-    rates, spins = bound.wheel_rates(nu, chi)
-    speed = rho * spins
-    torque = np.sign(speed) * rho * (part * whole - damping / rho**2 * np.abs(speed))
-    values = {"nu": nu, "chi": chi, "rates": rates + 0.1, "contact_sticks": np.zeros(4), "contact_bearing": -torque}
-
-    def forces(about, there):
-        given = values | {"bearing_factor": np.full(4, 1 / about)}
-        factor = about + call(bound, "damped_loads", given) * (there - about)
-        return call(bound, "slip_forces", given | {"load_factor": factor})[1]
-
-    off = [
-        np.abs(forces(load, load * (1 + part)) - forces(load * (1 + part), load * (1 + part))) for part in (1e-4, 1e-3)
-    ]
-    assert (off[1] <= 1e-4 * whole).all()
-    assert (off[0] <= 0.011 * off[1] + 1e-14 * whole).all()
-    assert (np.abs(forces(1e-9, 1e-9)) <= 1e-9).all() or drag == 0
-
-
-@pytest.mark.parametrize("number", [3, pytest.param(6, marks=pytest.mark.long)])
-def test_free_rollers_tend_to_it_under_loads_that_follow(number):
-    """At first order of their inertia, beside a fiftieth of the friction: light rollers that are braked fast lift the
-    vehicle as they begin."""
-    vehicle, options = rubbing_under_loads(number, "regularised")
-    contact, bearings, *others = options["effects"]
-    gentle = replace(bearings, roller_break_away=None, roller_viscous=np.array(bearings.roller_viscous) / 50)
-    options |= {"effects": [contact, gentle, *others], "accuracy": 1e-9, "duration": 0.01}
-    limit, times = simulate(vehicle, **options), np.linspace(0, 0.01, 11)
-
-    def distance(inertia):
-        return distance_at(
-            simulate(replace(vehicle, roller_inertia=inertia), **options | {"roller_model": "free"}), limit, times
-        )
-
-    far, near = distance(1e-8), distance(1e-9)
-    assert far < 1e-4
-    assert 0.99 <= np.log10(far / near) <= 1.01

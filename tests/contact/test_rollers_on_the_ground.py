@@ -124,15 +124,14 @@ def at_rest(case, contacts, stuck, still):
     return replace(case, nu=nu, rates=rates, turns=turns, spins=case.spins * ~stuck[:, 1:]), along
 
 
-def by_kernel(case, modes, axles, push, torque, given, along, balance=None):
+def by_kernel(case, modes, axles, push, torque, given, along):
     """What the kernel gives, by name, with forces put in along the directions in which wheels stand: of all that
-    balance those of least norm. `rollers` (N, n) and `axle_torque` (N,) are the torques of all bearings. With the
-    numbers of a balance of the loads it gives these, too."""
+    balance those of least norm. `rollers` (N, n) and `axle_torque` (N,) are the torques of all bearings."""
     contacts, stuck, still = modes
     turning, spinning = given
     vehicle = case.vehicle
     effects = ("contact", "contact_coulomb", "drive", "roller_sticking", *axles)
-    bound = kernel(vehicle, "free", "python", effects=(*effects, *(("contact_loads", "reactions") if balance else ())))
+    bound = kernel(vehicle, "free", "python", effects=effects)
     stands = contacts[:, None] & np.stack([stuck[:, 0], still], axis=1)
     rows = np.stack([along, -vehicle.wheel_radius * bound.wheel_rows], axis=1)[stands]
     directions = directions_allowed(rows, np.eye(3)) if len(rows) else np.eye(3)
@@ -142,16 +141,11 @@ def by_kernel(case, modes, axles, push, torque, given, along, balance=None):
     values |= {"contact_sticks": stuck[:, 0].astype(float), "free_sticks": stuck[:, 1:].astype(float)}
     values |= {"contact_bearing": spinning[:, 0], "free_bearing": spinning[:, 1:]}
     values |= {"directions": directions.ravel(), "absent": (~directions.any(axis=0)).astype(float)}
-    values |= {"load_factor": np.ones(len(contacts))} | (balance or {})
     values["contact_omega"] = case.turns + case.nu[2] / vehicle.yaw_scale * np.sin(case.chi)
     values["axial"] = call(bound, "axial_speeds", values)
     values["momenta"] = call(bound, "momenta", values)
     outputs = [argument.name for argument in bound.signatures["bearing_dynamics"].outputs]
     found = dict(zip(outputs, call(bound, "bearing_dynamics", values), strict=True))
-    if balance:
-        values |= found
-        values["bearing_momenta_dot"] = call(bound, "disk_momenta", values)
-        found["load_sums"], found["contact_places"] = call(bound, "slip_load_balance", values)
     forces, *_ = np.linalg.lstsq(rows.T, found["held_force"], rcond=None) if len(rows) else (np.zeros(0), 0)
     held = found["held_force"]
     assert rows.T @ forces == pytest.approx(held, abs=1e-12 * (1 + np.abs(held).max()))

@@ -21,11 +21,8 @@ NEAR_EVENTS = {
     "beside axles": ("massless", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
     "beside axles and rollers": ("free", [GROUND, ALL_HELD, RISING], (0.0, 0.0, 0.0)),
 }
-FOLLOWED = Contact(law="coulomb", friction=0.3, loads="dynamic", height=0.05)
 NEXT_TO_EVENTS = NEAR_EVENTS | {
     "beside axles, free": ("free", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
-    "loads follow": ("free", [FOLLOWED, RISING], (0.0, 0.0, 0.0)),
-    "loads follow, beside axles": ("massless", [FOLLOWED, HELD, RISING], (0.0, 0.0, 0.0)),
 }
 
 

@@ -199,10 +199,8 @@ CALLS = (
     Call("Contact", partial(acting, omniroll.Contact), {
         "coefficient": 100.0, "law": "viscous", "friction": None, "speed": None, "load": None, "normal_gravity": None,
         "wheel_rates": None, "contact_spins": None}),
-    Call("Contact, loads", partial(acting, omniroll.Contact), {
-        "law": "coulomb", "friction": 0.4, "static_friction": None, "loads": "dynamic", "height": 0.05,
-        "wheel_mass": None, "platform_products": (0.0, 0.0), "spin_inertia": None, "normal_gravity": None,
-        "wheel_rates": 0}),
+    Call("Contact, coulomb", partial(acting, omniroll.Contact), {
+        "law": "coulomb", "friction": 0.4, "static_friction": None, "normal_gravity": None, "wheel_rates": 0}),
     Call("Contact, regularised", partial(acting, omniroll.Contact), {
         "law": "regularised", "friction": (0.5, 0.4), "speed": 0.01, "load": None, "normal_gravity": None}),
     Call("PathFollower", partial(acting, omniroll.PathFollower), {

@@ -17,7 +17,6 @@ NAMES = (
     "robot-soccer-kit",
     "driven",
     "tracked",
-    "hard-stop",
     "ramp-lets-go",
 )
 ACTING = ("[drive]", "[controller]", "[contact]")

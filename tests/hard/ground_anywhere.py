@@ -1,5 +1,5 @@
-"""Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings; axles
-stick in them unless a controller drives, and in scenes of their own rollers.
+"""Any vehicle on any ground: random scenes of all laws, slopes, drives and bearings; axles stick in them unless a
+controller drives, and in scenes of their own rollers.
 
 A scene follows from its number alone, so that one that fails is found again: `scene(number)`, `rollers_stick(number)`,
 `rollers_stick_on_coulomb(number)`.
@@ -25,10 +25,9 @@ ACCURACY = 1e-9
 MISSES = 10  # times that: what the promise of `accuracy` allows
 MOST_EVALUATIONS = 2e7  # of a run: some ten seconds
 STEEP, COARSE, FINE = 1e6, 1e-7, 1e-10  # N s/m; accuracies
-OF_LOADS = ("loads", "tips")  # words of the reasons for which a run with dynamic loads may stop
-MODELS, LAWS, LOADS = ("massless", "free"), ("coulomb", "coulomb", "regularised", "viscous"), ("static", "dynamic")
+MODELS, LAWS = ("massless", "free"), ("coulomb", "coulomb", "regularised", "viscous")
 LEAST_WITH_LOADS = 3  # wheels
-KINDS = list(itertools.product(MODELS, LAWS, LOADS))
+KINDS = [kind for kind in itertools.product(MODELS, LAWS) for _ in range(2)]
 
 
 def torques(random: np.random.Generator, wheels: int) -> tuple[Effect, ...]:
@@ -57,7 +56,7 @@ def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
     """A vehicle and the arguments of its run."""
     random = np.random.default_rng([SEED, number])
     place = int(random.integers(len(KINDS)))
-    model, law, loads = KINDS[place]
+    model, law = KINDS[place]
     wheels = int(random.choice((3, 4, 5, 6) if law == "coulomb" else (3, 5, 6)))
     friction = float(10 ** random.uniform(-3, 0.3))
     numbers: dict[str, Any] = {"coefficient": 20 * friction} if law == "viscous" else {"friction": friction}
@@ -65,14 +64,12 @@ def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
         numbers["speed"] = float(10 ** random.uniform(-4, -1))
     if law == "coulomb":
         numbers["static_friction"] = friction * float(random.choice((1.0, 1.5)))
-    if loads == "dynamic":
-        numbers["height"] = float(random.uniform(0.03, 0.2))
-    if law != "viscous" or loads == "dynamic":
+    if law != "viscous":
         numbers["normal_gravity"] = GRAVITY
     rates = tuple(random.normal(size=wheels)) if random.random() < 0.7 else None  # None: they roll
     kind = (place + place // 4) % 4
     acting = ACTING[kind](random, wheels)
-    ground = Contact(law=law, loads=loads, **numbers, wheel_rates=rates)
+    ground = Contact(law=law, **numbers, wheel_rates=rates)
     effects = (ground, *acting, Slope(float(random.uniform(0, 0.3)), 1.0))
     nu = tuple(random.normal(size=3)) if random.random() < 0.9 else (0.0, 0.0, 0.0)
     if ACTING[kind] is not controller:  # whose axles have a named speed
@@ -119,13 +116,12 @@ def rollers_stick(number: int) -> tuple[Vehicle, dict[str, Any]]:
 
 
 def rollers_stick_on_coulomb(number: int) -> tuple[Vehicle, dict[str, Any]]:
-    """The same where contacts may stick, too. Of four scenes two have loads that follow the motion."""
+    """The same where contacts may stick, too."""
     random = np.random.default_rng([SEED, 2, number])
     wheels, friction = int(random.choice((3, 4, 5))), float(10 ** random.uniform(-2, 0.3))
     vehicle = Vehicle.paper(wheels, int(random.integers(4, 7)))
     static = friction * float(random.choice((1.0, 1.5)))
-    loads = {"loads": "dynamic", "height": float(random.uniform(0.03, 0.2))} if number % 4 > 1 else {}
-    ground = Contact(law="coulomb", friction=friction, static_friction=static, normal_gravity=GRAVITY, **loads,
+    ground = Contact(law="coulomb", friction=friction, static_friction=static, normal_gravity=GRAVITY,
                      wheel_rates=tuple(random.normal(size=wheels)) if random.random() < 0.5 else None)  # fmt: skip
     of_contact = friction * vehicle.mass * GRAVITY / wheels  # N
     reach = vehicle.wheel_radius - vehicle.roller_axis_radius
@@ -164,13 +160,10 @@ def unbalanced(run: Trajectory) -> float:
 def judged(vehicle: Vehicle, task: dict[str, Any]) -> dict[str, float]:
     """What is measured of a scene."""
     run, reason = outcome(vehicle, task)
-    dynamic = task["effects"][0].loads == "dynamic"
-    arrays = [run.nu, run.slip, run.ground_force, run.energy, *([run.ground_load] if dynamic else [])]
-    pulls = -run.ground_load[:-1].min(initial=0.0) / (vehicle.mass * GRAVITY) if dynamic else 0.0
+    arrays = [run.nu, run.slip, run.ground_force, run.energy]
     return {
         "broken": not all(np.isfinite(array).all() for array in arrays),
-        "stopped": bool(reason) and not (dynamic and any(word in reason for word in OF_LOADS)),
-        "pulls": pulls,
+        "stopped": bool(reason),
         "balance": unbalanced(run),
         "evaluations": run.stats["evaluations"],
     }
@@ -186,8 +179,7 @@ def anywhere(scale: Scale) -> list[Measurement]:
 
     return [
         measured("runs with a value that is not finite", sum(one["broken"] for one in found), 0),
-        measured("runs that stop for a reason that is not their loads", sum(one["stopped"] for one in found), 0),
-        measured("ground that pulls / weight", max(one["pulls"] for one in found), 1e-9),
+        measured("runs that stop", sum(one["stopped"] for one in found), 0),
         measured(
             "energy that the ledger does not account for, relative",
             max(one["balance"] for one in found),
@@ -197,11 +189,10 @@ def anywhere(scale: Scale) -> list[Measurement]:
     ]
 
 
-def steep_scenes(law: str, loads: str) -> Iterator[int]:
-    """The numbers of the scenes of a law and loads."""
+def steep_scenes(law: str) -> Iterator[int]:
+    """The numbers of the scenes of a law."""
     for number in itertools.count():
-        ground = scene(number)[1]["effects"][0]
-        if ground.law == law and ground.loads == loads:
+        if scene(number)[1]["effects"][0].law == law:
             yield number
 
 
@@ -226,22 +217,19 @@ def missed_on_steep_ground(number: int) -> tuple[float, float]:
 
 
 def missed_by_low_speeds(number: int) -> float:
-    """Over the accuracy, of a run that may tip: the energy that the ledger does not account for."""
+    """Over the accuracy: the energy that the ledger does not account for."""
     vehicle, task = on_steep_ground(number)
     return unbalanced(outcome(vehicle, task | {"accuracy": COARSE})[0]) / COARSE
 
 
 def steep(scale: Scale) -> list[Measurement]:
-    numbers = itertools.islice(steep_scenes("viscous", "static"), scale.of(6, 400))
+    numbers = itertools.islice(steep_scenes("viscous"), scale.of(6, 400))
     balance, apart = np.max([missed_on_steep_ground(number) for number in numbers], axis=0)
-    numbers = itertools.islice(steep_scenes("regularised", "dynamic"), scale.of(6, 300))
+    numbers = itertools.islice(steep_scenes("regularised"), scale.of(6, 300))
     found = {
         "energy that the ledger does not account for / accuracy": (float(balance), 1.0),
         "nu at the end, beside a finer run / accuracy": (float(apart), float(MISSES)),
-        "energy / accuracy, named speeds as low, loads that follow": (
-            max(map(missed_by_low_speeds, numbers)),
-            float(MISSES),
-        ),
+        "energy / accuracy, named speeds as low": (max(map(missed_by_low_speeds, numbers)), float(MISSES)),
     }
     return [Measurement(what, "compiled", "double", "all", *numbers) for what, numbers in found.items()]
 
@@ -258,9 +246,9 @@ CASES = [
     Case(
         name="ground-anywhere",
         section="Effects",
-        title="10^4 random vehicles on any ground: all laws, loads that follow or do not, slopes, drives, bearings",
-        naive="hangs in endless changes of mode, or pulls",
-        promise="each run ends or stops since its loads do; its numbers are finite and its energy is accounted for",
+        title="10^4 random vehicles on any ground: all laws, slopes, drives, bearings",
+        naive="hangs in endless changes of mode",
+        promise="each run ends; its numbers are finite and its energy is accounted for",
         run=anywhere,
     ),
 ]

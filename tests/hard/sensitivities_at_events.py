@@ -1,5 +1,5 @@
 """Derivatives of runs with every kind of event, and of sessions, beside runs in 40 digits: free rollers that stick on
-their disks, wheels that slip, contacts that come to rest, stick and let go, loads that follow the motion."""
+their disks, wheels that slip, contacts that come to rest, stick and let go."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ STANDS = {"nu": (0.0, 0.0, 0.0)}
 STARTING = {"nu": (0.3, 0.1, 0.05), "chi": (0.1, -0.2, 0.15, 0.05)}
 SPINS = {wheels: np.random.default_rng(0).normal(size=(wheels, 4)) for wheels in (3, 4)}
 RUBBING, HELD_LONGER = Bearings(roller_coulomb=2e-5), Bearings(roller_coulomb=5e-7, roller_break_away=7e-7)
-COULOMB, LOW = {"law": "coulomb", "friction": (0.3, 0.4)}, {"loads": "dynamic", "height": 0.05}
+COULOMB = {"law": "coulomb", "friction": (0.3, 0.4)}
 SKID = Contact(**COULOMB, wheel_rates=(3.0, -2.0, 1.0))
 STANDING = Contact(**COULOMB, wheel_rates=0.0)
 LETS_GO = Contact(law="coulomb", friction=(0.3, 0.35), static_friction=(0.4, 0.45))
@@ -58,12 +58,6 @@ RUNS = (
     Run(MASSLESS, (LETS_GO, RISING), ("static_friction", "mass"), (0.5, 0.6), STANDS),
     Run(FREE, (LETS_GO, RISING), ("static_friction", "mass"), (0.33, 0.45), STANDS),
     Run(MASSLESS, (Contact(law="coulomb", friction=0.1), TO_AND_FRO), ("friction", "nu[1]"), (0.5, 0.8)),
-    Run(MASSLESS, (Contact(**COULOMB, **LOW, wheel_rates=0.0),), ("height", "mass"), (0.1, 1.0)),
-    Run(FREE, (Contact(**COULOMB, **LOW, wheel_rates=0.0),), ("height",), (0.02, 0.4)),
-    Run(MASSLESS, (Contact(5.0, loads="dynamic", height=0.2), LIFT), ("height", "mass"), (0.3, 0.5), STARTING,
-        vehicle=TALL),
-    Run(MASSLESS, (Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.25), LIFT), ("height", "mass"),
-        (0.3, 0.5), STARTING, vehicle=TALL),
 )  # fmt: skip
 
 
@@ -101,7 +95,7 @@ def row(own) -> np.ndarray:
 
 def acting(case: Run) -> str:
     ground = next((effect for effect in case.effects if isinstance(effect, Contact)), None)
-    return "rollers that stick" if ground is None else f"{ground.law}, {ground.loads} loads"
+    return "rollers that stick" if ground is None else ground.law
 
 
 def happened(log: list[tuple]) -> str:
@@ -111,7 +105,7 @@ def happened(log: list[tuple]) -> str:
 
 
 KINDS = {True: "sticks", False: "slips"}  # of bearings, by whether they are at rest
-SAID = {"switch": "switches", "sticks": "come to rest", "slips": "let go", "off": "loads vanish"}
+SAID = {"switch": "switches", "sticks": "come to rest", "slips": "let go"}
 CASES = [
     Case(
         name="derivatives-at-events",

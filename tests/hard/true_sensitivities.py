@@ -11,8 +11,7 @@ that run and then proved: the time at which it is there is solved for in 40 digi
 other wheel may be beyond its joint. Runs with other events are followed by Taylor series, which find all events by
 themselves, with the number larger and smaller: where axles stick by those of
 omniroll.studies.accuracy.reference, where rollers do by hard.true_bearings or hard.true_massless, where wheels may slip
-by hard.true_ground, and where massless rollers stick beside contacts that do by hard.true_strips; under a smooth law
-and loads that follow the motion by hard.true_loaded_massless.
+by hard.true_ground, and where massless rollers stick beside contacts that do by hard.true_strips.
 """
 
 import math
@@ -24,15 +23,7 @@ import numpy as np
 from flint import arb
 
 import omniroll
-from hard import (
-    collocated,
-    true_bearings,
-    true_damped_strips,
-    true_ground,
-    true_loaded_massless,
-    true_massless,
-    true_strips,
-)
+from hard import collocated, true_bearings, true_ground, true_massless, true_strips
 from hard.collocated import State, Step
 from hard.moving import CONSTANTS, larger, split
 from omniroll.effects.effect import Table
@@ -279,10 +270,7 @@ def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tupl
     ground = task.kernel.slips and "disk_dynamics" not in task.kernel.signatures
     reference = true_ground if ground else true_bearings
     if "slip_contact_loss" in task.kernel.signatures:
-        loaded = "contact_loads" in task.kernel.effects
-        smooth = true_loaded_massless if loaded else true_massless
-        beside = true_damped_strips if "damped_ways" in task.kernel.signatures else true_strips
-        reference = beside if "corner_forces" in task.kernel.signatures else smooth
+        reference = true_strips if "corner_forces" in task.kernel.signatures else true_massless
     with digits(DIGITS, ORDER):
         change = arb(CHANGE) * size(task, name)
         runs = [reference.Run(task, name, side * change) for side in (1, -1)]

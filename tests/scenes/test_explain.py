@@ -116,7 +116,6 @@ def test_what_a_ground_would_change_is_the_distance_to_a_motion_on_it(tmp_path):
         "contact_viscous": {"coefficient": 0.01 * PAPER.mass * 9.80665 / 3 / fade},
         "contact_regularised": across | {"law": "regularised", "friction": 0.01, "speed": fade},
         "contact_coulomb": across | {"law": "coulomb", "friction": 0.01},
-        "contact_loads": across | {"law": "coulomb", "friction": 0.01, "loads": "dynamic", "height": 0.05},
     }
     estimated = {estimate.effect: estimate.distance for estimate in found}
     for effect, numbers in grounds.items():
@@ -126,7 +125,7 @@ def test_what_a_ground_would_change_is_the_distance_to_a_motion_on_it(tmp_path):
 
 
 def test_what_cannot_be_estimated_says_why(tmp_path):
-    more = "[contact]\nlaw = 'coulomb'\nfriction = 0.5\nloads = 'dynamic'\nheight = 0.05\n"
+    more = "[contact]\nlaw = 'coulomb'\nfriction = 0.5\n"
     more += "[rollers]\nmodel = 'massless'\n"
     found = {estimate.effect: estimate for estimate in estimates(scene_of(tmp_path, {"preset": "paper"}, more))[1]}
     assert "cannot be locked where wheels may slip" in found["locked"].why

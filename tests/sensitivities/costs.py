@@ -14,37 +14,18 @@ FRICTION = Bearings(wheel_viscous=1e-6, roller_viscous=1e-9)
 VISCOUS = Contact((40.0, 30.0))
 REGULARISED = Contact(law="regularised", friction=(0.3, 0.4), speed=0.05)
 COULOMB = Contact(law="coulomb", friction=(0.3, 0.4))
-FOLLOWING = {"loads": "dynamic", "height": 0.05}  # loads that follow the motion
-LOADED = {
-    "viscous": Contact((40.0, 30.0), **FOLLOWING),
-    "regularised": Contact(law="regularised", friction=(0.3, 0.4), speed=0.05, **FOLLOWING),
-    "coulomb": Contact(law="coulomb", friction=(0.3, 0.4), **FOLLOWING),
-}
 AXLES, ROLLERS = Bearings(wheel_coulomb=0.002), Bearings(roller_coulomb=2e-5)
 ALL = Bearings(wheel_coulomb=0.002, roller_coulomb=2e-5, roller_viscous=1e-9)
 SLIPPING = {
     "massless, viscous, axles stick": {"roller_model": "massless", "effects": [VISCOUS, AXLES]},
-    "loads, massless, regularised, axles stick": {
-        "roller_model": "massless",
-        "effects": [LOADED["regularised"], AXLES],
-    },
     "regularised, axles stick": {"roller_model": "free", "effects": [REGULARISED, AXLES]},
     "viscous, rollers stick": {"roller_model": "free", "effects": [VISCOUS, ROLLERS]},
-    "loads, regularised, rollers stick": {
-        "roller_model": "free",
-        "effects": [LOADED["regularised"], ROLLERS],
-        "duration": 3.0,
-    },
     "regularised, all stick": {"roller_model": "free", "effects": [REGULARISED, ALL]},
 }
 DRIVEN_ON_COULOMB = {
     "massless, coulomb, axles stick": {"roller_model": "massless", "effects": [COULOMB, AXLES, MOTOR]},
-    "loads, massless, coulomb, axles stick": {"roller_model": "massless", "effects": [LOADED["coulomb"], AXLES, MOTOR]},
     "coulomb, axles stick": {"roller_model": "free", "effects": [COULOMB, AXLES, MOTOR], "duration": 3.0},
     "coulomb, rollers stick": {"roller_model": "free", "effects": [COULOMB, ROLLERS, MOTOR], "duration": 1.0},
-    "loads, coulomb, rollers stick": {
-        "roller_model": "free", "effects": [LOADED["coulomb"], ROLLERS, MOTOR], "duration": 1.0,
-    },
 }  # fmt: skip
 TO_AND_FRO = TorqueTable(
     tuple(0.5 * k for k in range(21)), tuple(tuple((-1.0) ** k * x for x in (0.03, -0.02, 0.01)) for k in range(21))
@@ -61,10 +42,9 @@ FREE_ON_COULOMB = {
         "nu": (0.56, 0.21, 0.42), "chi": (-0.33, 0.1, 0.38), "duration": 5.0,
     },
 }  # fmt: skip
-UNDER_LOADS = {f"{law}, loads": LOADED[law] for law in ("viscous", "regularised")}
 IN_SERIES = {
     f"in series, {law}, {drive}": {"roller_model": "massless", "effects": [ground, HELD_LONGER, *given]}
-    for law, ground in ({"viscous": VISCOUS, "regularised": REGULARISED, "coulomb": COULOMB} | UNDER_LOADS).items()
+    for law, ground in {"viscous": VISCOUS, "regularised": REGULARISED, "coulomb": COULOMB}.items()
     for drive, given in (("no drive", ()), ("torque", (TO_AND_FRO,)), ("motor", (MOTOR,)))
 }  # massless rollers that stick
 # They let go and stop, and contacts come to rest, let go and stand.
@@ -77,7 +57,6 @@ PULL = replace(TO_AND_FRO, torque=tuple(tuple(12 * x for x in row) for row in TO
 IN_SERIES |= {
     "in series, coulomb, skid, no drive": SKID,
     "in series, coulomb, skid, torque": SKID | {"effects": [*SKID["effects"], PULL], "duration": 1.5},
-    "in series, coulomb, loads, skid, no drive": SKID | {"effects": [replace(SLIDING, **FOLLOWING), LIGHT]},
 }
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
@@ -96,9 +75,6 @@ TASKS: dict[str, dict[str, Any]] = {
     "regularised": {"roller_model": "free", "effects": [REGULARISED]},
     "massless, coulomb": {"roller_model": "massless", "effects": [COULOMB]},
     "coulomb": {"roller_model": "free", "effects": [COULOMB]},
-} | {
-    f"loads, {model}, {law}": {"roller_model": model, "effects": [ground]}
-    for model in ("massless", "free") for law, ground in LOADED.items()
 } | SLIPPING | DRIVEN_ON_COULOMB | FREE_ON_COULOMB | IN_SERIES | {
     # 17 steps: what is done once for a run counts
     "massless, coulomb, axles stick, no drive": {"roller_model": "massless", "effects": [COULOMB, AXLES]},

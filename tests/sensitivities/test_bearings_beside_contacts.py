@@ -1,7 +1,7 @@
 """Sensitivities of runs in which axles and rollers stick beside contacts that do, under Coulomb's friction on the
-ground and loads of every kind, against differences of runs in 40 digits, which hold all of them by unknown forces and
-torques (hard.true_ground). Where forces that hold are not determined those runs have no answer: there against
-differences of runs in doubles, which locate their events by the least use."""
+ground, against differences of runs in 40 digits, which hold all of them by unknown forces and torques
+(hard.true_ground). Where forces that hold are not determined those runs have no answer: there against differences of
+runs in doubles, which locate their events by the least use."""
 
 from dataclasses import replace
 
@@ -20,11 +20,8 @@ from tests.sensitivities.differences import (
 from tests.sensitivities.test_true_events import true
 
 STILL = np.zeros_like(SPINS).tolist()
-DYNAMIC = {"law": "coulomb", "loads": "dynamic", "height": 0.05}
 SKID = Contact(law="coulomb", friction=0.1, wheel_rates=(3.0, -2.0, 1.0))
 STANDING, HELD = Contact(law="coulomb", friction=0.1), Contact(law="coulomb", friction=0.1, static_friction=0.15)
-SKID_LOADED = Contact(friction=0.1, wheel_rates=(3.0, -2.0, 1.0), **DYNAMIC)
-HELD_LOADED = Contact(friction=0.1, static_friction=0.15, **DYNAMIC)
 RUBBING = Bearings(roller_coulomb=0.002)
 HELD_LONGER = Bearings(roller_coulomb=0.002, roller_break_away=0.003)
 SIDEWAYS = TorqueTable((0.0, 0.1), ((0, 0, 0), (0.0, 0.3, -0.3)))
@@ -43,19 +40,6 @@ CASES = {
     "a switch": (replace(STOPPING, start={"chi": (0.627, -0.2, -0.61)}, duration=0.0012), ("mass",)),
     "break-aways": (BREAKING_AWAY, ("wheel_radius",)),
     "contacts come to rest": (COMING_TO_REST, ("friction",)),
-    "stops under loads that follow": (replace(STOPPING, effects=(SKID_LOADED, RUBBING)), ("height",)),
-    "break-aways under loads that follow": (
-        replace(BREAKING_AWAY, effects=(HELD_LOADED, HELD_LONGER, SIDEWAYS)), ("roller_break_away",)
-    ),
-    "axles stop under loads that follow": (
-        Case("massless", effects=(SKID_LOADED, Bearings(wheel_coulomb=0.02)), duration=0.7),
-        ("height", "wheel_coulomb[1]"),
-    ),
-    "wheels let go under loads that follow": (
-        Case("massless", effects=(HELD_LOADED, Bearings(wheel_coulomb=0.2, wheel_break_away=0.3), PUSH),
-             start={"nu": (0, 0, 0)}, duration=0.9),
-        ("height",),
-    ),
 }  # fmt: skip
 PUSHED = Case(
     "free", effects=(HELD, Bearings(roller_coulomb=0.004, roller_break_away=0.005), PUSH),
@@ -65,9 +49,6 @@ FIRM = Bearings(roller_coulomb=0.05, roller_break_away=0.1, wheel_coulomb=0.01)
 UNDETERMINED = {
     "rollers let go": (PUSHED, ("roller_break_away", "mass")),
     "axles and contacts let go": (replace(PUSHED, effects=(HELD, FIRM, PUSH), duration=0.4), ("mass",)),
-    "loads that follow": (
-        replace(PUSHED, effects=(HELD_LOADED, *PUSHED.effects[1:])), ("roller_break_away", "height")
-    ),
     "four wheels hold three speeds": (
         Case("massless", vehicle=Vehicle.paper(4, 5), duration=0.9,
              start={"nu": (0, 0, 0), "chi": (0.1, -0.2, 0.15, 0.05)},

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, OmnirollError, Slope, TorqueTable, Vehicle, simulate
+from omniroll import Bearings, Contact, Slope, TorqueTable, Vehicle, simulate
 from omniroll.engine import sensitivities, variations
 from omniroll.engine.compiled_variations import Models, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
@@ -22,8 +22,6 @@ from tests.sensitivities.differences import Case, derivative
 from tests.sensitivities.spies import rows_passed
 from tests.sensitivities.test_ground import FOUR, FOUR_START, MOTOR, REGULARISED
 from tests.sensitivities.test_ground import VISCOUS as SLIPPING
-from tests.sensitivities.test_loads_that_follow import BESIDE, ON_THREE, TALL, VANISHING
-from tests.sensitivities.test_loads_that_follow import COULOMB as STICKING
 from tests.sensitivities.test_runs import COULOMB, LIMITED, TABLE, TIED, VISCOUS
 from tests.sensitivities.test_sticking_contacts import CASES as ON_COULOMB_GROUND
 
@@ -41,8 +39,6 @@ WITH_EFFECTS = [
 ]
 OF_VISCOUS, OF_REGULARISED = ("coefficient[0]", "coefficient[1]", "wheel_rates[1]"), ("friction[0]", "speed")
 OF_FREE = ("spins[1][2]", "roller_inertia")
-OF_LAW = {"law": "regularised", "friction": 0.4, "speed": 0.05}
-LAWS = {"viscous": {"coefficient": 5.0}, "regularised": OF_LAW, "coulomb": {"law": "coulomb", "friction": 0.5}}
 FADING, RUBBING = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5), Bearings(roller_coulomb=2e-5, roller_speed=0.5)
 AT_ONCE = Case("free", "impact", effects=(Contact(40.0),), start=TIED, duration=1.3)
 ON_THE_GROUND = {
@@ -132,76 +128,6 @@ def test_with_effects_too(case, names, monkeypatch):
 @pytest.mark.parametrize("case, names", ON_THE_GROUND.values(), ids=ON_THE_GROUND)
 def test_wheels_that_slip_under_smooth_laws_too(case, names, monkeypatch):
     same_as_in_python(case, names, monkeypatch)
-
-
-UNDER_LOADS = {f"on three, {name}": own for name, own in ON_THREE.items()} | VANISHING
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case, changes", UNDER_LOADS.values(), ids=UNDER_LOADS)
-def test_loads_that_follow_the_motion_too(case, changes, monkeypatch):
-    """Also where they vanish and come back. In the case of free rollers under Coulomb's friction contacts begin to slip
-    1.5e-5 s before others do. There C is 2e-11 from the reference with 24 nodes in a step, and that 5e-12 from the one
-    with 20."""
-    bound = 1e-10 if case is VANISHING["coulomb, free"][0] else ROUNDINGS
-    same_as_in_python(case, ("chi[1]", *changes), monkeypatch, bound, switches=0)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("law, numbers", [(STICKING, ()), (OF_LAW, ("speed",))], ids=["coulomb", "regularised"])
-def test_the_numbers_of_the_balance_too(law, numbers, monkeypatch):
-    balance = {"height": 0.1, "wheel_mass": 0.15, "normal_gravity": 9.7, "platform_products": (0.002, -0.003)}
-    ground = Contact(**law, **balance, loads="dynamic", spin_inertia=(1e-3, 1.2e-3, 8e-4), wheel_rates=0.0)
-    case = Case("massless", vehicle=BESIDE, effects=(ground,), start={"nu": (9.0, 2.5, 3.3)}, duration=0.3)
-    names = (*balance, "platform_products[1]", "spin_inertia[1]", "friction")
-    same_as_in_python(case, (*names, "center_of_mass[1]", *numbers), monkeypatch, switches=0)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("model", ["massless", "free"])
-def test_random_vehicles_under_loads_that_follow(model, law, monkeypatch):
-    """Up to nine that do not tip; loads vanish in some. With free rollers most tip under the viscous law. Under
-    Coulomb's friction these are within 4e-12 in eight scenes, and 4e-11 in one."""
-    found, vanished, bound = 0, 0, 1e-10 if (model, law) == ("free", "coulomb") else ROUNDINGS
-    for seed in range(30):
-        case = pushed_at_random(model, law, seed)
-        try:
-            run = case.run()
-        except OmnirollError:  # it tips, or loads and friction have no solution
-            continue
-        vanished += (run.ground_load < 1e-9).any()
-        names = ("nu[0]", "mass", "height", "torque[1][1]", "times[1]")
-        same_as_in_python(case, names, monkeypatch, bound, switches=0)
-        found += 1
-        if found == 9:
-            break
-    assert found >= 2 and vanished >= 1
-
-
-def pushed_at_random(model, law, seed):
-    """Four wheels with a high centre of mass, which are pushed forwards or back, and then released."""
-    random = np.random.default_rng(seed)
-    torques = np.outer((0, 1, 0), random.choice([-1, 1]) * random.uniform(0.4, 0.7) * np.array([0, 1, 0, -1]))
-    torques[1] += random.uniform(-0.1, 0.1, 4)
-    push = TorqueTable((0.0, random.uniform(0.15, 0.25), 0.4), torques)
-    ground = Contact(**LAWS[law], loads="dynamic", height=random.uniform(0.18, 0.25))
-    start = {"nu": random.uniform(-0.3, 0.3, 3), "chi": random.uniform(-0.3, 0.3, 4)}
-    start |= {"spins": random.normal(size=(4, 4))} if model == "free" else {}
-    return Case(model, vehicle=TALL, effects=(ground, push), start=start, duration=0.4)
-
-
-@pytest.mark.long
-def test_what_happens_to_loads_is_passed_in_c(monkeypatch):
-    def refused(*_):
-        raise AssertionError("left to Python")
-
-    monkeypatch.setattr(ContactDeviations, "passed", refused)
-    for name in ("viscous", "viscous, free", "coulomb, free"):
-        case, changes = VANISHING[name]
-        run = case.run(sensitivities=tuple(changes))
-        carries = Motion(run).contacts.carries
-        assert run.followed.compiled is not None and (carries[:-1] != carries[1:]).any(), name
 
 
 @pytest.mark.long
@@ -357,12 +283,9 @@ def test_what_follows_from_effects_and_names_is_made_once(kind, monkeypatch):
 # their plain runs that take less than 0.3e9: `python -m costs.derivatives` has the others, too.
 COUNTED = (
     "massless", "locked", "free", "friction", "motors", "axles that stick", "massless, viscous",
-    "massless, regularised", "massless, coulomb", "loads, massless, viscous", "loads, massless, regularised",
-    "loads, massless, coulomb", "massless, viscous, axles stick", "loads, massless, regularised, axles stick",
-    "massless, coulomb, axles stick", "coulomb, axles stick, no drive", "in series, viscous, no drive",
-    "in series, regularised, no drive", "in series, coulomb, no drive", "in series, regularised, loads, no drive",
-    "in series, coulomb, skid, no drive", "in series, coulomb, loads, skid, no drive",
-    "massless, coulomb, axles stick, no drive",
+    "massless, regularised", "massless, coulomb", "massless, viscous, axles stick", "massless, coulomb, axles stick",
+    "coulomb, axles stick, no drive", "in series, viscous, no drive", "in series, regularised, no drive",
+    "in series, coulomb, no drive", "in series, coulomb, skid, no drive", "massless, coulomb, axles stick, no drive",
 )  # fmt: skip
 MOST = 6  # times the plain run
 

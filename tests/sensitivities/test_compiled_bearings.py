@@ -10,13 +10,11 @@ from omniroll import Bearings, Contact, OmnirollError, Torque, TorqueTable
 from omniroll.engine import sensitivities
 from omniroll.engine.axle_deviations import AxleDeviations
 from omniroll.engine.contact_deviations import ContactDeviations
-from omniroll.engine.loaded_massless_deviations import LoadedMasslessDeviations
 from omniroll.engine.massless_deviations import MasslessDeviations
 from omniroll.engine.motion import Motion
 from omniroll.engine.roller_deviations import RollerDeviations
 from tests.sensitivities import test_axles_on_the_ground as axles
 from tests.sensitivities import test_massless_rollers as massless
-from tests.sensitivities import test_massless_rollers_under_loads as loaded
 from tests.sensitivities import test_rollers_on_the_ground as rollers
 from tests.sensitivities.differences import SPINS, Case, sticking_at_random
 from tests.sensitivities.test_compiled import runs_in_c_and_python
@@ -25,26 +23,18 @@ from tests.sensitivities.test_compiled import runs_in_c_and_python
 # does to these equations came to 4e-12 in one scene without an event.
 BOUND = {"massless": 1e-12, "free": 1e-10}
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
-LOADED = REGULARISED | {"loads": "dynamic", "height": 0.05}
-ON_OIL = {"coefficient": 20.0, "loads": "dynamic", "height": 0.05}
 NAMES = ("nu[0]", "chi[1]", "mass", "wheel_radius", "wheel_inertia", "yaw_scale", "torque[1][1]")
 OF_AXLES, OF_ROLLERS = ("wheel_coulomb[1]", "wheel_break_away"), ("roller_coulomb[1]", "roller_break_away")
 OF_SPINS = ("spins[1][2]", "roller_inertia", *OF_ROLLERS)
 # Model, ground, which bearings, how long (s), further numbers.
 KINDS = {
     "massless, axles": ("massless", {"coefficient": 20.0}, "wheel", 1.0, OF_AXLES),
-    "massless, axles, loads": ("massless", LOADED, "wheel", 0.5, ("height", *OF_AXLES)),
     "massless, rollers": ("massless", {"coefficient": 20.0}, "roller", 0.8, ("coefficient", *OF_ROLLERS)),
     "massless, rollers, regularised": ("massless", REGULARISED, "roller", 0.5, ("speed", *OF_ROLLERS)),
     "massless, both": ("massless", {"coefficient": 20.0}, "both", 0.5, (*OF_AXLES, *OF_ROLLERS)),
-    "massless, rollers, viscous, loads": ("massless", ON_OIL, "roller", 0.8, ("coefficient", "height", *OF_ROLLERS)),
-    "massless, rollers, regularised, loads": ("massless", LOADED, "roller", 0.5, ("height", "speed", *OF_ROLLERS)),
-    "massless, both, loads": ("massless", LOADED, "both", 0.3, ("friction", *OF_AXLES, *OF_ROLLERS)),
     "free, rollers": ("free", {"coefficient": 15.0}, "roller", 0.05, OF_SPINS),
     "free, all, friction": ("free", REGULARISED, "both", 0.03, ("roller_viscous", *OF_AXLES, *OF_SPINS)),
-    "free, rollers, loads": ("free", LOADED, "roller", 0.006, ("height", *OF_SPINS)),
 }
-HARDLY_BREAK = ("massless, axles, loads", "free, rollers, loads")
 
 
 def at_random(kind, seed):
@@ -118,7 +108,6 @@ def noted(monkeypatch):
         (AxleDeviations, ("passed",)),
         (RollerDeviations, ("passed", "turned")),
         (MasslessDeviations, ("passed",)),
-        (LoadedMasslessDeviations, ("passed",)),
         (ContactDeviations, ("passed",)),
     )
     for kind, names in passing:
@@ -130,14 +119,6 @@ def noted(monkeypatch):
 CASES = {f"axles, {name}": found[:2] for name, found in axles.CASES.items()}
 CASES |= {f"rollers, {name}": found for name, found in rollers.CASES.items()}
 CASES |= {f"massless, {name}": found[:2] for name, found in massless.CASES.items()}
-UNDER_LOADS = {"break-aways": loaded.breaking_away, "loads that vanish and come back": loaded.lifted}
-CASES |= {
-    f"massless under loads, {law}, {name}": (make(law), ("height", "roller_coulomb", "roller_break_away[1]"))
-    for law in loaded.SMOOTH for name, make in UNDER_LOADS.items()
-}  # fmt: skip
-BESIDE_AXLES = loaded.breaking_away("regularised", massless.BESIDE_AXLES)
-CASES["massless under loads, one takes another along"] = (loaded.TAKEN_ALONG, ("roller_break_away[2]", "height"))
-CASES["massless under loads, beside axles"] = (BESIDE_AXLES, ("height", "wheel_coulomb", "wheel_break_away[1]"))
 
 
 @pytest.mark.long
@@ -168,8 +149,7 @@ def test_random_scenes_too(kind, monkeypatch):
         count += 1
         if count == 7:
             break
-    breaks = 0 if kind in HARDLY_BREAK else 2
-    assert count == 7 and found["rests"] >= 7 and found["breaks"] + found["switches"] >= breaks, found
+    assert count == 7 and found["rests"] >= 7 and found["breaks"] + found["switches"] >= 2, found
 
 
 @pytest.mark.long

@@ -25,18 +25,16 @@ CASES |= {f"in series, {name}": (case, names) for name, (case, names, _) in seri
 # rounding of 1 m/s over the slip, in a short step to 1e-9, and so is what its derivative does: there Python itself
 # comes to 3e-11 with 20 nodes in a step where it has 16.
 BOUND = {"massless": 1e-12, "free": 1e-10}
-STATIC, LOADED = {"law": "coulomb", "friction": (0.2, 0.3)}, {"loads": "dynamic", "height": 0.04}
+STATIC = {"law": "coulomb", "friction": (0.2, 0.3)}
 NAMES = ("nu[0]", "chi[1]", "mass", "wheel_radius", "wheel_inertia", "friction[1]")
 OF_AXLES, OF_ROLLERS = ("wheel_coulomb[1]", "wheel_break_away"), ("roller_coulomb[1]", "roller_break_away")
 OF_SPINS = ("spins[1][2]", "roller_inertia", *OF_ROLLERS)
 # Model, further numbers of the ground, which bearings, how long (s), further numbers.
 KINDS = {
     "massless, axles": ("massless", {}, "wheel", 0.6, OF_AXLES),
-    "massless, axles, loads": ("massless", LOADED, "wheel", 0.4, ("height", *OF_AXLES)),
     "free, axles": ("free", {}, "wheel", 0.1, ("roller_inertia", *OF_AXLES)),
     "free, rollers": ("free", {}, "roller", 0.03, OF_SPINS),
     "free, all, friction": ("free", {}, "both", 0.03, ("roller_viscous", *OF_AXLES, *OF_SPINS)),
-    "free, rollers, loads": ("free", LOADED, "roller", 0.01, ("height", *OF_SPINS)),
 }
 IN_SERIES = ("nu[0]", "chi[1]", "mass", "wheel_radius", "friction[1]", "roller_coulomb[1]", "roller_break_away")
 
@@ -180,7 +178,6 @@ TIMES = np.linspace(0, 0.15, 4)
 SWINGS = TorqueTable(TIMES, np.array([[-1.0], [1.0], [-1.0], [1.0]]) * [0.3, -0.2, 0.12])
 TURNS_BACK = {  # further numbers of the ground, bearings, whether another contact lets go with one that turns back
     "contacts": ({}, (), True),
-    "loads": (LOADED, (), False),
     "axles": ({}, (Bearings(wheel_coulomb=1e-2),), False),
     "rollers": ({}, (Bearings(roller_coulomb=3e-3, roller_break_away=4e-3),), True),
 }

@@ -16,7 +16,6 @@ VEHICLE = Vehicle.paper()
 AT_REST = {"nu": (0.0, 0.0, 0.0), "chi": (0.1, -0.2, 0.15)}
 SPINS = np.zeros((VEHICLE.wheels, VEHICLE.rollers_per_wheel - 1))
 DECAYS = (1, 10, 21, 41, 103, 413, 1000)  # the largest rate times the run's duration
-FOLLOWING = {"loads": "dynamic", "height": 0.05}
 NAMES = ("nu[0]", "nu[1]", "chi[1]")
 
 
@@ -29,8 +28,6 @@ BRAKED, STICKING = Bearings(wheel_viscous=0.5), Contact(law="coulomb", friction=
 SCENES = {
     "massless": ("massless", (slipping(),)),
     "free": ("free", (slipping(contact_spins=0.0),)),
-    "massless, loads": ("massless", (slipping(**FOLLOWING),)),
-    "free, loads": ("free", (slipping(contact_spins=0.0, **FOLLOWING),)),
     "locked, bearings": ("locked", (BRAKED,)),
     "free, bearings": ("free", (Bearings(wheel_viscous=0.5, roller_viscous=1e-4),)),
     "sticking contacts": ("massless", (STICKING, BRAKED)),

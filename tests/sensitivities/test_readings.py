@@ -22,7 +22,6 @@ GROUNDS = {
     "viscous": (Contact(30.0, wheel_rates=0), Bearings(wheel_viscous=1e-3, roller_viscous=1e-6)),
     "regularised": (Contact(law="regularised", speed=0.05, normal_gravity=9.79, **GRIPS), Slope(0.05, 0.4)),
     "coulomb": (Contact(law="coulomb", **GRIPS),),
-    "dynamic": (Contact(law="coulomb", loads="dynamic", height=0.04, **GRIPS),),
 }
 
 

@@ -24,7 +24,6 @@ FREE = {"nu": (0.0, 0.0, 0.0), "spins": np.zeros_like(SPINS).tolist()}
 RAMP = TorqueTable((0.0, 0.3), ((0.0, 0.0, 0.0), (0.3, -0.1, 0.2)))
 RUBBING, HARD = Bearings(roller_coulomb=2e-5), Bearings(roller_coulomb=0.003)
 HELD_LONGER = Bearings(roller_coulomb=0.003, roller_break_away=0.004)
-LOADED = {"loads": "dynamic", "height": 0.05}
 STOPPING = Case("free", effects=(Contact(5.0), RUBBING), duration=0.02)
 BREAKING_AWAY = Case("free", effects=(Contact(20.0), HELD_LONGER, RAMP), start=FREE, duration=0.1)
 BESIDE_AXLES = Bearings(roller_coulomb=0.001, wheel_coulomb=0.05)
@@ -41,10 +40,6 @@ CASES = {
     "with axles": (
         Case("free", effects=(Contact(**REGULARISED), BESIDE_AXLES), duration=0.03),
         ("wheel_coulomb[0]", "roller_coulomb"),
-    ),
-    "loads that follow": (
-        Case("free", effects=(Contact(**REGULARISED, **LOADED), Bearings(roller_coulomb=0.001)), duration=0.003),
-        ("height",),
     ),
 }  # fmt: skip
 

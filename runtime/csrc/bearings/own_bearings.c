@@ -13,7 +13,7 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
-#if SET_STRIPS && !SET_CORNER_LOADS
+#if SET_STRIPS
 #define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
 
 /* The ground's forces on wheels that are rigid, and what would hold their rollers then. */
@@ -25,12 +25,7 @@ static void asked_of_rigid_wheels(const own_bearings_t *own, const vehicle_t *v,
         none[i] = lanes_of(0), rigid[i] = lanes_of(1);
     slips_of(wheels, v, nu, chi, core, pair);
     set_sliding_forces(wheels, v, pair, own->load, own->friction, force, slope);
-#if SET_DAMPED_STRIPS
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, PER_LOAD(rigid) none, none, rigid,
-                   PASSED_ON(rigid) spin, asked);
-#else
     set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, rigid, spin, asked);
-#endif
     (void)slope, (void)spin;
 }
 
@@ -57,18 +52,6 @@ static void spins_at_the_most(const own_bearings_t *own, const vehicle_t *v, con
     }
 }
 
-/* The loads that bearings feel from now on: those of this instant. */
-static void feel_loads_now(const omniroll_run_t *run, const work_t *work)
-{
-#if SET_DAMPED_STRIPS
-    lanes_t load[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        load[i] = lanes_of(run->grips[i].load);
-    feel_loads(&work->own, run->wheels, load);
-#endif
-    (void)run, (void)work;
-}
-
 /* Which rollers turn on contacts that slip, and take nearly all of their friction along the axle, from now on. */
 static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, const instant_t *now)
 {
@@ -79,9 +62,6 @@ static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, con
     for (int i = 0; i < run->wheels; i++) {
         own->takes[i] = slides(run, i) ? -roller_mode(run, i)*own_bearings(run)[own->rollers_at + i].sliding : 0;
         some |= fabs(own->takes[i]) > 0;
-#if SET_DAMPED_STRIPS
-        own->corner[i] = fabs(own->takes[i]) > 0;
-#endif
     }
     if (!some)
         return;
@@ -101,8 +81,7 @@ static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, con
 /* The rates of bearings in these states, with which rollers turn on their disks, and axles; of massless rollers, in
  * their modes, with what holds those that stick. Beside contacts that stick the last evaluation has found these. */
 ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t *v, const int wheels,
-                                      const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates
-                                      UNDER(const loads_t *loads))
+                                      const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates)
 {
     const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + own->rollers_at;
     for (int k = 0; k < own->rollers_at; k++)
@@ -110,22 +89,12 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
 #if SET_STRIPS
     (void)contact;
     memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
-#if SET_DAMPED_STRIPS
-    for (int i = 0, some = 0; i < wheels && !some; i++)
-        if ((some = own->corner[i]))
-            damped_spins(own, v, wheels, nu, chi, core, own->torque + own->rollers_at, own->sticks + own->rollers_at,
-                         own->corner, rates + own->rollers_at);
-#endif
-#if !SET_CORNER_LOADS
     spins_at_the_most(own, v, wheels, nu, chi, core, rates + own->rollers_at);
-#else
-    (void)v, (void)nu, (void)chi;
-#endif
 #elif SET_IN_SERIES
     const int at = own->rollers_at;
     (void)contact;
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, FACTOR(loads) own->sticks + at,
-                   BEARING_FACTOR(loads) rates + at, own->holding + at);
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, own->sticks + at, rates + at,
+                   own->holding + at);
 #else
     set_slip_spins(wheels, v, nu, chi, contact, rates + own->rollers_at);
     set_spins_from_axial(wheels, v, nu, chi, contact + wheels, rates + own->rollers_at + wheels);
@@ -140,16 +109,7 @@ ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const wor
 }
 #endif
 
-#if SET_CORNER_LOADS
-/* The same beside contacts that stick, into work->own.rate, where the rates have been computed. */
-static void own_rates_there(const omniroll_run_t *run, const work_t *work, const instant_t *now)
-{
-    const int at = work->own.rollers_at;
-    for (int k = 0; k < at; k++)
-        work->own.rate[k] = now->point.core[own_rates_at(run->wheels) + k];
-    memcpy(work->own.rate + at, work->own.spin, sizeof *work->own.rate*(size_t)run->wheels);
-}
-#elif SET_STRIPS
+#if SET_STRIPS
 /* The same beside contacts that stick, in the present modes, into work->own.rate. */
 static void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
@@ -161,16 +121,10 @@ static void own_rates_there(const omniroll_run_t *run, const work_t *work, insta
         sticks[i] = lanes_of(roller_mode(run, i) == 0);
     for (int k = 0; k < at; k++)
         work->own.rate[k] = now->point.core[own_rates_at(run->wheels) + k];
-#if SET_DAMPED_STRIPS
-    (void)aside;
-    damped_spins(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core, torque,
-                 sticks, work->own.corner, work->own.rate + at);
-#else
     corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
     set_slip_spins(run->wheels, &work->vehicle, now->arrays.nu, now->arrays.chi,
                    now->point.core + rates_at(run->wheels), torque, now->arrays.ground_push, now->arrays.ground_yield,
                    sticks, work->own.rate + at, aside);
-#endif
     spins_at_the_most(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
                       work->own.rate + at);
 }
@@ -178,18 +132,7 @@ static void own_rates_there(const omniroll_run_t *run, const work_t *work, insta
 ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
     own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
-                       work->own.rate UNDER(now->point.loads));
-}
-#endif
-
-#if SET_CORNER_LOADS
-/* The spins at this instant, under the loads that are known. */
-static void put_yields_now(const omniroll_run_t *run, const instant_t *now)
-{
-    lanes_t load[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        load[i] = lanes_of(run->grips[i].load);
-    put_yields(run->wheels, &now->point, load);
+                       work->own.rate);
 }
 #endif
 
@@ -198,10 +141,7 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 {
     instant_t now;
     at_this_instant(run, work, run->wheels, &now);
-#if SET_CORNER_LOADS
-    put_yields_now(run, &now);
-#elif SET_STRIPS
-    feel_loads_now(run, work);
+#if SET_STRIPS
     begin_at_the_most(run, work, &now);
 #endif
     own_rates_there(run, work, &now);

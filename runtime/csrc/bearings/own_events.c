@@ -1,14 +1,6 @@
 /* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
  * than it takes. As events.c does for wheels, guards and facets. */
 #if SET_OWN_BEARINGS
-#if SET_STANDS && SET_LOADS
-/* The load of a wheel at the step's end, and its rate there. */
-ALWAYS_INLINE void load_asked_at_end(const step_t *s, int wheel, asked_t *now, asked_t *change)
-{
-    now->load[wheel] = s->weight_carried*(weighted(&s->compressed[wheel], &gauss_end) + s->compressed_late[wheel]);
-    change->load[wheel] = s->weight_carried*weighted(&s->compressed[wheel], &gauss_end_slope)/s->h;
-}
-#endif
 
 #if SET_STANDS_ALONE
 /* What the ground takes at most of a wheel along the rolling direction, beside its force along the axle, as they are
@@ -17,12 +9,6 @@ ALWAYS_INLINE double left_of_ground(const standing_t *standing, int wheel, const
                                     double *rate)
 {
     const double *const reach = standing->of_ground + 2*wheel;
-#if SET_LOADS                       /* no quotient of force and load: smooth where the load vanishes               */
-    const double shape = SET_FIRST_DIRECTION == 1 ? 0 : reach[1]/reach[0], taken = shape*now->along[wheel];
-    const double most = reach[1]*now->load[wheel], left = sqrt(fmax(most*most - taken*taken, 0));
-    *rate = left > 0 ? (most*reach[1]*change->load[wheel] - taken*shape*change->along[wheel])/left : 0;
-    return most < 0 ? -left : left;
-#else
     if (SET_FIRST_DIRECTION == 1) {
         *rate = 0;
         return reach[1];
@@ -30,7 +16,6 @@ ALWAYS_INLINE double left_of_ground(const standing_t *standing, int wheel, const
     const double part = now->along[wheel]/reach[0], left = sqrt(fmax(1 - part*part, 0));
     *rate = left > 0 ? -reach[1]*part*change->along[wheel]/(reach[0]*left) : 0;
     return reach[1]*left;
-#endif
 }
 
 /* What a wheel asks of the ground at the step's end, and its rate there. */
@@ -38,9 +23,6 @@ ALWAYS_INLINE void asked_of_ground_at_end(const step_t *s, int wheel, asked_t *n
 {
     now->along[wheel] = weighted(&s->along[wheel], &gauss_end) + s->asked_late.along[wheel];
     change->along[wheel] = weighted(&s->along[wheel], &gauss_end_slope)/s->h;
-#if SET_LOADS
-    load_asked_at_end(s, wheel, now, change);
-#endif
 }
 
 /* The torque of what the ground takes at most at a step's end, and its rate; 0 of a wheel that does not stand. */
@@ -89,32 +71,6 @@ ALWAYS_INLINE double held_at_start(const step_t *s, int k)
     return s->own_bearing[k].torque;
 #endif
 }
-
-#if SET_STANDS_ALONE && SET_LOADS
-/* What the axle of a wheel takes at the step's start, as most_held() has it at its end. */
-static double most_at_start(const step_t *s, int k)
-{
-    double rate;
-    return s->own_bearing[k].holding + (s->standing->stands[k]
-        ? s->standing->radius*left_of_ground(s->standing, k, &s->asked_start, &s->asked_start, &rate) : 0);
-}
-
-/* Where in the step the axle of a wheel that stands is asked for more than it takes at a node; or 1. */
-static double turn_of_standing_axle(const step_t *s, int k)
-{
-    for (int m = 0; m < NODES; m++) {
-        asked_t now;
-        double rate;
-        now.along[k] = s->along[k].node[m], now.load[k] = s->weight_carried*s->compressed[k].node[m];
-        const double asked = fabs(s->own->held[k].node[m]);
-        const double most = s->own_bearing[k].holding
-            + s->standing->radius*left_of_ground(s->standing, k, &now, &now, &rate);
-        if (asked - most > FACET_NOISE*rounding_of_holding(asked, most))
-            return gauss_node.node[m];
-    }
-    return 1;
-}
-#endif
 
 /* Whether a bearing turns as its roller does on its disk: then its rate at the nodes stands in the place of what holds. */
 ALWAYS_INLINE int is_spin(const step_t *s, int k)
@@ -219,11 +175,6 @@ static double own_rate_at_end(const step_t *s, int k)
     const double torque = weighted(held, &gauss_end) + s->own->late[k], sign = torque < 0 ? -1 : 1;
     const double rounding = rounding_of_holding(torque, most_held(s, k));
     double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*held_at_start(s, k);
-#if SET_STANDS_ALONE && SET_LOADS
-    double taken_more;
-    most_by_ground(s, k, &taken_more);
-    rate -= taken_more, rises -= most_held(s, k) - most_at_start(s, k);
-#endif
     if (fabs(rate)*s->h < FACET_RISES*rounding)
         rate = rises/s->h;
     return fabs(rate)*s->h < 0.5*OWN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
@@ -291,10 +242,6 @@ static double turn_of_own(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            PASSED*EPS*(bearing->size + fabs(start)));
     }
-#if SET_STANDS_ALONE && SET_LOADS
-    if (s->standing->stands[k])
-        return turn_of_standing_axle(s, k);
-#endif
     const double most = most_held(s, k), bound = most + FACET_NOISE*rounding_of_holding(held_at_start(s, k), most);
     if (LEBESGUE*largest_of(s->own->held + k) <= bound)
         return 1;

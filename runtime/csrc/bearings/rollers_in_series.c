@@ -48,31 +48,18 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
     }
     for (int c = 0; c < work->core; c++)
         work->core_here[c][1] += time*work->core_dot[c][0];
-#if SET_LOADS
-    core_rates(run->wheels, &now.point, nu_dot);
-#endif
-#if SET_DAMPED_STRIPS && SET_LOADS
-    feel_loads(&work->own, run->wheels, now.point.loads->compression);
-#endif
     own_rates_there(run, work, &now);
 }
 
 /* Rounding of a spin, or of what stands in its place, beside that of rates of its size. */
 ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 {
-#if SET_STRIPS && !SET_CORNER_LOADS
+#if SET_STRIPS
     if (fabs(work->own.takes[i]) > 0)
         return EPS*work->own.scale[i];
 #endif
     (void)work, (void)i;
     return 0;
-}
-
-/* Whether a roller has been let go at this instant by what it was asked for. That is located as near as an iteration
- * leaves it; just before, the state says a spin against the mode, which loads and ways enlarge. */
-ALWAYS_INLINE int begins_to_turn(const omniroll_bearing_t *roller)
-{
-    return SET_DAMPED_STRIPS && SET_LOADS && roller->released && roller->released == roller->mode;
 }
 
 /* Those whose spins have passed zero rest, and those that rounding does not tell from zero and that fall. Returns how
@@ -96,15 +83,13 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
         const double noise = noise_of_own(roller, spin[0]) + noise_at_the_most(work, i);
         if (!near[i] || !(spin[0] > PASSED*noise || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
             continue;
-        if (begins_to_turn(roller))
-            continue;
         roller->resting = 1;
         count++;
     }
     return count;
 }
 
-#if !SET_STRIPS && !SET_LOADS       /* else strips.c, or with the loads loaded_bearings.c                     */
+#if !SET_STRIPS                     /* else strips.c                                                        */
 /* Modes of those at rest (rules 1 and 3). One that has come to rest at this instant takes what it is asked for there:
  * where its spin is zero that is its sliding torque, as near as the event is located. */
 static void decide_in_series(const omniroll_run_t *run, const work_t *work)

@@ -83,7 +83,6 @@ static void begin_torques(omniroll_run_t *run, const work_t *work)
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
 #endif
 
-#if !SET_LOADS
 /* Rules 3 and 4: the mode of an axle that has been let go, whose torque is what would hold it. */
 static void let_axle_go(omniroll_bearing_t *axle)
 {
@@ -136,17 +135,10 @@ static void decide(omniroll_run_t *run, const work_t *work)
     begin_torques(run, work);
 }
 
-#endif
-
 ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
 {
-#if SET_LOADS                       /* decided with the loads, in carrying.c                               */
-    run->ground.undecided |= run->hold.undecided;
-    (void)work;
-#else
     if (run->bearing_count && run->hold.undecided)
         decide(run, work);
-#endif
 }
 
 #endif

@@ -7,11 +7,7 @@
 ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at)
 {
     const own_bearings_t *const own = s->own;
-#if SET_DAMPED_STRIPS
-    feel_loads_at(s, wheels, b);
-#endif
-    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, core_at(s, b), own->rate
-                       UNDER(s->loads_at + b));
+    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, core_at(s, b), own->rate);
     for (int k = 0; k < s->own_count; k++)
         own->held[k].lanes[b] = is_spin(s, k) ? own->rate[k] : own->holding[k];
 }
@@ -20,10 +16,7 @@ ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
 {
     const own_bearings_t *const own = s->own;
-#if SET_DAMPED_STRIPS && SET_LOADS
-    feel_loads(own, wheels, s->loads_at_end->compression);
-#endif
-    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate UNDER(s->loads_at_end));
+    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate);
     for (int k = 0; k < s->own_count; k++)
         own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
 }
@@ -42,7 +35,7 @@ static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arra
 #endif
 
 #if SET_DISKS_STICK
-#if !SET_STANDS && !SET_LOADS       /* with the loads they are decided in loaded_bearings.c                */
+#if !SET_STANDS
 /* Those at rest on their disks. */
 typedef struct {
     int count;

@@ -2,7 +2,6 @@
  * set's functions and their slopes; a run that is asked for no derivatives does not load it.
  *
  * variations.c   a step
- * loads.c        loads that follow the motion
  * slipping.c     forces on contacts that slip under Coulomb's friction
  * pieces.c       pieces of steps in which deviations are fast
  * turning.c      contacts that slip and stick, in its equations
@@ -17,14 +16,14 @@
  * ways.c         how a point moves with time, and as deviations do
  * rests.c        slips that come to rest
  * turning_back.c slips that turn back at once
- * letting_go.c   contacts that let go, and loads that vanish, where rates jump
+ * letting_go.c   contacts that let go, where rates jump
  * modes.c        contacts that change their modes
  * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll
  * own_modes.c    axles and rollers that stick where wheels may slip
  * own_changes.c  what happens to these
  * own_rests.c    these as they come to rest, turn back and break away under smooth laws of the ground
  * standing.c     wheels that stand by contacts and bearings that stick
- * in_series.c    massless rollers that break away there; loaded_in_series.c   and what goes with that under loads
+ * in_series.c    massless rollers that break away there
  * holding.c      what holds these
  * side_by_side.c contacts and bearings that change their modes under Coulomb's friction */
 #include "deviations/variations.c"
@@ -41,7 +40,6 @@
 #include "deviations/own_changes.c"
 #include "deviations/own_rests.c"
 #include "deviations/in_series.c"
-#include "deviations/loaded_in_series.c"
 #include "deviations/holding.c"
 #include "deviations/side_by_side.c"
 
@@ -85,31 +83,20 @@ static void lay_out_spins(variations_t *w, long long *size, char *base)
 }
 #endif
 
-#if SET_GRIPS || SET_LOADS
-/* What contacts and loads take up. */
+#if SET_GRIPS
+/* What contacts take up. */
 static void lay_out_ground(variations_t *w, long long *size, char *base)
 {
     const int wheels = w->wheels;
-    const long long lane = sizeof(lanes_t);
-#if SET_GRIPS
-    const long long nodes = sizeof(nodes_t);
+    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t);
     w->pushed = part(base, size, 12*wheels*lane);
-    w->yielding = part(base, size, YIELDS*wheels*lane);
+    w->yielding = part(base, size, 2*SET_STRIPS*wheels*lane);
     w->towards = part(base, size, 2*wheels*lane);
     w->slipping = part(base, size, wheels*lane);
     w->turned = part(base, size, 2*wheels*lane);
     w->towards_at = part(base, size, 2*wheels*nodes);
     w->slipping_at = part(base, size, wheels*nodes);
     w->slip_slope = part(base, size, 2*wheels*slip_directions(w)*nodes);
-#endif
-#if SET_LOADS
-    w->balance = part(base, size, 2*(long long)sizeof *w->balance);
-    w->balance_numbers = part(base, size, 2*BALANCE_ARRAYS(wheels)*lane);
-    w->loads = part(base, size, 2*(long long)sizeof *w->loads);
-    lanes_t *const response = part(base, size, 3*responding_size(wheels, w->known)*lane);
-    if (base)
-        memset(w->loads, 0, 2*sizeof *w->loads), w->loads->response = response;
-#endif
 }
 #endif
 
@@ -169,7 +156,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->moved = part(base, &size, w->size*groups*lane);
     w->began = part(base, &size, w->size*groups*lane);
     w->given = part(base, &size, (w->inputs + SET_MOVING*wheels)*groups*lane);
-#if SET_GRIPS || SET_LOADS
+#if SET_GRIPS
     lay_out_ground(w, &size, base);
 #endif
 #if SET_GRIPS || SET_OWN_BEARINGS
@@ -208,13 +195,10 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
         }
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
-#if SET_LOADS
-    put_balance(w, 0, 0);
-#endif
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
 #if SET_GRIPS
     memset(w->pushed, 0, 12*w->wheels*sizeof *w->pushed);
-    memset(w->yielding, 0, YIELDS*w->wheels*sizeof *w->yielding);
+    memset(w->yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->yielding);
 #endif
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
@@ -332,11 +316,7 @@ static int grazes(const variations_t *w, long long row, const int *direction)
  * how; else nothing has been done. */
 static int pass_bearings(variations_t *w, long long row)
 {
-#if SET_IN_SERIES && SET_LOADS && !SET_GRIPS
-    if (SET_FRICTION || loads_change(w, row))
-        return !drives_jump(w, row) && pass_loaded_in_series(w, row);
-#endif
-    if (drives_jump(w, row) || loads_change(w, row))
+    if (drives_jump(w, row))
         return 0;
 #if SET_IN_SERIES && !SET_GRIPS
     if (changes_in_series(w, row))
@@ -365,10 +345,6 @@ static int enter_step(variations_t *w, long long row)
 /* Whether more happens at a switch behind a row than that one wheel passes its joint. */
 static int is_not_plain(const variations_t *w, long long row, const int *direction, int switching)
 {
-#if SET_IN_SERIES && SET_LOADS && !SET_GRIPS
-    if (lets_go_at_switch(w, row, direction))
-        return 1;
-#endif
     return switching > 1 || grazes(w, row, direction);
 }
 
@@ -379,7 +355,7 @@ static int pass_others(variations_t *w, long long row)
     if (changes_beside(w, row))
         return pass_bearings(w, row);
 #endif
-#if (SET_GRIPS || SET_LOADS) && !SET_STANDS
+#if SET_GRIPS && !SET_STANDS
     if (changes_modes(w, row))
         return pass_modes(w, row);
 #endif

@@ -42,20 +42,17 @@ static int find_small_forces(const stand_t *stand, int count, const lanes_t *ask
     return 1;
 }
 
-/* How much of what a contact can hold it uses then, beside what its load lacks of the largest. */
+/* How much of what a contact can hold it uses then. */
 static double used_by_contact(const variations_t *w, const point_t *at, int i, const stand_t *stand, int count,
                               const lanes_t *force)
 {
-    double used[2], lacking = 0;
+    double used[2];
     for (int c = 0; c < 2; c++)
         used[c] = at->ground_force[2*i + c][0]*per_hold(w, i, c);
     for (int j = 0; j < count; j++)
         if (stand[j].wheel == i)
             used[stand[j].way] = stand[j].per_ground*force[j][0];
-#if SET_LOADS
-    lacking = 1 - at->loads->compression[i][0]/w->run->standing[2];
-#endif
-    return sqrt(used[0]*used[0] + used[1]*used[1]) + lacking;
+    return sqrt(used[0]*used[0] + used[1]*used[1]);
 }
 
 /* Whether wheels that stand after a change, whose rates have been computed last, are held by less than all friction:
@@ -91,8 +88,6 @@ static int find_held(const variations_t *w, const own_change_t *e, held_t *held)
 {
     const point_t at = point_of(w, w->vehicle, w->point);
     held->count = list_stands(w, e, BEFORE, held->stand);
-    if (SET_LOADS && held->count > 0)       /* what holds them moves with the loads, too: the caller knows how */
-        return 0;
     return held->count <= 3 && find_only_forces(held->stand, held->count, at.held_force, held->force);
 }
 
@@ -136,7 +131,7 @@ static double contact_use_along(const variations_t *w, int column, const held_t 
                                 const point_t *along, double *moved)
 {
     const int model = column < 0 ? 0 : w->run->number[column];
-    double used[2], turned[2], lacking = 0;
+    double used[2], turned[2];
     for (int c = 0; c < 2; c++) {
         const double own = at->ground_force[2*i + c][0], way = along->ground_force[2*i + c][0];
         used[c] = own*per_hold(w, i, c), turned[c] = way*per_hold(w, i, c) + own*per_hold_moved(w, model, i, c);
@@ -153,11 +148,7 @@ static double contact_use_along(const variations_t *w, int column, const held_t 
     }
     const double size = sqrt(used[0]*used[0] + used[1]*used[1]);
     *moved = (used[0]*turned[0] + used[1]*turned[1])/size;
-#if SET_LOADS
-    lacking = 1 - at->loads->compression[i][0]/w->run->standing[2];
-    *moved -= along->loads->compression[i][0]/w->run->standing[2];
-#endif
-    return size + lacking;
+    return size;
 }
 
 /* The same of the bearing that holds it in a direction. */

@@ -46,29 +46,17 @@ static void asked_in_series(const variations_t *w, long long row, const vehicle_
     lanes_t spin[MOST_WHEELS], spin_moved[MOST_WHEELS], none[MOST_WHEELS] = {{0}}, sticks[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         sticks[i] = lanes_of(1);
-#if SET_LOADS
-    loads_t under = w->loads[0], moved_under = w->loads[1];
-    for (int i = 0; i < SET_FRICTION*wheels; i++) {     /* of those that stick: in proportion to the loads */
-        under.factor[i] = carries_in(w, row, i)*under.compression[i];
-        moved_under.factor[i] = carries_in(w, row, i)*moved_under.compression[i];
-    }
-#else
     (void)row;
-#endif
-    set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, FACTOR(&under) sticks,
-                         BEARING_FACTOR(&under) w->along, w->along + chi, w->along + POINT_CORE, none,
-                         FACTOR(&moved_under) none, BEARING_FACTOR(&moved_under) spin, asked, spin_moved, moved);
+    set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, sticks,
+                         w->along, w->along + chi, w->along + POINT_CORE, none,
+                         none, spin, asked, spin_moved, moved);
 }
 
 /* The same along a column or with time. */
 static void put_asked_in_series(const variations_t *w, long long row, int column, const lanes_t *rate, lanes_t *asked,
                                 lanes_t *moved)
 {
-#if SET_LOADS
-    move_along(w, row, column, rate);
-#else
     put_way(w, row, column, rate);
-#endif
     asked_in_series(w, row, &w->vehicle[column < 0 ? 0 : w->run->number[column]], asked, moved);
     take_way_back(w);
 }

@@ -1,81 +1,52 @@
-/* How deviations pass where rates jump at a time that deviates: a contact lets go under more static friction, or a load
- * vanishes or comes back on which a force depends that is not zero there. With what is beyond its bound then,
+/* How deviations pass where rates jump at a time that deviates: a contact lets go under more static friction. With what
+ * is beyond its bound then,
  *
  *     d+ = d- + (f- - f+) dt,   dt = -d beyond/beyond'
  *
  * (runtime/omniroll/engine/contact_deviations.py): of the force of a contact that sticks how much of its static
- * friction it takes, squared, less 1; of a load, by what part of the weight it is below zero, or the spring of a
- * contact that is off above it. Where one is at its bound only just, or several are apart beside the run, the caller
- * decides. */
+ * friction it takes, squared, less 1. Where one is at its bound only just, or several are apart beside the run, the
+ * caller decides. */
 
-#if SET_GRIPS || SET_LOADS
+#if SET_GRIPS
 
-/* What is beyond its bound: of each contact the force, then the load; not of all of them both are asked for. */
+/* Contacts whose force is beyond its bound, and by how much. */
 typedef struct {
-    int count, of[2*MOST_WHEELS];
-    double beyond[2*MOST_WHEELS];
+    int count, of[MOST_WHEELS];
+    double beyond[MOST_WHEELS];
 } bounds_t;
 
-/* How contacts have changed between a row and the next. */
+/* The contacts that let go between a row and the next. */
 static bounds_t list_bounds(const variations_t *w, long long row)
 {
     bounds_t found = {0};
-#if SET_GRIPS
     for (int i = 0; i < w->wheels; i++)
         if (sticks_in(w, row, i) && !sticks_in(w, row + 1, i))
             found.of[found.count++] = i;
-#endif
-    for (int i = 0; i < w->wheels; i++)
-        if (carries_in(w, row, i) != carries_in(w, row + 1, i))
-            found.of[found.count++] = w->wheels + i;
     return found;
 }
 
-#if SET_GRIPS
 /* How much of what static friction can hold a contact that sticks takes at the point, squared. */
 ALWAYS_INLINE double taken_at(const variations_t *w, const point_t *at, int i)
 {
-    double taken = 0, load = 1;
-#if SET_LOADS
-    load = at->loads->compression[i][0];
-#endif
+    double taken = 0;
     for (int c = 2*i; c < 2*i + 2; c++)
         taken += at->ground_force[c][0]*at->ground_force[c][0]*w->run->per_reach[c];
-    return taken/(load*load);
+    return taken;
 }
-#endif
 
 /* What is beyond at the point, and how it moves; with a number of the vehicle, or none. */
-static double beyond_along(const variations_t *w, long long row, int model, int which, const point_t *at,
-                           const point_t *along, double *moved)
+static double beyond_along(const variations_t *w, int model, int i, const point_t *at, const point_t *along,
+                           double *moved)
 {
-    const int wheels = w->wheels, i = which%wheels;
-    double load = 1, load_moved = 0;
-#if SET_LOADS
-    load = at->loads->compression[i][0], load_moved = along->loads->compression[i][0];
-    if (which >= wheels) {
-        const double by = (carries_in(w, row, i) ? -1 : 1)/w->run->all_loads;
-        *moved = by*load_moved;
-        return by*load;
-    }
-#endif
-#if SET_GRIPS
-    const double *const per_reach = w->run->per_reach, *const grown = per_reach + 2*wheels*model;
-    const double taken = taken_at(w, at, i);
-    double turned = 0;
+    const double *const per_reach = w->run->per_reach, *const grown = per_reach + 2*w->wheels*model;
+    *moved = 0;
     for (int c = 2*i; c < 2*i + 2; c++) {
         const double force = at->ground_force[c][0];
-        turned += 2*force*along->ground_force[c][0]*per_reach[c] + (model ? force*force*grown[c] : 0);
+        *moved += 2*force*along->ground_force[c][0]*per_reach[c] + (model ? force*force*grown[c] : 0);
     }
-    *moved = turned/(load*load) - 2*taken*load_moved/load;
-    return taken - 1;
-#else
-    (void)model, (void)at, (void)along;
-    return 0;
-#endif
+    return taken_at(w, at, i) - 1;
 }
 
-#if SET_GRIPS
 /* The forces on contacts that slip turn with their slips. */
 static void turn_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
 {
@@ -93,27 +64,16 @@ static void turn_pushes(const variations_t *w, long long row, int model, const p
             along->ground_push[c] += w->turned[c]*turn;
     }
 }
-#endif
 
-/* How forces and loads move along a column, or with time: in a row, whose rates have been computed last. */
+/* How forces move along a column, or with time: in a row, whose rates have been computed last. */
 static void move_along(const variations_t *w, long long row, int column, const lanes_t *rate)
 {
     const int wheels = OWN_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
     put_way(w, row, column, rate);              /* first: a point copies its heading */
     const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
     lanes_t nu_dot[3], nu_dot_along[3];
-#if SET_GRIPS
     turn_pushes(w, row, model, &at, &along);
-#endif
-#if SET_LOADS
-    put_balance(w, model, 1);
     rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
-    loads_of_sums_along(wheels, &at, &along, at.loads->sums, along.loads->sums, at.loads->compression,
-                        along.loads->compression);
-    put_balance(w, 0, 1);
-#else
-    rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
-#endif
 }
 
 /* What is beyond, and how that moves. */
@@ -124,7 +84,7 @@ static void put_beyond(const variations_t *w, long long row, int column, const l
     move_along(w, row, column, rate);
     const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
     for (int k = 0; k < bounds->count; k++)
-        bounds->beyond[k] = beyond_along(w, row, model, bounds->of[k], &at, &along, &moved[k]);
+        bounds->beyond[k] = beyond_along(w, model, bounds->of[k], &at, &along, &moved[k]);
     take_way_back(w);
 }
 
@@ -135,12 +95,8 @@ static double time_of_modes(const variations_t *w, long long row)
     long long first = row;
     int same = 1;
     while (same && first > 0) {
-        for (int i = 0; i < w->wheels; i++) {
-            same &= carries_in(w, first - 1, i) == carries_in(w, row, i);
-#if SET_GRIPS
+        for (int i = 0; i < w->wheels; i++)
             same &= sticks_in(w, first - 1, i) == sticks_in(w, row, i);
-#endif
-        }
         first -= same;
     }
     return first > 0 ? run->elapsed[row] - run->elapsed[first] : run->elapsed[run->rows - 1];
@@ -152,7 +108,7 @@ static int pass_jump(variations_t *w, long long row, const lanes_t *before, cons
 {
     bounds_t bounds = list_bounds(w, row);
     const int count = bounds.count, columns = w->columns;
-    double rises[2*MOST_WHEELS], moved[2*MOST_WHEELS], time[columns];
+    double rises[MOST_WHEELS], moved[MOST_WHEELS], time[columns];
     int first = -1;
     put_beyond(w, row, TIMES_ALONE, before, &bounds, rises);
     for (int k = 0; k < count; k++) {

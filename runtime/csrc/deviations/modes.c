@@ -1,16 +1,12 @@
-/* How deviations pass where contacts change their modes: they come to rest (rests.c), turn back (turning_back.c), let
- * go, or a load vanishes or comes back. Where the rates do not jump then no deviation does (letting_go.c: where they
+/* How deviations pass where contacts change their modes: they come to rest (rests.c), turn back (turning_back.c), or
+ * let go. Where the rates do not jump then no deviation does (letting_go.c: where they
  * do). Where anything else happens, or a contact is near its bounds, the caller decides. */
 
-#if SET_GRIPS || SET_LOADS
+#if SET_GRIPS
 /* Whether a contact changes its mode, or the way that it slips, between a row and the next. */
 static int changes_mode(const variations_t *w, long long row, int i)
 {
-#if SET_GRIPS
-    if (sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i))
-        return 1;
-#endif
-    return carries_in(w, row, i) != carries_in(w, row + 1, i);
+    return sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i);
 }
 
 /* Whether any does. */
@@ -42,7 +38,6 @@ static int are_same(const variations_t *w, const lanes_t *one, const lanes_t *ot
     return apart <= w->run->jumps*largest;
 }
 
-#if SET_GRIPS
 /* Whether contacts change behind a row that do not come to rest. */
 static int others_change(const variations_t *w, long long row)
 {
@@ -61,7 +56,6 @@ static int is_at_its_bound(const variations_t *w, long long row)
             return 1;
     return 0;
 }
-#endif
 
 /* Pass a change of modes between a row and the next. Returns whether it was one of those above; else nothing has been
  * done. */
@@ -70,31 +64,19 @@ static int pass_modes(variations_t *w, long long row)
     lanes_t before[w->size], after[w->size];
     if (inputs_jump(w, row))
         return 0;
-#if SET_GRIPS
     int component[MOST_COMPONENTS], turned[MOST_WHEELS];
     const int count = list_rests(w, row, component), back = list_turns_back(w, row, turned);
     if (count && others_change(w, row))
         return 0;
     aim_rests(w, row);
-#else
-    const int count = 0;
-#endif
     rates_in_row(w, row + 1, after);
-#if SET_GRIPS
     if (is_at_its_bound(w, row + 1))
         return 0;
-#endif
     rates_in_row(w, row, before);
-#if SET_GRIPS
     if (back)
         return pass_turns_back(w, turned, back, before, after);
-#endif
     if (count == 0)
         return are_same(w, before, after) || pass_jump(w, row, before, after);
-#if SET_GRIPS
     return !grazes_rest(w, component, count) && take_rests(w, row, component, count);
-#else
-    return 0;
-#endif
 }
 #endif

@@ -222,15 +222,6 @@ static int drives_jump(const variations_t *w, long long row)
     return 0;
 }
 
-/* Whether a load vanishes or comes back. */
-static int loads_change(const variations_t *w, long long row)
-{
-    for (int i = 0; i < w->wheels; i++)
-        if (carries_in(w, row, i) != carries_in(w, row + 1, i))
-            return 1;
-    return 0;
-}
-
 /* Whether a bearing comes to rest, or turns back, just as a wheel switches behind a row. */
 static int rests_at_switch(const variations_t *w, long long row)
 {

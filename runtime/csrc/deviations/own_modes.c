@@ -103,6 +103,7 @@ ALWAYS_INLINE double own_dot(const variations_t *w, const point_t *at, int k, in
 ALWAYS_INLINE double own_asked(const variations_t *w, const point_t *at, int k)
 {
     lanes_t *axles = 0, *contact = 0, *free = 0;
+    (void)at;
 #if SET_AXLES_STICK
     axles = at->axle_holding;
 #endif

@@ -47,13 +47,7 @@ static int put_times_of_break(variations_t *w, const own_change_t *e, const lane
         lanes_t nu_dot[3], nu_dot_along[3];
         put_way(w, e->row, p, before);
         const point_t along = point_of(w, at.vehicle, w->along);
-#if SET_LOADS
-        put_balance(w, model, 1);
-#endif
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
-#if SET_LOADS
-        put_balance(w, 0, 1);
-#endif
         double least = INFINITY, most = -INFINITY;
         for (int k = 0; k < count; k++) {
             if (!breaks_away(w, e, k))

@@ -50,9 +50,7 @@ NEVER_INLINE void rates_at_point(const variations_t *w, long long row, lanes_t *
     put_directions(w, row, &at, &along);
     put_pushes(w, row, 0, &at, &along);
 #endif
-#if SET_LOADS
-    put_loads(w, 1);
-#endif
+    (void)row;
     rates_along(wheels, &at, &along, rate, moved);
     wheel_rates_at(w, w->point, rate + 3);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);

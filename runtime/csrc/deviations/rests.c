@@ -21,25 +21,6 @@
 #define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
                                  * rad does not turn */
 
-#if SET_DAMPED_STRIPS
-/* Whether a slip along the rolling direction is not zero in a row. Beside a slip along the axle alone it may have passed
- * zero since the phase began, which the row's heading does not know. */
-static int has_passed_zero(const variations_t *w, long long row, int i)
-{
-    lanes_t own[point_size(w)], slip[MOST_COMPONENTS], moved[MOST_COMPONENTS];
-    put_state(w, row, own);
-    const point_t at = point_of(w, w->vehicle, own);
-    slips_of(w, &at, &at, slip, moved);
-    return fabs(slip[2*i + 1][0]) > w->run->slip_rounding[row*w->wheels + i];
-}
-#else
-ALWAYS_INLINE int has_passed_zero(const variations_t *w, long long row, int i)
-{
-    (void)w, (void)row, (void)i;
-    return 0;
-}
-#endif
-
 /* Whether a contact that slips one way alone does so the other way from the next row on. */
 ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
 {
@@ -47,7 +28,7 @@ ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
     for (long long k = row; k < row + 2; k++)
         if (!slides_in(w, k, i) || turns_in(w, k, i))
             return 0;
-    return heading[0]*heading[SET_INPUTS*w->wheels] < 0 && !has_passed_zero(w, row, i);
+    return heading[0]*heading[SET_INPUTS*w->wheels] < 0;
 }
 
 ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)

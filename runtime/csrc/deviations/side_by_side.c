@@ -72,7 +72,7 @@ static int is_at_bound_beside(const variations_t *w, const own_change_t *e, cons
 
 /* By how much what has let go is beyond its bound, as a part of that, and how this moves along a column or with time;
  * `of` as list_let_go() has it. */
-static double beyond_beside(const variations_t *w, long long row, int column, const held_t *held, int of, double *moved)
+static double beyond_beside(const variations_t *w, int column, const held_t *held, int of, double *moved)
 {
     const int model = column < 0 ? 0 : w->run->number[column], k = of - 2*w->wheels;
     const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
@@ -83,14 +83,14 @@ static double beyond_beside(const variations_t *w, long long row, int column, co
             return bearing_use_along(w, column, held, j, &at, &along, moved) - 1;
     }
     if (k < 0)
-        return beyond_along(w, row, model, of, &at, &along, moved);
+        return beyond_along(w, model, of, &at, &along, moved);
     const double most = w->run->own_most[k], asked = own_asked(w, &at, k), side = asked < 0 ? -1 : 1;
     const double grown = column < 0 ? 0 : moved_most(w, column, k);
     *moved = (side*own_asked(w, &along, k) - fabs(asked)/most*grown)/most;
     return fabs(asked)/most - 1;
 }
 
-/* Let forces and loads move along a column, or with time, and what holds wheels that stand. */
+/* Let forces move along a column, or with time, and what holds wheels that stand. */
 static void move_beside(const variations_t *w, const own_change_t *e, int column, const lanes_t *before, held_t *held)
 {
     put_held(w, e->before, column < 0 ? -1 : w->run->number[column] - 1);
@@ -114,7 +114,7 @@ static int pass_let_go(variations_t *w, const own_change_t *e, const lanes_t *be
         + w->run->elapsed[row] - w->run->elapsed[e->before];
     move_beside(w, e, TIMES_ALONE, before, &held);
     for (int j = 0; j < all; j++)
-        if (beyond_beside(w, row, TIMES_ALONE, &held, of[j], &rises[count]) >= -w->run->reached)
+        if (beyond_beside(w, TIMES_ALONE, &held, of[j], &rises[count]) >= -w->run->reached)
             of[count++] = of[j];
     take_way_back(w);
     for (int j = 0; j < count; j++)
@@ -125,7 +125,7 @@ static int pass_let_go(variations_t *w, const own_change_t *e, const lanes_t *be
         move_beside(w, e, p, before, &held);
         for (int j = 0; j < count; j++) {
             double moved;
-            beyond_beside(w, row, p, &held, of[j], &moved);
+            beyond_beside(w, p, &held, of[j], &moved);
             const double own = -moved/rises[j];
             least = fmin(least, own), most = fmax(most, own);
             time[p] = j == 0 ? own : time[p];
@@ -162,27 +162,6 @@ static void put_rests_moved(const variations_t *w, const beside_t *rests, lanes_
     put_turning(w, of, rests->count - rests->contacts, to + rests->contacts*w->groups);
 }
 
-#if SET_CORNERS
-/* How spins move under loads, which have been moved: contacts in corners slip along their axles. */
-static void move_spins(const variations_t *w)
-{
-    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
-    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    lanes_t force[2*MOST_WHEELS], yield[2*MOST_WHEELS], holding[2*MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
-    set_corner_forces_along(wheels, at.vehicle, at.chi, w->towards, at.loads->compression, at.balance->friction,
-                            at.inputs + torque, along.chi, still, along.loads->compression, still,
-                            along.inputs + torque, force, yield, force + wheels, yield + wheels);
-    for (int i = 0; i < wheels; i++) {
-        const int corner = in_corner(wheels, &at, i)[0] != 0;
-        yield[i] = corner ? yield[i] : lanes_of(0), yield[wheels + i] = corner ? yield[wheels + i] : lanes_of(0);
-    }
-    set_slip_spins_along(wheels, at.vehicle, at.nu, at.chi, at.core, at.inputs + torque, at.ground_push,
-                         at.loads->factor, yield, at.contact_sticks, along.nu, along.chi, along.core,
-                         along.inputs + torque, along.ground_push, along.loads->factor, yield + wheels, still,
-                         at.contact_spin, holding, along.contact_spin, holding + wheels);
-}
-#endif
-
 /* Whether a roller that stops on its disk while its contact slips only just does, and its bearing holds more than it
  * takes; or one turns back there. The rates before have been computed last. */
 static int settles_only_just(const variations_t *w, const own_change_t *e, const lanes_t *before, const double *dot)
@@ -191,9 +170,6 @@ static int settles_only_just(const variations_t *w, const own_change_t *e, const
 #if SET_STRIPS
     const omniroll_variations_t *const run = w->run;
     move_along(w, e->row, TIMES_ALONE, before);
-#if SET_CORNERS
-    move_spins(w);
-#endif
     const lanes_t *const falls = point_of(w, w->vehicle, w->along).contact_spin;
     for (int i = 0; i < w->wheels; i++) {
         const int k = roller_bearing(w, i, 0);
@@ -284,60 +260,6 @@ static int take_rests_beside(variations_t *w, const own_change_t *e, const besid
     return 1;
 }
 
-#if SET_CORNERS
-/* Whether a roller turns on a contact that slips on while others come to rest: its bearing leaves of the friction what
- * goes with the load in no proportion, so that rates are no linear function of the forces of these. */
-static int answers_bend(const variations_t *w, const own_change_t *e)
-{
-    for (int i = 0; i < w->wheels; i++)
-        if (slides_in(w, e->row, i) && own_mode(w, e->before, roller_bearing(w, i, 0)) != 0
-            && !(e->after > e->row && rests_behind(w, e->row, i)))
-            return 1;
-    return 0;
-}
-
-/* By how much the times deviate (columns) at which slips and rates come to rest, where the rates before have been
- * computed last. Returns 0 where they do so apart. */
-static int put_times_of_rests(const variations_t *w, const beside_t *rests, const double *dot, double *time)
-{
-    const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
-    lanes_t moved[rests->count*w->groups];
-    put_rests_moved(w, rests, moved);
-    for (int p = 0; p < w->columns; p++) {
-        double least = INFINITY, most = -INFINITY;
-        for (int j = 0; j < rests->count;) {
-            const int i = rests->unit[j]/2;
-            double own = 0, falls = 0;
-            do {                        /* both components of a slip */
-                const int unit = rests->unit[j], slips = j < rests->contacts;
-                const double along = slips ? w->towards[unit][0] : 1;
-                own += along*moved[j*w->groups + p/LANES][p%LANES];
-                falls += along*(slips ? slip_dot[unit][0] : dot[unit - 2*w->wheels]);
-                j++;
-            } while (j < rests->contacts && rests->unit[j]/2 == i);
-            time[p] = -own/falls;
-            least = fmin(least, time[p]), most = fmax(most, time[p]);
-        }
-        if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
-            return 0;
-    }
-    return 1;
-}
-
-/* Let slips and rates come to rest there, all at one time: d* = d- + (f- - f*) dt, from the rates `before` to those
- * `resting`. */
-static int take_bent_rests(variations_t *w, const own_change_t *e, const beside_t *rests, const double *dot,
-                           const lanes_t *before, const lanes_t *resting, double *time)
-{
-    lanes_t left[rests->count*w->groups];
-    if (!put_directions_right(w, e, rests) || !put_times_of_rests(w, rests, dot, time))
-        return 0;
-    add_jump(w, before, resting, time);
-    take_roundings(w, e, rests, left);
-    return 1;
-}
-#endif
-
 /* By how much the times deviate (columns) at which rates of bearings come to zero. Returns 0 where they do so apart. */
 static int put_times_of_stops(const variations_t *w, const beside_t *rests, const double *dot, double *time)
 {
@@ -377,16 +299,9 @@ static int pass_own_change(variations_t *w, const own_change_t *e)
         return pass_let_go(w, e, before, after);
     if (grazes_rest_beside(w, &rests, dot, asked))
         return 0;
-#if SET_CORNERS
-    const int bend = answers_bend(w, e);
-    if (bend && !take_bent_rests(w, e, &rests, dot, before, on ? resting : after, time))
+    if (on && !put_times_of_stops(w, &rests, dot, time) && !are_same(w, resting, after))
         return 0;
-#else
-    const int bend = 0;
-#endif
-    if (!bend && on && !put_times_of_stops(w, &rests, dot, time) && !are_same(w, resting, after))
-        return 0;
-    if (!bend && !take_rests_beside(w, e, &rests))
+    if (!take_rests_beside(w, e, &rests))
         return 0;
     if (on)
         add_jump(w, resting, after, time);

@@ -2,17 +2,6 @@
  * size. They move with the numbers, and with the directions of the slips; how these turn, turning.c solves for.
  * Massless rollers slip one way alone. */
 
-/* Whether a contact has a load, where loads follow the motion. */
-ALWAYS_INLINE int carries_in(const variations_t *w, long long row, int i)
-{
-#if SET_LOADS
-    return w->run->drive[(row*SET_INPUTS + SET_CARRIES_INPUT)*w->wheels + i] > 0.5;
-#else
-    (void)w, (void)row, (void)i;
-    return 1;
-#endif
-}
-
 #if SET_GRIPS
 ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
 {
@@ -22,7 +11,7 @@ ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
 /* Whether a contact slips under a load. */
 ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
 {
-    return !sticks_in(w, row, i) && carries_in(w, row, i) && w->run->grip[i] > 0;
+    return !sticks_in(w, row, i) && w->run->grip[i] > 0;
 }
 
 /* The same in a direction that turns. */
@@ -57,9 +46,6 @@ ALWAYS_INLINE void slips_of(const variations_t *w, const point_t *at, const poin
     for (int i = 0; i < wheels; i++)
         rigid[i] = lanes_of(1), none[i] = lanes_of(0);
     own.contact_sticks = rigid, way.contact_sticks = own.ground_yield = way.ground_yield = none;
-#if SET_DAMPED_STRIPS
-    own.damped_yield = way.damped_yield = none;
-#endif
     slips_along(wheels, &own, &way, slip, moved);
 #else
     slips_along(wheels, at, along, slip, moved);
@@ -74,47 +60,12 @@ ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, co
     const double heading = at->inputs[SET_HEADINGS_INPUT*wheels + i][0];
     const double rolling = SET_STRIPS && !turns ? copysign(1, heading) : sin(heading);
     const lanes_t given[2] = {lanes_of(turns ? cos(heading) : 0), lanes_of(rolling)};
-#if SET_DAMPED_STRIPS                       /* where such a contact may pass zero it says which way by itself */
-    if (!turns) {
-        const lane_mask_t says = lanes_abs(slip[1]) > w->run->slip_rounding[row*wheels + i];
-        const lanes_t sign = lanes_select(slip[1] > 0, lanes_of(1), lanes_of(-1));
-        towards[0] = lanes_of(0), towards[1] = lanes_select(says, sign, lanes_of(rolling));
-        return;
-    }
-#endif
     const lanes_t size = lanes_sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
     const lane_mask_t known = size > (turns ? w->run->slip_rounding[row*wheels + i] : INFINITY);
     const lanes_t inverse = 1/lanes_select(known, size, lanes_of(1));
     for (int c = 0; c < 2; c++)
         towards[c] = lanes_select(known, slip[c]*inverse, given[c]);
 }
-
-#if SET_DAMPED_STRIPS
-/* Loads and coefficients of the contacts as they are given; a load that is none is 1, so that nothing is over zero. */
-static void put_given_ground(const variations_t *w, lanes_t *load, lanes_t *friction)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    for (int i = 0; i < wheels; i++)
-        load[i] = lanes_of(w->run->grip[i] > 0 ? w->run->grip[i] : 1);
-    for (int c = 0; c < 2*wheels; c++)
-        friction[c] = lanes_of(w->run->grip[wheels + c]);
-}
-
-/* Of contacts that slip and whose rollers turn: where they go, with these signs along the rolling direction. */
-static void put_ways(const variations_t *w, long long row, const point_t *at, lanes_t *towards)
-{
-    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
-    lanes_t load[MOST_WHEELS], friction[2*MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
-    lanes_t way[2*MOST_WHEELS], moved[2*MOST_WHEELS];
-    put_given_ground(w, load, friction);
-    set_damped_directions_along(wheels, at->vehicle, at->nu, at->chi, at->core, towards, load, friction,
-                                at->inputs + torque, still, still, still, still, still, still, still, way, moved);
-    for (int i = 0; i < wheels; i++)
-        for (int c = 2*i; c < 2*i + 2 && slides_in(w, row, i) && !slips_both_ways(at, i); c++)
-            towards[c] = way[c];
-    (void)moved;
-}
-#endif
 
 /* The directions of contacts at a point of the phase of a row, and the parts of their slips along these. */
 NEVER_INLINE void put_directions(const variations_t *w, long long row, const point_t *at, const point_t *along)
@@ -126,45 +77,9 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
         put_direction(w, row, i, at, slip + 2*i, w->towards + 2*i);
         w->slipping[i] = slip[2*i]*w->towards[2*i] + slip[2*i + 1]*w->towards[2*i + 1];
     }
-#if SET_DAMPED_STRIPS
-    put_ways(w, row, at, w->towards);
-#endif
 }
 
-#if SET_DAMPED_STRIPS
-/* Of contacts that slip and whose rollers turn: how their ways turn, by how the slips across them move; the forces with
- * these, and what their slips along the axles go with. */
-static void put_corners(const variations_t *w, const point_t *at, const point_t *along, const lanes_t *load,
-                        const lanes_t *load_moved, const lanes_t *friction, const lanes_t *friction_moved)
-{
-    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
-    lanes_t given[MOST_WHEELS], size[2*MOST_WHEELS], falls[2*MOST_WHEELS], across[2*MOST_WHEELS];
-    lanes_t turn[2*MOST_WHEELS] = {{0}};
-    lanes_t *const yield = w->yielding + 2*w->wheels, *const yield_moved = yield + w->wheels;
-    int both[MOST_WHEELS], some = 0;
-    for (int i = 0; i < wheels; i++) {
-        both[i] = load[i][0] > 0 && !slips_both_ways(at, i), some |= both[i];
-        given[i] = lanes_select(load[i] > 0, load[i], lanes_of(1));
-    }
-    memset(yield, 0, 2*w->wheels*sizeof *yield);
-    for (int round = 0; round < 2 && some; round++) {       /* along given ways, then along those that turn */
-        set_damped_ways_along(wheels, at->vehicle, at->nu, at->chi, at->core, w->towards, given, friction,
-                              at->inputs + torque, along->nu, along->chi, along->core, turn, load_moved,
-                              friction_moved, along->inputs + torque, yield, size, falls, across, yield_moved,
-                              size + wheels, falls + wheels, across + wheels);
-        for (int i = 0; i < wheels && round == 0; i++) {
-            const lanes_t by = both[i] ? across[wheels + i]/falls[i] : lanes_of(0);
-            turn[2*i] = -w->towards[2*i + 1]*by, turn[2*i + 1] = w->towards[2*i]*by;
-            for (int c = 2*i; c < 2*i + 2 && both[i]; c++)
-                along->ground_push[c] += w->turned[c]*by;
-        }
-    }
-    for (int i = 0; i < wheels; i++)
-        if (!both[i])
-            yield[i] = yield_moved[i] = lanes_of(0);
-    (void)size;
-}
-#elif SET_STRIPS && !SET_CORNERS
+#if SET_STRIPS
 /* Of contacts that slip and whose rollers turn: the forces along the rolling direction, which are what their bearings
  * leave, and what their slips along the axles go with; and how these move. */
 static void put_corners(const variations_t *w, const point_t *at, const point_t *along, const lanes_t *load,
@@ -200,7 +115,7 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
     lanes_t load[MOST_WHEELS], load_moved[MOST_WHEELS], friction[pair], friction_moved[pair], still[pair];
     lanes_t slope[2*pair], slope_moved[2*pair];
     for (int i = 0; i < wheels; i++) {
-        const double slides = !sticks_in(w, row, i) && carries_in(w, row, i);
+        const double slides = !sticks_in(w, row, i);
         load[i] = lanes_of(slides*grip[i]), load_moved[i] = lanes_of(model ? slides*grown[i] : 0);
         for (int c = 2*i; c < 2*i + 2; c++) {
             friction[c] = lanes_of(grip[wheels + c]), friction_moved[c] = lanes_of(model ? grown[wheels + c] : 0);
@@ -211,7 +126,7 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
                              at->ground_push, slope, along->ground_push, slope_moved);
     for (int k = 0; k < 2*wheels; k++)      /* by the angle of the direction */
         w->turned[k] = slope[2*k + 1]*w->towards[k/2*2] - slope[2*k]*w->towards[k/2*2 + 1];
-#if SET_STRIPS && !SET_CORNERS        /* else what their bearings leave goes with the loads: loads.c */
+#if SET_STRIPS
     put_corners(w, at, along, load, load_moved, friction, friction_moved);
 #endif
 }
@@ -353,13 +268,10 @@ static void put_ground_along(const variations_t *w, long long row, int d, int b,
     else if (turning >= 0) {
         memset(along->ground_push, 0, 2*wheels*sizeof *along->ground_push);
         memcpy(along->ground_push + 2*turning, w->turned + 2*turning, 2*sizeof *w->turned);
-#if SET_STRIPS && !SET_CORNERS
+#if SET_STRIPS
         memset(w->yielding + wheels, 0, wheels*sizeof *w->yielding);
-#if SET_DAMPED_STRIPS
-        memset(w->yielding + 3*wheels, 0, wheels*sizeof *w->yielding);
-#endif
-    } else if (d >= w->core || SET_DAMPED_STRIPS) {
-        put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings, beside dampers with speeds */
+    } else if (d >= w->core) {
+        put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings                 */
 #endif
     }
     let_speeds_follow(w, row, number >= 0 ? felt + number : d < felt ? d : -1, b);

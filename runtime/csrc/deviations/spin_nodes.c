@@ -124,7 +124,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
     lanes_t block[point_size(w)], nu_dot[3], nu_dot_along[3], axial[count], axial_moved[count];
     for (int j = 0; j < w->nodes; j++) {
         put_node(w, step, row, j, block);
-#if SET_LOADS || SET_GRIPS
+#if SET_GRIPS
         memset(w->along, 0, point_size(w)*sizeof *w->along);
         memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
 #endif
@@ -132,13 +132,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
         put_held(w, row, -1);
         put_forces_on_contacts(w, row);
 #endif
-#if SET_LOADS
-        put_loads(w, 0);
-#endif
         for (int g = 0; g < w->groups; g++) {
-#if SET_LOADS
-            put_balance_of_columns(w, g);
-#endif
 #if SET_DIRECTIONS
             put_held_of_columns(w, row, g);
 #endif

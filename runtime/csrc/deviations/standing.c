@@ -26,10 +26,10 @@ typedef struct {
                                          * force along the row                                          */
 } stand_t;
 
-/* One over what static friction can hold of a contact; under loads that follow the motion with the largest load. */
+/* One over what static friction can hold of a contact. */
 ALWAYS_INLINE double per_hold(const variations_t *w, int i, int c)
 {
-    return sqrt(w->run->per_reach[2*i + c])/(SET_LOADS ? w->run->standing[2] : 1);
+    return sqrt(w->run->per_reach[2*i + c]);
 }
 
 /* How far the axes of rollers are from the ground at these angles, and how a number of the vehicle and the angles move
@@ -57,7 +57,7 @@ static int list_stands(const variations_t *w, const own_change_t *e, int which, 
                 continue;
             const int bearing = way ? i : roller_bearing(w, i, 0);
             const double per_row = way ? -radius : numbers[1], own = way ? -radius : reach[i][0];
-            to[count++] = (stand_t){i, way, bearing, numbers + 3 + 3*(2*i + way), per_hold(w, i, way)/per_row,
+            to[count++] = (stand_t){i, way, bearing, numbers + 2 + 3*(2*i + way), per_hold(w, i, way)/per_row,
                                     own/(per_row*w->run->own_most[bearing])};
         }
     return count;

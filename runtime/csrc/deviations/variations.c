@@ -13,7 +13,6 @@
 #include "set_in_lanes.h"
 
 #include "along_set.h"
-#include "bearings/under_loads.h"
 #include "gauss.h"
 #include "deviations/variations_calls.h"
 
@@ -23,7 +22,6 @@
                                                                      * each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
-#define YIELDS (SET_STRIPS*(2 + 2*SET_DAMPED_STRIPS))
 #define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES)  /* whether bearings may stick then */
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
@@ -55,17 +53,11 @@ typedef struct {
     double *weight_in_piece;    /* the same in a piece of a step: pieces.c                      */
     int inside;                 /* whether somebody looks at steps between their rows           */
     lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
-    lanes_t *yielding;          /* YIELDS x wheels: what slips along axles go with where rollers turn, and how that
-                                 * moves; beside dampers the same of forces alone */
+    lanes_t *yielding;          /* 2*wheels: what slips along axles go with where rollers turn, and how that moves */
     lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
                                              * along these, the slopes of the forces by the directions' angles */
     nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
     nodes_t *slip_slope;        /* 2*wheels x what slips have slopes by: slipping.c             */
-#if SET_LOADS
-    balance_t *balance;         /* numbers of the loads' balance, and how they move                     */
-    lanes_t *balance_numbers;   /* their arrays                                                         */
-    loads_t *loads;             /* at a point, and how they move                                        */
-#endif
     int *kind;                  /* what blockwise.c works on                                    */
     nodes_t *block;
     lanes_t *right, **pivot_row;
@@ -202,12 +194,6 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
 #if SET_STRIPS
     point.ground_yield = w->yielding + (own == w->along ? w->wheels : 0);
 #endif
-#if SET_DAMPED_STRIPS
-    point.damped_yield = point.ground_yield + 2*w->wheels;
-#endif
-#if SET_LOADS
-    point.balance = w->balance + (own == w->along), point.loads = w->loads + (own == w->along);
-#endif
     return point;
 }
 
@@ -277,7 +263,6 @@ ALWAYS_INLINE int are_zero(const lanes_t *x, int count)
     return !found;
 }
 
-#include "deviations/loads.c"
 #include "deviations/slipping.c"
 #include "deviations/spins.c"
 
@@ -318,9 +303,6 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 #elif SET_SPINS_STICK
     put_axial_at_nodes(w);
 #endif
-#if SET_LOADS
-    put_loads(w, 0);
-#endif
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
         lanes_t *const way = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
@@ -335,10 +317,6 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
             *way = lanes_of(1);
         if (number >= 0)
             put_held(w, row, number);
-#if SET_LOADS
-        if (number >= 0)
-            put_balance(w, number + 1, 1);
-#endif
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];

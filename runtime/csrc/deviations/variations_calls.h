@@ -43,22 +43,16 @@ typedef struct {
     int *enters;                            /* T: not 0 where something happens as a step begins: 1 where it is looked
                                              * at here, which makes 0 of it; -1: the caller does it. Or null. Behind a
                                              * step that another call has followed the caller does it as well */
-    const double *grip;                     /* models x N x 3: loads of the contacts, 1 where they follow the motion,
-                                             * their friction along the axle and along the rolling direction; behind the
-                                             * first how they move. Or null */
-    const double *balance;                  /* models x 5 + N: gravity along the normal, height, a wheel's mass, two
-                                             * products of inertia, inertias of spins; behind the first how they move. Or null */
-    const double *per_reach;                /* models x N x 2: one over the squares of what static friction can hold, of
-                                             * each N of load where loads follow the motion; behind the first how they
+    const double *grip;                     /* models x N x 3: loads of the contacts, their friction along
+                                             * the axle and along the rolling direction; behind the first how they
                                              * move. Or null */
+    const double *per_reach;                /* models x N x 2: one over the squares of what static friction can hold;
+                                             * behind the first how they move. Or null */
     const double *slip_rounding;            /* T x N: slips within these do not say where they go; or null */
     const double *standing;                 /* where wheels may stand: radius, distance of the rollers' axes from the
-                                             * ground in their middles, the largest load at rest; N x 2 x 3: what wheels
-                                             * take from nu that stand along the axle, and along the rolling direction.
-                                             * Or null */
+                                             * ground in their middles; N x 2 x 3: what wheels take from nu that stand
+                                             * along the axle, and along the rolling direction. Or null */
     const double *standing_moved;           /* P x 2 + 6 N: how radius, distance and rows move. Or null */
-    double all_loads;                       /* of the vehicle, in N, where loads follow the motion      */
-    const double *at_rest;                  /* N: these of a vehicle at rest; or null                   */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
                                              * how fast a slip comes to rest that only just does        */
     double only_just;                       /* of what is used up, how much more in the time of the modes: with less a

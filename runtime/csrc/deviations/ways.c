@@ -1,5 +1,5 @@
 /* How a point moves with time, or as the deviations of a column do, in a row in which something happens. */
-#if SET_GRIPS || SET_LOADS || SET_OWN_BEARINGS
+#if SET_GRIPS || SET_OWN_BEARINGS
 #define LETS_GO_TOGETHER 1e-9       /* of the larger one: times that differ by less are the same */
 #define TIMES_ALONE (-1)            /* in the place of a column: the way of time */
 
@@ -84,9 +84,6 @@ static void take_way_back(const variations_t *w)
 #endif
 #if SET_STRIPS
     memset(w->yielding + w->wheels, 0, w->wheels*sizeof *w->yielding);
-#endif
-#if SET_DAMPED_STRIPS
-    memset(w->yielding + 3*w->wheels, 0, w->wheels*sizeof *w->yielding);
 #endif
 }
 #endif

@@ -156,7 +156,7 @@ static int may_approach(const omniroll_run_t *run, const step_t *s, double longe
     for (int i = 0; i < run->wheels; i++)
         keeps |= s->keeps[i];
     return s->turning && s->rest_in <= longest && !keeps && !s->stiff && s->guards == 0
-        && !is_damped_corner(s, s->rests) && run->row_count + MOST_PIECES <= run->row_capacity;
+        && run->row_count + MOST_PIECES <= run->row_capacity;
 }
 
 /* A step towards the first rest, if there is one from here: of at most the length `longest`. most: that of a step in

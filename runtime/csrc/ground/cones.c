@@ -5,13 +5,12 @@
 #define NEWTON 30                   /* rounds of Newton's rule                                              */
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
-#if SET_STRIPS && !SET_LOADS        /* loads that follow move with the forces, and would not settle with these */
+#if SET_STRIPS
 #define FURTHER 10                  /* rounds behind those, in which conditions are dropped that hold within rounding */
 #define HOLDS 4                     /* roundings of what makes a condition: it holds                        */
 #else
 #define FURTHER 0
 #endif
-#define SET_STARTS_INSIDE (SET_STANDS_BOTH_WAYS && SET_LOADS)
 #if SET_STANDS_BOTH_WAYS            /* contacts, and all bearings beside them: their number is not known beforehand */
 #define ARRAY_OF(type, name, size) type *name
 #else
@@ -35,21 +34,6 @@ typedef struct {
     int *turned, *turns;                            /* rollers of the latter: have broken away, and turn     */
 #endif
 } parts_at_rest_t;
-#endif
-
-#if SET_CORNERS
-/* What the state says of contacts and rollers at an instant: speeds along axles and slips along rolling directions; where
- * contacts go whose rollers stick; the bearings of the rollers; and how often these have been decided since. */
-typedef struct {
-    double pair[2*MOST_WHEELS], way[2*MOST_WHEELS];
-    int still[MOST_WHEELS], turns;
-    int landed[MOST_WHEELS];        /* whether contacts have come to rest whose rollers turn                */
-    int seeks_sets;                 /* whether moments say which contacts carry                              */
-    int knows_loads;                /* whether there are loads for the modes: those of sets are sought from them on */
-    int folds;                      /* the contact whose roller stops in a fold, counted from 1; 0: none     */
-    omniroll_bearing_t before[MOST_WHEELS];
-    int *rests;                     /* which contacts rest, under the loads that they have                  */
-} under_loads_t;
 #endif
 
 /* A disc may be cut by a strip, which its first component does not leave (see cones.py). */
@@ -76,9 +60,6 @@ typedef struct {
     ARRAY_OF(double, place, MOST_FORCES);
     ARRAY_OF(double, pull, MOST_PARTS);
     newton_on_discs_t newton;
-#if SET_STARTS_INSIDE
-    double *slack, *scale;                          /* discs_from_inside.c                                   */
-#endif
 #if SET_STRIPS
     double *strip;                                  /* the largest first component, INFINITY where none cuts  */
     int *edge;                                      /* the sign of one that is at its strip's edge, else 0    */
@@ -413,8 +394,8 @@ static double discs_of(const cones_t *c, discs_t *d)
     return unit;
 }
 
-/* The minimum. `is_near`: c->force is thought to be near it. Returns whether it has been found. */
-static int decide_cones(cones_t *c, int is_near)
+/* The minimum. `is_near`: c->force is thought to be near it. */
+static void decide_cones(cones_t *c, int is_near)
 {
 #if SET_STANDS_BOTH_WAYS
     discs_t *const d = &c->discs;
@@ -424,7 +405,7 @@ static int decide_cones(cones_t *c, int is_near)
     const double unit = discs_of(c, d);
     for (int j = 0; j < d->size && is_near; j++)
         d->place[j] = c->force[j]/c->reach[j];
-    const int found = least_of_discs(d, is_near);
+    least_of_discs(d, is_near);
     for (int i = 0; i < c->count; i++)
         c->pull[i] = 0;
     for (int j = 0; j < d->size; j++) {
@@ -432,10 +413,7 @@ static int decide_cones(cones_t *c, int is_near)
         c->force[j] = d->place[j]*c->reach[j];
         c->pull[part_of(c->wide, c->width, j)] -= d->place[j]*c->rate[j]*c->reach[j];
     }
-    return found;
 }
-
-#include "ground/discs_from_inside.c"
 
 #if SET_STANDS
 #define DRAWN 1e-6                  /* of a size: how strongly forces that need not be unique are drawn         */
@@ -507,25 +485,12 @@ static void put_parts_of_rate(cones_t *c)
 }
 #endif
 
-/* Forces from which rounds of the proximal point begin. Where loads follow the motion these are the solution, or next to
- * it: directions that are still off would turn the loads that are found for them, and these the directions. */
-static void begin_rounds(cones_t *c, int size)
-{
-    memset(c->force, 0, sizeof *c->force*(size_t)size);
-#if SET_STARTS_INSIDE
-    discs_of(c, &c->discs);
-    least_from_inside(&c->discs);
-    for (int j = 0; j < size; j++)
-        c->force[j] = c->discs.place[j]*c->reach[j];
-#endif
-}
-
 /* The same where D is semidefinite, by rounds of the proximal point: see cones.py. */
 static void decide_semidefinite(cones_t *c)
 {
     const int size = forces_at(c->wide, c->width, c->count);
     ROOM_FOR_FORCES(c);
-    begin_rounds(c, size);
+    memset(c->force, 0, sizeof *c->force*(size_t)size);
     memcpy(given, c->given, sizeof *given*(size_t)size);
     put_drawn(c, size, drawn);
     for (int j = 0; j < size; j++) {
@@ -538,11 +503,7 @@ static void decide_semidefinite(cones_t *c)
             before[j] = c->force[j];
             c->given[j] = given[j] - drawn[j]*before[j];
         }
-        const int found = decide_cones(c, SET_STARTS_INSIDE || (SET_STANDS_BOTH_WAYS && round > 0));
-        if (SET_STARTS_INSIDE && !found) {      /* the forces before this round are nearer to the minimum      */
-            memcpy(c->force, before, sizeof *before*(size_t)size);
-            break;
-        }
+        decide_cones(c, SET_STANDS_BOTH_WAYS && round > 0);
         for (int j = 0; j < size; j++)
             changed = fmax(changed, fabs(c->force[j] - before[j])/c->reach[j]);
         if (changed <= CONE_SETTLED)

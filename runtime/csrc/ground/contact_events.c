@@ -8,9 +8,7 @@
  * what an iteration leaves, far more than rounding. */
 #define FAR_FROM_NOISE (SET_STANDS ? 1e4 : 1e7)
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
-#define SLOW_SLIP 1e7               /* times the rounding of a slip at rest: rounding turns less by 1e-10 or more  */
 #define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
-#define SAYS_CLEARLY 100            /* times what is rounding of a slip: its direction is found better than 1 % */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
@@ -36,10 +34,6 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     point.core = s->core_here;
     for (int k = 0; k < 2*wheels; k++)
         at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
-#if SET_LOADS
-    seek_loads_at_end(s, &point);
-    s->loads_at_end->responds = s->sliding;
-#endif
 #if SET_STANDS_BOTH_WAYS
     rollers_at_rest_at_end(s, wheels, at);
 #endif
@@ -50,11 +44,10 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     return point;
 }
 
-/* How much of its static friction a contact takes, squared, less what it can take: 1, or of loads that follow the motion
- * the square of their part of the load at the start. */
-ALWAYS_INLINE double taken_by(const double *force, const double *per_reach, double part)
+/* How much of its static friction a contact takes, squared, less 1. */
+ALWAYS_INLINE double taken_by(const double *force, const double *per_reach)
 {
-    double taken = -part*part;
+    double taken = -1;
     for (int k = SET_FIRST_DIRECTION; k < 2; k++)
         taken += force[k]*per_reach[k]*force[k]*per_reach[k];
     return taken;
@@ -79,49 +72,23 @@ ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const ar
 }
 #endif
 
-/* Whether a slip of this size at the step's end says where it goes. */
-ALWAYS_INLINE int says_direction_at_end(const step_t *s, int i, double size)
-{
-    return size > FAR_FROM_NOISE*s->slip_noise[i];
-}
-
-/* Whether the direction in which a contact slips at the step's end is that of the nodes and not that of its slip (2,).
- * Loads that follow the motion feel more of its digits than the iteration finds where the slip is slow: an event is
- * then located in the direction that its row will have, that of the slip unless both are the same within rounding. */
-ALWAYS_INLINE int ends_by_nodes(const step_t *s, int i, const double *slip)
-{
-    const double size = sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
-#if SET_LOADS
-    const double x = weighted(&s->toward[2*i], &gauss_end), y = weighted(&s->toward[2*i + 1], &gauss_end);
-    if (size > SAYS_CLEARLY*s->slip_noise[i])
-        return (turned_together(s, i) || size <= SLOW_SLIP*SLIP_AT_REST*EPS*s->slip_speeds[i])
-            && slip[0]*x + slip[1]*y > 0 && fabs(slip[1]*x - slip[0]*y) <= ALONG/2*EPS*s->slip_speeds[i];
-#endif
-    return !says_direction_at_end(s, i, size);
-}
-
 /* The forces of contacts that slip at the step's end are those of their slips there, as in its row: what the iteration
  * leaves of the directions at the nodes would move what others take. */
 ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t *point, lanes_t *push)
 {
     lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
-#if SET_DAMPED_STRIPS
-    feel_loads_at_end(s, wheels);
-    put_damped_slips(s->own, s->vehicle, wheels, point->nu, point->chi, point->core,
-                     s->own->torque + s->own->rollers_at, s->corner, slip);
-#endif
     set_sliding_forces(wheels, s->vehicle, slip, s->load, s->friction, force, slope);
     for (int i = 0; i < wheels; i++) {
-        const double here[2] = {slip[2*i][0], slip[2*i + 1][0]};
-        const int by_slip = may_turn(s, i) && !ends_by_nodes(s, i, here);
+        const double size = sqrt(slip[2*i][0]*slip[2*i][0] + slip[2*i + 1][0]*slip[2*i + 1][0]);
+        const int by_slip = may_turn(s, i) && size > FAR_FROM_NOISE*s->slip_noise[i];
         for (int k = 2*i; k < 2*i + 2 && by_slip; k++)
             push[k] = force[k];
     }
     (void)slope;
 }
 
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
 /* The same of contacts that slip and whose rollers turn. */
 static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
 {
@@ -146,40 +113,29 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     const point_t point = point_at_end(s, wheels, &at);
     if (s->turning)
         push_at_end(s, wheels, &point, at.ground_push);
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
     push_corners_at_end(s, wheels, &at);
 #endif
-    rates_near(wheels, &point, nu_dot);
+    core_rates_there(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
-#if SET_LOADS
-        const double part = s->loads_at_end->compression[i][0]*s->per_load[i];
-        s->compressed_late[i] = s->loads_at_end->compression[i][0]/s->weight_carried
-            - weighted(&s->compressed[i], &gauss_end);
-#else
-        const double part = 1;
-#endif
         if (s->grips[i])
-            s->taken_late[i] = taken_by(force, s->per_reach + 2*i, part) - weighted(&s->taken[i], &gauss_end);
+            s->taken_late[i] = taken_by(force, s->per_reach + 2*i) - weighted(&s->taken[i], &gauss_end);
     }
 #if SET_STANDS
     measure_standing_at_end(s, wheels, &at);
 #endif
-#if SET_LOADS
-    s->compressed_late[wheels] = s->loads_at_end->determinant[0] - weighted(&s->compressed[wheels], &gauss_end);
-#endif
 }
 
 #if SET_ROLLS
-/* Rates and forces of contacts that all stick, at the nodes of a step that has settled. The loads follow what moves, and
- * nothing follows them. */
+/* Rates and forces of contacts that all stick, at the nodes of a step that has settled. */
 NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
-        rates_near(wheels, &point, nu_dot);
+        core_rates_there(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);
         for (int c = 0; c < coupled_size(wheels); c++)
             s->rate_core[c].lanes[b] = s->core_dot[c];
@@ -197,21 +153,12 @@ NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
     slips_of(wheels, s->vehicle, point.nu, point.chi, point.core, slip);
     for (int k = 0; k < 2*wheels; k++)
         s->end_slip[k] = slip[k][0];
-#if SET_DAMPED_STRIPS
-    ways_at_end(s, wheels, &point);
-#endif
 }
 
 /* How far a contact is from the end of its mode at the step's end, negative before it, and the rate of that. Of one
  * that slips it is its slip along its direction there. */
 ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
 {
-#if SET_DAMPED_STRIPS
-    if (s->corner[i]) {
-        *rate = -weighted(&s->way_size[i], &gauss_end_slope)/s->h;
-        return -(s->end_toward[2*i]*s->end_slip[2*i] + s->end_toward[2*i + 1]*s->end_slip[2*i + 1]);
-    }
-#endif
     if (!s->grips[i]) {
         const double x = s->toward[2*i].node[NODES - 1], y = s->toward[2*i + 1].node[NODES - 1];
         *rate = -y*weighted(&s->slip_rate[2*i + 1], &gauss_end);
@@ -289,12 +236,6 @@ static double turn_of_contacts(const step_t *s, const int wheels)
             rate = times(gauss_slope, &s->taken[i]);
             turned = fmin(turned, turn_beyond(&rate, weighted(&s->taken[i], &gauss_end_slope), 1, s->taken_start[i],
                                               -INFINITY, GRIP_TURNS*GRIP_NOISE(s->taken_start[i])));
-#if SET_DAMPED_STRIPS
-        } else if (s->corner[i]) {
-            for (int m = 0; m < NODES; m++)
-                if (s->way_size[i].node[m] < -s->slip_noise[i])
-                    turned = fmin(turned, 0.5);
-#endif
         } else if (may_turn(s, i) && SET_FIRST_DIRECTION == 0) {
             for (int m = 0; m < NODES; m++)
                 if (s->toward[2*i].node[m]*s->at_slip[2*i].node[m]

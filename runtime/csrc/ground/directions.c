@@ -9,7 +9,6 @@
 #if SET_GRIPS
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
 #define ROLLS 0.1                   /* of pi/n: a roller whose wheel turns by less keeps its radius           */
-#define TURN_RESPONDS 0.5           /* in a sweep: what forces do to slips through the loads is then found anew   */
 #define SLIP_FOLLOWED (1.0/16)      /* of what is rounding of a slip: a direction that misses it by less is found */
 #define ROUNDED_SLIP 4              /* roundings of what friction does in a step are nothing of a slip       */
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
@@ -31,7 +30,7 @@ static void force_in_direction(step_t *s, int i)
     }
 }
 
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
 /* The forces of contacts that slip and whose rollers turn, at a vector of nodes where the wheels have these angles. */
 static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t *chi)
 {
@@ -58,7 +57,7 @@ static void forces_in_directions(step_t *s, const int wheels)
             force_in_direction(s, i);
         else
             memset(s->push + 2*i, 0, 2*sizeof *s->push);
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
     lanes_t chi[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         chi[i] = lanes_of(s->chi[i]);
@@ -74,56 +73,25 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
     lanes_t aside[2*MOST_WHEELS], none[2*MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         none[k] = lanes_of(0);
-#if SET_DAMPED_STRIPS && SET_LOADS
-#define OF_NO_FORCE none, none, none    /* pushes, factors and yields                                          */
-#elif SET_LOADS
-#define OF_NO_FORCE none, none      /* pushes and factors: the slips do not depend on them                     */
-#elif SET_DAMPED_STRIPS
-#define OF_NO_FORCE none, none      /* pushes and yields                                                       */
-#else
-#define OF_NO_FORCE none
-#endif
 #if SET_STRIPS                      /* speeds along the axles, as of wheels whose rollers stick                */
     lanes_t rigid[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
         rigid[i] = lanes_of(1);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, OF_NO_FORCE, none, rigid,
-                    PASSED_ON(rigid) slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, none, none, rigid, slip, aside);
 #elif defined SET_HAS_CONTACT_SPEEDS
     const lanes_t *const axial = core + contact_speeds_at(wheels);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, OF_NO_FORCE, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, none, slip, aside);
 #else
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), OF_NO_FORCE, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, slip, aside);
 #endif
     (void)aside;
 }
 
-#include "ground/damped_ways.c"
-
 /* The rates of the core where they are asked for rarely: one place of the library has the kernel for all of them. */
 NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
-#if SET_LOADS
-    at->loads->knows_response = 0;
-#endif
     core_rates(wheels, at, nu_dot);
 }
-
-/* The same where the response to loads that follow the motion may be known already. */
-ALWAYS_INLINE void rates_near(const int wheels, const point_t *at, lanes_t *nu_dot)
-{
-#if SET_LOADS
-    core_rates(wheels, at, nu_dot);
-#else
-    core_rates_there(wheels, at, nu_dot);
-#endif
-}
-#if SET_LOADS
-NEVER_INLINE void rates_under_loads_there(const int wheels, const point_t *at, lanes_t *nu_dot)
-{
-    rates_under_loads(wheels, at, nu_dot);
-}
-#endif
 
 /* Whether a wheel stands in a step: its contact and its axle stick. Its rate by nu is rounding alone. */
 ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
@@ -165,17 +133,6 @@ NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t
 ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, nodes_t *across)
 {
     const nodes_t *const x = s->toward + 2*i, *const y = x + 1, *const slip = s->at_slip + 2*i;
-#if SET_DAMPED_STRIPS
-    if (s->corner[i]) {
-        *along = s->way_along[i], *across = s->way_across[i];
-#if SET_WAYS_FEEL_LOADS
-        const nodes_t felt = across_by_turn(s, i, i);
-        for (int b = 0; b < BLOCKS; b++)
-            along->lanes[b] -= felt.lanes[b];
-#endif
-        return;
-    }
-#endif
     for (int b = 0; b < BLOCKS; b++) {
         along->lanes[b] = slip[0].lanes[b]*x->lanes[b] + slip[1].lanes[b]*y->lanes[b];
         across->lanes[b] = slip[1].lanes[b]*x->lanes[b] - slip[0].lanes[b]*y->lanes[b];
@@ -191,7 +148,7 @@ static void own_response_at(step_t *s, const int wheels, int i, int b, const poi
         lanes_t nu_dot[3];
         const lanes_t here = at->ground_push[2*i + k];
         at->ground_push[2*i + k] += push;
-        rates_near(wheels, point, nu_dot);
+        core_rates_there(wheels, point, nu_dot);
         at->ground_push[2*i + k] = here;
         for (int j = 0; j < 2; j++)
             s->own_response[4*i + 2*j + k].lanes[b] = (at->slip_dot[2*i + j] - without[2*i + j])/push;
@@ -199,23 +156,14 @@ static void own_response_at(step_t *s, const int wheels, int i, int b, const poi
 }
 
 /* The response of slips to forces on their own contacts, at the nodes, of those that `ask`: a roller's radius changes
- * as its wheel turns, and where loads follow the motion they respond to forces as the directions are. */
+ * as its wheel turns. */
 NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask)
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3], without[2*MOST_WHEELS];
-        point_t point = point_at(s, wheels, b, &at);
-#if SET_LOADS
-        for (int k = 0; k < 3; k++)
-            s->loads_aside->sums[k] = s->loads_at[b].sums[k];
-        s->loads_aside->responds = 1, s->loads_aside->knows_response = 0;   /* found by the first evaluation      */
-#if SET_CORNER_LOADS
-        s->loads_aside->rounds = 1;
-#endif
-        point.loads = s->loads_aside;
-#endif
-        rates_near(wheels, &point, nu_dot);
+        const point_t point = point_at(s, wheels, b, &at);
+        core_rates_there(wheels, &point, nu_dot);
         memcpy(without, at.slip_dot, sizeof *without*2*(size_t)wheels);
         for (int i = 0; i < wheels; i++)
             if (ask[i])
@@ -226,13 +174,9 @@ NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask
         s->sweeps += 2*ask[i];
     }
     s->sweeps++;
-#if SET_LOADS
-    s->sweeps += LOADS_RESPOND - 1;
-#endif
 }
 
-/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes; beside dampers over their
- * speeds, as what is across them. */
+/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes. */
 ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
 {
     const nodes_t *const response = s->own_response + 4*i, *const turned = s->turned + 2*i;
@@ -240,9 +184,6 @@ ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
         for (int b = 0; b < BLOCKS; b++)
             rate[j].lanes[b] = response[2*j].lanes[b]*turned[0].lanes[b]
                 + response[2*j + 1].lanes[b]*turned[1].lanes[b];
-#if SET_DAMPED_STRIPS
-    over_pace(s, i, rate);
-#endif
 }
 
 /* What forces on contact j do to component k of the rate of contact i's slip at the start of the step. */
@@ -252,7 +193,7 @@ ALWAYS_INLINE const double *response_to_force(const step_t *s, int i, int k, int
 }
 
 /* What a turn of contact j's directions does to the rates of contact i's slip, per turn at the nodes, by what forces do
- * at the start of the step; over the same. */
+ * at the start of the step. */
 ALWAYS_INLINE void response_to_turn(const step_t *s, int i, int j, nodes_t *rate)
 {
     for (int k = 0; k < 2; k++) {
@@ -260,9 +201,6 @@ ALWAYS_INLINE void response_to_turn(const step_t *s, int i, int j, nodes_t *rate
         for (int b = 0; b < BLOCKS; b++)
             rate[k].lanes[b] = response[0]*s->turned[2*j].lanes[b] + response[1]*s->turned[2*j + 1].lanes[b];
     }
-#if SET_DAMPED_STRIPS
-    over_pace(s, i, rate);
-#endif
 }
 
 /* The row that is largest in a column, from the diagonal on, in the place of the diagonal's. */
@@ -386,7 +324,6 @@ ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
 {
     nodes_t *const x = s->toward + 2*i, *const y = x + 1;
     const lanes_t most = lanes_of(MOST_TURN);
-    s->turned_most = fmax(s->turned_most, largest_of(turn));
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t by = lanes_select(turn->lanes[b] < most, turn->lanes[b], most);
         by = lanes_select(by > -most, by, -most);
@@ -417,23 +354,19 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
             integrate_to_nodes(0, s->h, &rate, &moved);
             for (int b = 0; b < BLOCKS; b++)
                 s->at_slip[2*other + k].lanes[b] += moved.lanes[b];
-#if SET_DAMPED_STRIPS
-            if (s->corner[other])
-                move_across(s, other, k, &moved);
-#endif
         }
 }
 
-/* Whether what forces do to a slip at the nodes is another than at the start, and not known: loads follow, or rollers
- * that have an inertia change their radius. */
+/* Whether what forces do to a slip at the nodes is another than at the start, and not known: rollers that have an inertia
+ * change their radius. */
 ALWAYS_INLINE int asks_response(const step_t *s, int i)
 {
 #ifdef SET_HAS_CONTACT_SPEEDS
-    const int changes = SET_LOADS || fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint;
+    return !s->knows_response[i] && fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint;
 #else
-    const int changes = SET_LOADS;
+    (void)s, (void)i;
+    return 0;
 #endif
-    return changes && !s->knows_response[i];
 }
 
 /* The same by what forces do at the nodes, where that is another; and in the clock of the step. */
@@ -456,27 +389,9 @@ ALWAYS_INLINE int is_near_rest(const step_t *s, const nodes_t *response, const n
     return turned_within(s, response) > FAR_FROM_REST*smallest_of(along);
 }
 
-/* What forces do at the nodes is found at once for all contacts near rest: how rates respond to loads that follow the
- * motion is common to them. */
-static void respond_together(step_t *s, const int wheels)
-{
-    int ask[MOST_WHEELS] = {0}, count = 0;
-    for (int i = 0; i < wheels; i++) {
-        nodes_t along, across, response[2];
-        if (!s->slides[i] || s->keeps[i] || turned_together(s, i) || !asks_response(s, i))
-            continue;
-        along_and_across(s, i, &along, &across);
-        response_to_turn(s, i, i, response);
-        count += ask[i] = is_near_rest(s, response, &along);
-    }
-    if (count > 1)
-        find_own_responses(s, wheels, ask);
-}
-
 #if SET_STANDS_BOTH_WAYS
 /* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there by more than
- * rounding, since other wheels keep the vehicle from going that way. One whose load only just comes back has no force
- * yet that could move it either way. */
+ * rounding, since other wheels keep the vehicle from going that way. */
 ALWAYS_INLINE int cannot_go_aside(const step_t *s, int i)
 {
     const double *const aside = response_to_force(s, i, 0, i), *const forward = response_to_force(s, i, 1, i);
@@ -530,10 +445,6 @@ ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
         for (int i = 0; i < wheels; i++)
             chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
         slips_of(wheels, s->vehicle, nu, chi, core_at(s, b), slip);
-#if SET_DAMPED_STRIPS
-        lanes_t yield[MOST_WHEELS];
-        ways_at(s, wheels, b, nu, chi, yield);
-#endif
         for (int k = 0; k < 2*wheels; k++)
             s->at_slip[k].lanes[b] = slip[k];
     }
@@ -550,11 +461,6 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
         if (!may_turn(s, i) || s->keeps[i])
             continue;
         along_and_across(s, i, &along, &across);
-#if SET_DAMPED_STRIPS
-        const double followed = SLIP_FOLLOWED*s->slip_noise[i]*s->way_pace[i];
-        if (s->corner[i] && largest_of(&across) <= fmax(followed, ROUNDED_SLIP*EPS))
-            continue;
-#endif
         if (largest_of(&across) > SLIP_FOLLOWED*s->slip_noise[i])
             return 0;
     }
@@ -564,7 +470,7 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
 /* New directions of all contacts that slip, and their forces, from the states at the nodes. */
 static void find_directions(step_t *s, const int wheels)
 {
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
     for (int b = 0; b < BLOCKS && s->sliding; b++) {
         lanes_t chi[MOST_WHEELS];
         for (int i = 0; i < wheels; i++)
@@ -574,15 +480,10 @@ static void find_directions(step_t *s, const int wheels)
 #endif
     if (!s->turning)
         return;
-    for (int i = 0; i < wheels && SET_LOADS && !(s->turned_most < TURN_RESPONDS); i++)
-        s->knows_response[i] = 0;               /* loads turn with the directions                       */
-    s->turned_most = 0;
     slips_at_nodes(s, wheels);
 #if SET_STANDS_BOTH_WAYS
     find_shared_directions(s, wheels);
 #endif
-    if (SET_LOADS && !SET_STANDS)
-        respond_together(s, wheels);
     for (int i = 0; i < wheels; i++)
         if (may_turn(s, i) && !s->keeps[i] && !turned_together(s, i))
             find_direction(s, wheels, i);
@@ -606,12 +507,7 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
 {
     for (int i = 0; i < wheels; i++) {
         const lanes_t *const force = at->ground_force + 2*i;
-#if SET_LOADS
-        const lanes_t load = s->loads_at[b].compression[i]*s->per_load[i];
-        lanes_t taken = -load*load;
-#else
         lanes_t taken = lanes_of(-1);
-#endif
         for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
             const lanes_t part = force[k]*s->per_reach[2*i + k];
             taken += part*part;

@@ -2,7 +2,6 @@
  * runtime/omniroll/effects/ground.py. */
 #if SET_GRIPS
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
-#define CLEARLY 1e-2                /* the same of one whose rate says where it goes with most of its digits */
 #define AT_EDGE (SET_STANDS_BOTH_WAYS ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
@@ -11,36 +10,14 @@
 #define EASIEST_TURN 6              /* the power of its length with which a step misses less, at least       */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
-#define TURNS 200                   /* of friction and loads, one for the other                              */
-#define PATIENT_TURNS 40            /* after which directions are looked for otherwise                       */
-#define LOADS_SETTLED 1e-14         /* of the weight                                                         */
-#define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
 #define MUCH_LATER 2                /* times the time to the first rest                                     */
 #define LEFT_OF (1.0/16)            /* of the largest rounding: of what is left of larger speeds            */
-#define SMALL_SCALE 0.01            /* of its share of the weight: what a contact takes is measured by no less */
-
-/* The force of friction by which forces on contacts are moved: of loads that follow the motion per load, and small, since
- * loads are not linear in it. */
-static double push_of_friction(const omniroll_run_t *run)
-{
-    return SET_LOADS ? SMALL_PUSH*run->ground.typical/run->ground.weight : run->ground.typical;
-}
-
-/* The load by which what a contact takes is measured. */
-static double load_scale(const omniroll_run_t *run, int contact)
-{
-#if SET_LOADS
-    return larger(SMALL_SCALE*run->ground.weight/run->wheels, run->grips[contact].load);
-#else
-    return run->grips[contact].load;
-#endif
-}
 
 /* Loads and coefficients of the contacts, as kernels take them. */
 static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
 {
     for (int i = 0; i < run->wheels; i++) {
-        work->load[i] = lanes_of(SET_LOADS ? 1 : run->grips[i].load);
+        work->load[i] = lanes_of(run->grips[i].load);
         for (int k = 0; k < 2; k++)
             work->friction[2*i + k] = lanes_of(run->grips[i].sliding[k]);
     }
@@ -76,15 +53,6 @@ static double slip_rounding(const omniroll_run_t *run, int contact)
 {
     return rounding_of_speeds(run, speeds_of_slip(run, contact));
 }
-
-#if SET_DAMPED_STRIPS               /* else slips of rigid wheels say that                                      */
-#define SLIPS_IN_MODES slips_in_modes
-static void slips_in_modes(const omniroll_run_t *run, const work_t *work, double *slip);
-static void slip_rates_at_start(const omniroll_run_t *run, const work_t *work, const step_t *s, double *rate);
-static void put_paces(const omniroll_run_t *run, const work_t *work, step_t *s);
-#else
-#define SLIPS_IN_MODES slips_now
-#endif
 
 /* The slip velocities at this instant. */
 static void slips_now(const omniroll_run_t *run, const work_t *work, double *slip)
@@ -126,13 +94,6 @@ static int goes_along(const omniroll_run_t *run, int contact, const double *slip
         && slip[0]*direction[0] + slip[1]*direction[1] > 0;
 }
 
-/* Whether a slip is so slow that loads would feel how its rounding turns it. A step ends at an event in its own
- * directions: in others the loads are not those that it has been located by. */
-static int turns_loads(const omniroll_run_t *run, int contact, double size)
-{
-    return SET_LOADS && SET_FIRST_DIRECTION == 0 && size <= SLOW_SLIP*SLIP_AT_REST*EPS*speeds_of_slip(run, contact);
-}
-
 /* Contacts whose slip is zero within rounding rest; the others have its direction. */
 static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 {
@@ -145,9 +106,7 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
-        grip->resting = (SET_LOADS || grip->carries) && (grip->resting || size <= slip_rounding(run, i));
-        if (turns_loads(run, i, size) && goes_along(run, i, slip + 2*i, grip->towards, 0))
-            continue;
+        grip->resting = grip->carries && (grip->resting || size <= slip_rounding(run, i));
         for (int k = 0; k < 2 && !grip->resting && size > 0; k++)
             grip->towards[k] = slip[2*i + k]/size;
         if (SET_FIRST_DIRECTION == 1)
@@ -157,19 +116,13 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
         roll(run, work, 0);
 }
 
-/* How much of its static friction a contact takes at this instant, squared, less what it can take, as taken_by() has it. */
+/* How much of its static friction a contact takes at this instant, squared, less 1. */
 static double taken_now(const omniroll_run_t *run, const work_t *work, int contact)
 {
     const omniroll_grip_t *const grip = run->grips + contact;
-    const double scale = load_scale(run, contact);
-#if SET_LOADS
-    const double load = work->loads[LOADS_NOW].compression[contact][0]/scale;
-#else
-    const double load = 1;
-#endif
-    double taken = -load*load;
+    double taken = -1;
     for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
-        const double part = work->ground_force[2*contact + k][0]/(scale*grip->staying[k]);
+        const double part = work->ground_force[2*contact + k][0]/(grip->load*grip->staying[k]);
         taken += part*part;
     }
     return taken;
@@ -196,8 +149,7 @@ static void put_modes(omniroll_run_t *run)
     }
 }
 
-/* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks, and
- * loads that follow the motion do not: the forces are then not per load. */
+/* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks. */
 static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push, lanes_t *nu_dot)
 {
     instant_t now;
@@ -205,58 +157,16 @@ static void push_contacts(const omniroll_run_t *run, const work_t *work, int fre
     for (int i = 0; i < run->wheels && free; i++)
         now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
-#if SET_LOADS
-    for (int i = 0; i < run->wheels && free; i++)
-        now.point.loads->factor[i] = lanes_of(1);
-    if (free) {
-        rates_under_loads_there(run->wheels, &now.point, nu_dot);
-        return;
-    }
-    now.point.loads->responds = 1;
-#endif
     core_rates_there(run->wheels, &now.point, nu_dot);
 }
-
-/* By how much component c of the rate of a contact's slip is more in a lane than in the first. Where its bearing sticks
- * that follows from nu', by the way's row: contacts that share their motion feel the same of each other then, to rounding
- * of the whole and not of the small differences of which it is made. */
-static double rate_in_lane(const omniroll_run_t *run, const work_t *work, const double (*rows)[3], const lanes_t *nu_dot,
-                           int contact, int c, int lane)
-{
-#if SET_STARTS_INSIDE
-    const int way = 2*contact + c, place = place_in_way(run, way);
-    if (place >= 0 && own_bearings(run)[place].mode == 0) {
-        double more = 0;
-        for (int k = 0; k < 3; k++)
-            more += rows[way][k]*(nu_dot[k][lane] - nu_dot[k][0]);
-        return more;
-    }
-#endif
-    (void)run, (void)rows, (void)nu_dot;
-    return work->slip_dot[2*contact + c][lane] - work->slip_dot[2*contact + c][0];
-}
-
-#if SET_WAYS_FEEL_LOADS
-/* What one of the forces on contacts that slip, more by `push` in a lane than in the first, does to the loads. */
-static void keep_load_response(const omniroll_run_t *run, const work_t *work, int force, int lane, double push)
-{
-    const lanes_t *const load = work->loads[LOADS_NOW].compression;
-    for (int i = 0; i < run->wheels; i++)
-        work->load_response[2*run->wheels*i + force] = (load[i][lane] - load[i][0])/push;
-}
-#endif
 
 /* What forces on some contacts do to the rates of their slips, beside the forces `given`: rows and columns of `matrix`
  * are the components of these contacts, and their rates without further forces are `without`. `free`: as above. */
 static void find_response(const omniroll_run_t *run, const work_t *work, const int *contacts, int count, int free,
                           const lanes_t *given, double *matrix, double *without)
 {
-    const double typical = free ? run->ground.typical : push_of_friction(run);
+    const double typical = run->ground.typical;
     const int width = 2 - SET_FIRST_DIRECTION, size = count*width;
-    double rows[2*MOST_WHEELS][3];
-#if SET_STARTS_INSIDE
-    rows_in_ways(run, work, rows);
-#endif
     for (int first = 0; first < size; first += LANES - 1) {
         lanes_t push[2*MOST_WHEELS], nu_dot[3];
         memcpy(push, given, sizeof *push*2*(size_t)run->wheels);
@@ -265,16 +175,11 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
             push[2*contacts[k/width] + SET_FIRST_DIRECTION + k%width][lane] += typical;
         }
         push_contacts(run, work, free, push, nu_dot);
-#if SET_WAYS_FEEL_LOADS
-        for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
-            keep_load_response(run, work, 2*contacts[(first + lane - 1)/2] + (first + lane - 1)%2, lane, typical);
-#endif
         for (int j = 0; j < size; j++) {
-            const int contact = contacts[j/width], c = SET_FIRST_DIRECTION + j%width;
-            without[j] = work->slip_dot[2*contact + c][0];
+            const lanes_t rate = work->slip_dot[2*contacts[j/width] + SET_FIRST_DIRECTION + j%width];
+            without[j] = rate[0];
             for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
-                matrix[j*size + first + lane - 1]
-                    = rate_in_lane(run, work, (const double (*)[3])rows, nu_dot, contact, c, lane)/typical;
+                matrix[j*size + first + lane - 1] = (rate[lane] - rate[0])/typical;
         }
     }
 }
@@ -305,19 +210,16 @@ static int begins_to_slip(const cones_t *problem, int k)
 }
 
 /* The mode of a contact from the last round, and where it goes if it slips. `gives_way`: its friction has been used up,
- * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. The rate of
- * a slip that only just begins is what larger ones leave, and its direction that of the force against it: loads that
- * follow would not settle to more digits than it has. */
+ * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. */
 static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int slips, int gives_way)
 {
     const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
     const double *const reach = problem->reach + k*problem->width;
-    const int by_rate = slips && !(SET_LOADS && !is_pulled(problem, k, CLEARLY));
     double taken = 0, begun[2] = {0, 0}, size = 0;
     for (int j = 0; j < problem->width; j++) {
         const double friction = reach[j]/grip->load;
         taken += force[j]/reach[j]*(force[j]/reach[j]);
-        begun[j] = by_rate ? rate[j] : -force[j]/(friction*friction);
+        begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
         size += begun[j]*begun[j];
     }
     grip->sticks = !slips && !(gives_way && sqrt(taken) >= 1 - AT_EDGE);
@@ -327,93 +229,6 @@ static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int 
     for (int j = 0; j < problem->width; j++)
         grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
 }
-
-#if SET_LOADS
-/* Which contacts carry, where those stick that `holds` says; those of `rests` that carry rest. Returns whether there are
- * such loads. */
-static int decide_carrying_beside(omniroll_run_t *run, const work_t *work, const int *holds, const int *rests)
-{
-    decide_loads(run, work, holds);
-    for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
-        grip->resting = rests[i] && grip->carries;
-        grip->sticks = holds[i] && grip->carries;
-    }
-    return !run->ground.failure;
-}
-
-/* Whether the vehicle tips: there are no loads, not because friction leaves them undetermined, and those that there would
- * be act at its edge or beyond it. */
-static int tips(const omniroll_run_t *run)
-{
-    return run->ground.failure == OMNIROLL_LOADS_NONE && run->ground.failure_is_regular && !acts_inside(run);
-}
-
-/* Why there are no loads, and what compressions were found. */
-typedef struct {
-    omniroll_ground_t ground;
-    double compression[MOST_WHEELS];
-    int tips;
-} refusal_t;
-
-static void keep_refusal(const omniroll_run_t *run, refusal_t *refusal)
-{
-    refusal->ground = run->ground, refusal->tips = tips(run);
-    for (int i = 0; i < run->wheels; i++)
-        refusal->compression[i] = run->grips[i].load;
-}
-
-static void put_refusal(omniroll_run_t *run, const refusal_t *refusal)
-{
-    run->ground = refusal->ground;
-    for (int i = 0; i < run->wheels; i++)
-        run->grips[i].load = refusal->compression[i];
-}
-
-/* There are no loads where contacts give way either. The run stops because the vehicle tips if it does so where all
- * contacts stick, and not only where they give way. */
-static void tell_what_tips(omniroll_run_t *run, const refusal_t *at_rest)
-{
-    if (at_rest->tips && !tips(run))
-        put_refusal(run, at_rest);
-}
-
-/* Whether there are loads where all stick that `rests`; else why not, in `at_rest`. They are taken, or those of the last
- * state: friction that would lift wheels may give way before. */
-static int carries_at_rest(omniroll_run_t *run, const work_t *work, const int *rests, refusal_t *at_rest)
-{
-    double before[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        before[i] = run->grips[i].load;
-    const int found = decide_carrying_beside(run, work, rests, rests);
-    keep_refusal(run, at_rest);
-    for (int i = 0; i < run->wheels && !found; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
-        grip->carries &= !grip->dropped;
-        grip->load = grip->carries ? before[i] : 0;
-        grip->resting = rests[i] && grip->carries;
-    }
-    put_carrying(run);
-    return found;
-}
-
-/* Loads for the modes that contacts have now: 1 where they are those of before, 0 where not, -1 where there are none. */
-static int loads_settle(omniroll_run_t *run, const work_t *work, const int *rests, const double *before)
-{
-    double changed = 0;
-    int holds[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        holds[i] = run->grips[i].sticks || (rests[i] && !run->grips[i].carries);
-    if (!decide_carrying_beside(run, work, holds, rests))
-        return -1;
-    for (int i = 0; i < run->wheels; i++)
-        changed = fmax(changed, fabs(run->grips[i].load - before[i]));
-    return changed <= LOADS_SETTLED*run->ground.weight;
-}
-
-#include "ground/steady_ways.c"
-#include "ground/rounds_with_loads.c"
-#endif
 
 #if !SET_STANDS
 /* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
@@ -429,10 +244,6 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
             contacts[count++] = i;
     problem.count = problem.wide = count, problem.width = width;
     forces_now(run, work, given);               /* resting contacts stick so far                        */
-#if SET_LOADS
-    for (int k = 0; k < 2*run->wheels; k++)
-        given[k] *= run->grips[k/2].load;
-#endif
     find_response(run, work, contacts, count, 1, given, problem.matrix, problem.given);
     for (int j = 0; j < count*width; j++)
         for (int l = 0; l < j; l++)
@@ -459,66 +270,32 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
                   run->grips[contacts[k]].released || beyond[contacts[k]]);
 }
 
-#if SET_LOADS
-static void find_modes(omniroll_run_t *run, const work_t *work, const int *beyond)
-{
-    int resting = 0;
-    for (int i = 0; i < run->wheels; i++)
-        resting |= run->grips[i].sticks = run->grips[i].resting;
-    put_modes(run);
-    if (resting)
-        decide_contacts_in_rounds(run, work, beyond);
-}
-#endif
-
 /* The modes of all contacts in the phase that begins now. */
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
-    int released = 0, resting = 0, slipping = 0, too_much = 0, may_stick = 1, beyond[MOST_WHEELS];
+    int released = 0, resting = 0, slipping = 0, too_much = 0, beyond[MOST_WHEELS];
     run->ground.knows_rates = 0;
     find_resting_contacts(run, work);
-#if SET_LOADS
-    int rests[MOST_WHEELS];
-    refusal_t at_rest;
-    for (int i = 0; i < run->wheels; i++)
-        rests[i] = run->grips[i].resting;
-    may_stick = carries_at_rest(run, work, rests, &at_rest);
-#endif
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->sticks = grip->resting, beyond[i] = 0;
         resting |= grip->resting, slipping |= grip->carries && !grip->resting, released |= grip->released;
     }
-#if SET_LOADS
-    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE)) {
-        put_refusal(run, &at_rest);
-        return;
-    }
-#endif
     put_modes(run);
-    if (resting && may_stick && !released) {
-#if !SET_LOADS                                  /* with them the forces have just been found                */
+    if (resting && !released) {
         rates_at_this_instant(run, work, run->wheels, work->nu_dot);
         run->ground.knows_rates = 1;
-#endif
         for (int i = 0; i < run->wheels; i++)
             if (run->grips[i].sticks) {
                 const double taken = taken_now(run, work, i);
                 too_much |= beyond[i] = taken > GRIP_PASSED*GRIP_NOISE(taken);
             }
     }
-    if (resting && (released || too_much || !may_stick)) {
-#if SET_LOADS
-        if (!find_modes_and_loads(run, work, rests, beyond)) {
-            tell_what_tips(run, &at_rest);
-            return;
-        }
-#else
+    if (resting && (released || too_much)) {
         decide_contacts_in_rounds(run, work, beyond);
-#endif
         put_modes(run);
     }
-    run->ground.knows_rates &= resting && !slipping && !released && !too_much && may_stick;
+    run->ground.knows_rates &= resting && !slipping && !released && !too_much;
     run->ground.undecided = 0;
 }
 
@@ -550,20 +327,16 @@ static int ends_mode(const step_t *s, int i)
 }
 
 /* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,),
- * from which it differs by rounding. The forces of contacts that share their motion balance in the former; and loads have
- * located an event in the direction that push_at_end() takes. One that has kept its direction may have left as much
+ * from which it differs by rounding. The forces of contacts that share their motion balance in the former. One that has kept its direction may have left as much
  * across it as is left along it, where others come to rest with it. */
-static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double size,
-                           double *own)
+static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double *own)
 {
-    const int by_nodes = (!SET_LOADS && turned_together(s, i)) || ends_by_nodes(s, i, s->end_slip + 2*i);
-    if (SET_LOCATES_SLOW_RESTS && s->keeps[i])
+    if (SET_STANDS_BOTH_WAYS && s->keeps[i])
         return 1;
-    if (!turned_together(s, i) && !turns_loads(run, i, size))
+    if (!turned_together(s, i))
         return 0;
-    for (int k = 2*i; k < 2*i + 2; k++)
-        own[k - 2*i] = by_nodes ? weighted(&s->toward[k], &gauss_end)
-            : s->end_slip[k] + s->late*weighted(&s->slip_rate[k], &gauss_end);
+    for (int k = 0; k < 2; k++)
+        own[k] = weighted(&s->toward[2*i + k], &gauss_end);
     const double length = sqrt(own[0]*own[0] + own[1]*own[1]);
     own[0] /= length, own[1] /= length;
     return goes_along(run, i, slip, own, s->h*s->friction_makes);
@@ -590,24 +363,15 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
     double slip[2*MOST_WHEELS];
     int ended = 0;
     roll(run, work, 1);
-#if SET_LOADS && SET_DAMPED_STRIPS              /* slips of contacts whose rollers turn go with the loads    */
-    for (int i = 0; i < run->wheels; i++)
-        if (run->grips[i].carries)
-            run->grips[i].load = load_at_end_of_step(s, i)*run->ground.weight;
-#endif
     if (s->turning)
-        SLIPS_IN_MODES(run, work, slip);
+        slips_now(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
         const int turns = s->turning && may_turn(s, i);
         double own[2] = {s->toward[2*i].node[NODES - 1], s->toward[2*i + 1].node[NODES - 1]};
-#if SET_DAMPED_STRIPS
-        for (int k = 0; k < 2 && s->corner[i]; k++)
-            own[k] = s->end_toward[2*i + k];
-#endif
-        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, size, own);
+        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, own);
         for (int k = 0; k < 2 && turns; k++)
             grip->towards[k] = known ? slip[2*i + k]/size : own[k];
         if (turns && !known)                    /* the row says where it went: its slip does not            */
@@ -629,23 +393,16 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     double without[2*MOST_WHEELS];
     s->responding = 0;
     s->load = work->load, s->friction = work->friction, s->response = work->response;
-#if SET_WAYS_FEEL_LOADS
-    s->load_response = work->load_response;
-#endif
-    s->friction_makes = run->ground.friction, s->friction_force = push_of_friction(run);
+    s->friction_makes = run->ground.friction, s->friction_force = run->ground.typical;
     s->sliding = s->turning = s->gripping = 0;
     s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
         if (slides(run, i))
             contacts[s->place[i] = s->responding++] = i;
-        const double speeds = speeds_of_slip(run, i), scale = load_scale(run, i);
-        s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = rounding_of_speeds(run, speeds);
+        s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
         for (int k = 0; k < 2; k++)
-            s->per_reach[2*i + k] = grip->carries ? 1/(scale*grip->staying[k]) : 0;
-#if SET_LOADS
-        s->slip_speeds[i] = speeds, s->per_load[i] = 1/scale;
-#endif
+            s->per_reach[2*i + k] = grip->carries ? 1/(grip->load*grip->staying[k]) : 0;
         s->sliding |= s->slides[i];
         s->gripping |= s->grips[i];
     }
@@ -661,10 +418,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     s->shared_rows = work->shared_rows, s->shared_row = work->shared_row, s->shared_turn = work->shared_turn;
 #endif
     if (s->sliding)
-        SLIPS_IN_MODES(run, work, s->slip_start);
-#if SET_DAMPED_STRIPS
-    put_paces(run, work, s);
-#endif
+        slips_now(run, work, s->slip_start);
     if (s->turning) {
         lanes_t given[2*MOST_WHEELS];
         forces_now(run, work, given);
@@ -677,7 +431,6 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     s->rolls = SET_ROLLS;
-    s->turned_most = 0;
     for (int i = 0; i < wheels; i++) {
         s->rolls &= s->grips[i];
         s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
@@ -714,18 +467,6 @@ ALWAYS_INLINE double error_at_rest(const step_t *s, double error)
     return error*gained_before_rest(fmax(1 - s->h/s->rest_in, 0));
 }
 
-/* Whether a contact slips whose roller turns in a bearing with viscous friction: at its rest the bearing says where it
- * goes. */
-ALWAYS_INLINE int is_damped_corner(const step_t *s, int i)
-{
-#if SET_DAMPED_STRIPS
-    return s->corner[i];
-#else
-    (void)s, (void)i;
-    return 0;
-#endif
-}
-
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
  * without end. Each step makes a part of the way, so that the slip falls geometrically. Where the direction has next to
  * nothing left to turn, the slip keeps it up to rest. */
@@ -733,27 +474,19 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
 {
     const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
     double time[MOST_WHEELS], first = INFINITY;
-#if SET_DAMPED_STRIPS
-    double slip_rate[2*MOST_WHEELS];
-    slip_rates_at_start(run, work, s, slip_rate);
-#endif
     s->rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
         s->keeps[i] = 0, time[i] = INFINITY;
         if (!s->turning || !may_turn(s, i))
             continue;
         const double *const slip = s->slip_start + 2*i, *const towards = run->grips[i].towards;
-#if SET_DAMPED_STRIPS
-        const double *const rate = slip_rate + 2*i;
-#else
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
-#endif
         const double left = slip[0]*towards[0] + slip[1]*towards[1];
         const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
         s->left_over[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip_noise[i]);
         if (!(falls > s->settles && left > 0))
             continue;
-        s->keeps[i] = !s->strays && !is_damped_corner(s, i) && fabs(across)*left <= falls*s->left_over[i];
+        s->keeps[i] = !s->strays && fabs(across)*left <= falls*s->left_over[i];
         if (s->keeps[i] || left > s->slip_noise[i])
             time[i] = left/falls;
         first = fmin(first, time[i]);
@@ -832,9 +565,6 @@ static void settle_modes(omniroll_run_t *run, const work_t *work)
 #if SET_GRIPS
     if (run->ground.undecided)
         decide_contacts(run, work);
-#elif SET_LOADS
-    if (run->ground.undecided)
-        decide_carrying(run, work);
 #endif
 }
 #endif

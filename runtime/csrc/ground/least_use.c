@@ -12,25 +12,11 @@
 #define LEAST_PART 1e-3                     /* of a step: where less of it stays inside, rounding is all that is left */
 #define INSIDE 1e-9                         /* below 1: a use that leaves forces to choose                      */
 
-/* Uses of `parts` by `count` forces x: |per_force x + given|, of two components, and what is lacking. */
+/* Uses of `parts` by `count` forces x: |per_force x + given|, of two components. */
 typedef struct {
     int parts, count;
     double per_force[MOST_USES][2][MOST_STANDING], given[MOST_USES][2];
-#if SET_LOADS
-    double lacking[MOST_USES];
-#endif
 } uses_t;
-
-/* What a part can take less than what its use is measured by: nothing but where loads follow the motion. */
-ALWAYS_INLINE double lacking_of(const uses_t *uses, int part)
-{
-#if SET_LOADS
-    return uses->lacking[part];
-#else
-    (void)uses, (void)part;
-    return 0;
-#endif
-}
 
 /* Forces that give what is asked for, and what may be added to them: orthonormal. */
 typedef struct {
@@ -45,7 +31,7 @@ static double use_of(const uses_t *uses, int part, const double *forces, double 
         for (int k = 0; k < uses->count; k++)
             found[c] += uses->per_force[part][c][k]*forces[k];
     }
-    return sqrt(found[0]*found[0] + found[1]*found[1]) + lacking_of(uses, part);
+    return sqrt(found[0]*found[0] + found[1]*found[1]);
 }
 
 static double largest_use(const uses_t *uses, const double *forces)
@@ -109,9 +95,6 @@ static void uses_along(const uses_t *uses, const choice_t *ways, double size, us
     along->parts = uses->parts, along->count = ways->count;
     for (int part = 0; part < uses->parts; part++) {
         use_of(uses, part, ways->start, along->given[part]);
-#if SET_LOADS
-        along->lacking[part] = uses->lacking[part]/size;
-#endif
         for (int c = 0; c < 2; c++) {
             along->given[part][c] /= size;
             for (int w = 0; w < ways->count; w++) {
@@ -142,11 +125,10 @@ static void barrier(const uses_t *uses, const double *at, double *slope, double 
     for (int part = 0; part < uses->parts; part++) {
         double found[2], row[MOST_STANDING + 1];
         const double (*const per)[MOST_STANDING] = uses->per_force[part];
-        const double use = use_of(uses, part, at, found), lacking = lacking_of(uses, part);
-        const double left = (at[n - 1] - use)*(at[n - 1] + use - 2*lacking);
+        const double use = use_of(uses, part, at, found), left = (at[n - 1] - use)*(at[n - 1] + use);
         for (int k = 0; k < n - 1; k++)
             row[k] = per[0][k]*found[0] + per[1][k]*found[1];
-        row[n - 1] = -(at[n - 1] - lacking);
+        row[n - 1] = -at[n - 1];
         for (int j = 0; j < n; j++) {
             slope[j] += 2/left*row[j];
             for (int k = 0; k < n; k++)

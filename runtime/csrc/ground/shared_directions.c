@@ -1,37 +1,12 @@
 /* Directions of slips that are found together: of contacts whose rollers stick. What forces do to their slips along the
  * axle, and where the axle sticks, too, to the whole slip, they do through the vehicle alone, which all of them share.
- * Where each turned until its own slip followed, the first would turn for all others. Contacts whose rollers turn in
- * bearings with viscous friction share the loads that follow the motion: the way of each feels its load, and the loads
- * feel all ways. */
+ * Where each turned until its own slip followed, the first would turn for all others. */
 #if SET_STANDS_BOTH_WAYS
 /* Whether a contact may be one of these. */
 ALWAYS_INLINE int may_share(const step_t *s, int i)
 {
-#if SET_WAYS_FEEL_LOADS
-    if (s->corner[i])
-        return 1;
-#endif
     return s->own->sticks[s->own->rollers_at + i][0] > 0.5;
 }
-
-#if SET_WAYS_FEEL_LOADS
-/* Whether turns of these contacts' directions move loads by which others turn much. */
-static int turn_through_loads(const step_t *s, const int *contact, int count)
-{
-    for (int p = 0; p < count; p++) {
-        nodes_t along, across;
-        if (!s->corner[contact[p]])
-            continue;
-        along_and_across(s, contact[p], &along, &across);
-        for (int q = 0; q < count; q++) {
-            const nodes_t felt = across_by_turn(s, contact[p], contact[q]);
-            if (q != p && largest_of(&felt) > FAR_FROM_REST*smallest_of(&along))
-                return 1;
-        }
-    }
-    return 0;
-}
-#endif
 
 /* Which contacts these are, and how many; none where forces turn no slip of theirs much. */
 static int sharing_contacts(const step_t *s, const int wheels, int *contact)
@@ -46,9 +21,6 @@ static int sharing_contacts(const step_t *s, const int wheels, int *contact)
         is_near |= is_near_rest(s, response, &along);
         contact[count++] = i;
     }
-#if SET_WAYS_FEEL_LOADS
-    is_near |= turn_through_loads(s, contact, count);
-#endif
     return count > 1 && is_near ? count : 0;
 }
 
@@ -56,7 +28,7 @@ static int sharing_contacts(const step_t *s, const int wheels, int *contact)
 static void response_to_other(step_t *s, const int wheels, int i, int j, nodes_t *rate)
 {
     response_to_turn(s, i, j, rate);
-    if (i == j && !(SET_LOADS && SET_AXLES_STICK && s->own->sticks[i][0] > 0.5)) {
+    if (i == j) {
         response_near_rest(s, wheels, i, rate);
         return;
     }
@@ -64,17 +36,6 @@ static void response_to_other(step_t *s, const int wheels, int i, int j, nodes_t
     for (int k = 0; k < 2 && s->stretched; k++)
         stretch_nodes(s, rate + k);
 #endif
-}
-
-/* In what the slip across a contact's directions is measured, over m/s. */
-ALWAYS_INLINE double measure_of_slip(const step_t *s, int i)
-{
-#if SET_DAMPED_STRIPS
-    if (s->corner[i])
-        return s->way_pace[i];
-#endif
-    (void)s, (void)i;
-    return 1;
 }
 
 /* The rows of contact i's slip across its directions: what turns of all these contacts take away. */
@@ -93,13 +54,6 @@ static void put_shared_rows(step_t *s, const int wheels, int i, const int *conta
                 row[m][q].lanes[b] = integral.lanes[b]
                     *(y*response[2*q].lanes[b] - x*response[2*q + 1].lanes[b]);
     }
-#if SET_WAYS_FEEL_LOADS
-    for (int q = 0; q < count && s->corner[i]; q++) {
-        const nodes_t felt = across_by_turn(s, i, contact[q]);
-        for (int m = 0; m < NODES && contact[q] != i; m++)
-            row[m][q].node[m] -= felt.node[m];
-    }
-#endif
 }
 
 /* The turns of their directions at the nodes that take away what is across all of them, into `turn`; none where that is
@@ -117,8 +71,8 @@ static void turns_together(step_t *s, const int wheels, const int *contact, int 
         for (int m = 0; m < NODES; m++)
             row[first + m] = s->shared_rows + (first + m)*count;
         put_shared_rows(s, wheels, i, contact, count, row + first);
-        const double measure = measure_of_slip(s, i), least = measure*fmax(s->slip_noise[i], rounding);
-        turns |= !(largest_of(turn + p) <= measure*rounding);
+        const double least = fmax(s->slip_noise[i], rounding);
+        turns |= !(largest_of(turn + p) <= rounding);
         for (int m = 0; m < NODES; m++)
             row[first + m][p].node[m] += fabs(along.node[m]) < least ? least : along.node[m];
     }

@@ -5,8 +5,8 @@
  * moves the rest of a slip that falls by f per second by about h d |rates'|/f. Where f is small beside h |rates'|, the
  * rest moves by as much as the length has, one sweep later, and length and rates go around each other. So rates and
  * directions go along with their nodes: they are the polynomials' values at the new instants, and a change of the
- * length misses d^2 alone. Loads that follow the motion have more to settle, and are left as they are. */
-#if SET_LOCATES_SLOW_RESTS
+ * length misses d^2 alone. */
+#if SET_STANDS_BOTH_WAYS
 #define MOST_MOVED 0.1              /* of the length: along a longer way tangents say little                */
 
 /* How much values at the nodes change as the length of the step grows by this part of it. */

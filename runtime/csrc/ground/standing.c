@@ -19,7 +19,7 @@ static void stand(omniroll_run_t *run, const work_t *work)
         const omniroll_grip_t *const grip = run->grips + i;
         const omniroll_bearing_t *const axle = own_bearings(run) + i;
         for (int k = 0; k < 2; k++)
-            standing->of_ground[2*i + k] = (SET_LOADS ? 1 : grip->load)*grip->staying[k];
+            standing->of_ground[2*i + k] = grip->load*grip->staying[k];
         for (int k = 0; k < 3; k++)
             standing->size[k] += standing->radius*fabs(rows[i][k])*(grip->load*grip->staying[1]);
         standing->holding[i] = axle->holding;
@@ -86,10 +86,6 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
         now->force[k] = work->held_force[k][0];
     for (int i = 0; i < run->wheels; i++)
         now->asked[i] = work->own.holding[i][0], now->along[i] = work->ground_force[2*i][0];
-#if SET_LOADS
-    for (int i = 0; i < run->wheels; i++)
-        now->load[i] = work->loads[LOADS_NOW].compression[i][0];
-#endif
 }
 
 /* The torques of all bearings; of standing wheels beside the forces of least norm (rule 5). */
@@ -201,8 +197,8 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 {
     lanes_t nu_dot[3];
     s->standing = work->standing;
-    /* contacts, and their loads, come before the axles among the events */
-    s->facets = run->wheels + (SET_LOADS ? run->wheels + 1 : 0);
+    /* contacts come before the axles among the events */
+    s->facets = run->wheels;
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)

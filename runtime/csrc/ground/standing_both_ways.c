@@ -37,13 +37,6 @@ static void find_standing(const omniroll_run_t *run, const work_t *work, int res
     }
 }
 
-/* The load by which forces of the ground on a wheel are measured: its own, or where the loads follow the motion one for
- * all (rule 1 of loaded_ground_with_bearings.py). */
-ALWAYS_INLINE double measuring_load(const omniroll_run_t *run, int wheel)
-{
-    return SET_LOADS ? run->ground.heaviest : run->grips[wheel].load;
-}
-
 /* The wheels that stand in the present modes, and what they allow. */
 static void stand(omniroll_run_t *run, const work_t *work)
 {
@@ -53,16 +46,13 @@ static void stand(omniroll_run_t *run, const work_t *work)
     standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
     standing->contact = bearing_in_way(run, 0);
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
-#if SET_LOADS
-    standing->heaviest = run->ground.heaviest;
-#endif
     memset(standing->size, 0, sizeof standing->size);
     for (int k = 0; k < run->own_count; k++) {
         standing->has_part[k] = 0;
         standing->most_holding = fmax(standing->most_holding, own_bearings(run)[k].holding);
     }
     for (int k = 0; k < 2*run->wheels; k++) {
-        standing->of_ground[k] = measuring_load(run, k/2)*run->grips[k/2].staying[k%2];
+        standing->of_ground[k] = run->grips[k/2].load*run->grips[k/2].staying[k%2];
         if (!standing->stands[k])
             continue;
         const int d = standing->count++, place = (int)(bearing_in_way(run, k) - own_bearings(run));
@@ -175,10 +165,6 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
     for (int d = 0; d < standing->count; d++)
         now->asked[2*standing->wheel[d] + standing->way[d]] = work->own.holding[standing->bearing[d]][0];
     find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
-#if SET_LOADS
-    for (int i = 0; i < run->wheels; i++)
-        now->load[i] = work->loads[LOADS_NOW].compression[i][0];
-#endif
 }
 
 /* The torques of all bearings; of standing wheels beside the forces of least norm (rule 4). */
@@ -204,33 +190,7 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
 #endif
 }
 
-#if SET_CORNERS
-/* The rates that a row says: contacts that slip on rollers which stick go along its slips, also where these are so slow
- * that a phase goes on in other directions. The headings of the row are these. */
-static void rates_in_row(omniroll_run_t *run, const work_t *work)
-{
-    double pair[2*MOST_WHEELS], kept[2*MOST_WHEELS];
-    lanes_t nu_dot[3];
-    slips_now(run, work, pair);
-    for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
-        const double size = length_of(pair + 2*i, 2), speeds = fmax(speeds_of_slip(run, i), LEFT_OF*run->hold.speed);
-        memcpy(kept + 2*i, grip->towards, sizeof grip->towards);
-        if (!slides(run, i) || roller_mode(run, i))
-            continue;
-        if (size > SLIP_AT_REST*EPS*speeds && !goes_along(run, i, pair + 2*i, grip->towards, 0))
-            for (int k = 0; k < 2; k++)
-                grip->towards[k] = pair[2*i + k]/size;
-        run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
-    }
-#if SET_DAMPED_STRIPS
-    settle_ways(run, work);
-#endif
-    rates_at_this_instant(run, work, run->wheels, nu_dot);
-    for (int i = 0; i < run->wheels; i++)
-        memcpy(run->grips[i].towards, kept + 2*i, sizeof run->grips[i].towards);
-}
-#elif SET_STRIPS
+#if SET_STRIPS
 /* Of rollers that stick and whose contacts slip, in a row: by its slips, and its headings by these, too. */
 static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
 {
@@ -293,10 +253,6 @@ static int hold_what_falls_back(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         double falls = -(grip->towards[0]*work->slip_dot[2*i][0] + grip->towards[1]*work->slip_dot[2*i + 1][0]);
-#if SET_DAMPED_STRIPS               /* its slip goes with the rate along the rolling direction                  */
-        if (roller_mode(run, i))
-            falls = -copysign(1, grip->towards[1])*work->slip_dot[2*i + 1][0];
-#endif
         const int holds = grip->released && grip->resting && !grip->sticks && falls > run->ground.settles;
         grip->released &= !holds;
         count += holds;
@@ -318,7 +274,7 @@ static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
         }
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        const double asked = work->own.holding[k][0], most = SET_CORNERS ? most_of(bearing) : bearing->holding;
+        const double asked = work->own.holding[k][0], most = bearing->holding;
         if (bearing->mode || standing->has_part[k] || !(fabs(asked) - most > PASSED*rounding_of_holding(asked, most)))
             continue;
         bearing->released = asked > 0 ? -1 : 1;
@@ -335,8 +291,8 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 {
     lanes_t nu_dot[3];
     s->standing = work->standing;
-    /* contacts, and their loads, come before the bearings among the events */
-    s->facets = run->wheels + (SET_LOADS ? run->wheels + 1 : 0);
+    /* contacts come before the bearings among the events */
+    s->facets = run->wheels;
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
@@ -387,22 +343,14 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     stand_at_end(run, work);
     bearings_have_stuck(run, work);         /* once more: nu has just lost what standing wheels take from it    */
     memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
-#if SET_CORNERS
-    rates_in_row(run, work);
-#else
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-#endif
     asked_now(run, work, &now);
     find_all_torques(run, work, &now);
-#if SET_STRIPS && !SET_CORNERS
+#if SET_STRIPS
     find_torques_in_row(run, work);
 #endif
     if (landed < 0)
         return;
-#if SET_CORNERS
-    rates_at_this_instant(run, work, run->wheels, nu_dot);
-    asked_now(run, work, &now);
-#endif
     run->hold.ended = 1;
     if (landed >= run->own_count)
         release_where_used(run, work, &now, -INFINITY);

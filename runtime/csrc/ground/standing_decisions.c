@@ -1,36 +1,6 @@
 /* Contacts and bearings that may all stick: which of those at rest give way. The numbered rules are in
  * runtime/omniroll/effects/ground_with_axles.py and ground_with_bearings.py; functions of one name do the same. */
 #if SET_STANDS
-/* The rates at an instant under its pushes, in N: loads that follow the motion are those of the contacts. */
-static void rates_of_given_loads(const omniroll_run_t *run, const work_t *work, const instant_t *now, lanes_t *nu_dot)
-{
-#if SET_LOADS
-    for (int i = 0; i < run->wheels; i++)
-        now->point.loads->factor[i] = lanes_of(1);
-    rates_under_loads_there(run->wheels, &now->point, nu_dot);
-    for (int i = 0; i < run->wheels; i++)
-        now->point.loads->compression[i] = lanes_of(run->grips[i].load);
-#else
-    core_rates_there(run->wheels, &now->point, nu_dot);
-#endif
-    (void)work;
-}
-
-/* The forces of the contacts that slip. */
-static void forces_in_newtons(const omniroll_run_t *run, const work_t *work, lanes_t *push)
-{
-    forces_now(run, work, push);
-    put_corners_now(run, work, push);
-    for (int k = 0; k < 2*run->wheels && SET_LOADS; k++)
-        push[k] *= run->grips[k/2].load;
-#if SET_CORNER_LOADS
-    lanes_t chi[MOST_WHEELS], yield[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(run->chi[i]);
-    corners_at(run, work, chi, push, yield);
-#endif
-}
-
 /* The torques of bearings that turn, into work->own.torque, where those at rest take none. */
 static void turn_free(const omniroll_run_t *run, const work_t *work)
 {
@@ -87,13 +57,7 @@ static void rates_of_free(const omniroll_run_t *run, const work_t *work, const l
         kept[k] = work->own.sticks[k], work->own.sticks[k] = lanes_of(gives_its_force(run, work, k));
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
-#if SET_DAMPED_STRIPS
-    int corner[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        corner[i] = slides(run, i) && roller_mode(run, i);
-    put_rigid(&work->own, corner, run->wheels, &now.arrays, &now.point);
-#endif
-    rates_of_given_loads(run, work, &now, nu_dot);
+    core_rates_there(run->wheels, &now.point, nu_dot);
     for (int k = 0; k < run->own_count; k++)
         work->own.sticks[k] = kept[k];
 }
@@ -149,7 +113,8 @@ static void put_problem(const omniroll_run_t *run, const work_t *work, const par
 {
     const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
     lanes_t given[2*MOST_WHEELS];
-    forces_in_newtons(run, work, given);
+    forces_now(run, work, given);
+    put_corners_now(run, work, given);
     for (int first = 0; first < size; first += LANES - 1) {
         lanes_t push[2*MOST_WHEELS];
         double by[LANES] = {0};
@@ -286,7 +251,7 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
 }
 #endif
 
-/* The modes of contacts and axles under the loads that the contacts have, and what they are asked for then. */
+/* The modes of contacts and axles, and what they are asked for then. */
 static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
 {
     int released = 0;
@@ -301,14 +266,7 @@ static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
     for (int turn = 0; turn <= 2*run->wheels; turn++) {
         lanes_t nu_dot[3];
         stand(run, work);
-#if SET_LOADS
-        instant_t instant;
-        at_this_instant(run, work, run->wheels, &instant);
-        forces_in_newtons(run, work, instant.arrays.ground_push);
-        rates_of_given_loads(run, work, &instant, nu_dot);
-#else
         rates_at_this_instant(run, work, run->wheels, nu_dot);
-#endif
         asked_now(run, work, now);
         if (!overdone(run, work, now))
             break;
@@ -316,158 +274,12 @@ static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
     }
 }
 
-#if SET_CORNERS
-#include "ground/strips_under_loads.c"
-#endif
-#if SET_LOADS
-/* What is let go at this instant, kept in `let_go`: contacts, then bearings. */
-static void keep_released(const omniroll_run_t *run, int *let_go)
-{
-    for (int i = 0; i < run->wheels; i++)
-        let_go[i] = run->grips[i].released;
-    for (int k = 0; k < run->own_count; k++)
-        let_go[run->wheels + k] = own_bearings(run)[k].released;
-}
-
-static void put_released(omniroll_run_t *run, const int *let_go)
-{
-    for (int i = 0; i < run->wheels; i++)
-        run->grips[i].released = let_go[i];
-    for (int k = 0; k < run->own_count; k++)
-        own_bearings(run)[k].released = let_go[run->wheels + k];
-}
-
-/* Bearings at rest stick so far. */
-static void stop_resting_bearings(omniroll_run_t *run)
-{
-    for (int k = 0; k < run->own_count; k++)
-        if (own_bearings(run)[k].resting)
-            own_bearings(run)[k].mode = 0;
-}
-
-/* What is let go under loads that are not the last is decided anew. */
-static void find_modes(omniroll_run_t *run, const work_t *work, const int *let_go)
-{
-    asked_t now;
-    put_released(run, let_go);
-#if SET_CORNERS
-    put_under_loads(run, work, work->under_loads);
-#endif
-    stop_resting_bearings(run);
-    decide_modes(run, work, &now);
-    stand(run, work);
-}
-
-/* Modes and loads of contacts that rest `rests`; whether they have been found. */
-static int settle_standing(omniroll_run_t *run, const work_t *work, const int *rests)
-{
-#if SET_STANDS_BOTH_WAYS
-    int *const let_go = work->let_go;
-#else
-    int let_go[2*MOST_WHEELS];
-#endif
-    keep_released(run, let_go);
-    return find_modes_and_loads(run, work, rests, let_go);
-}
-
-/* Whether in the modes of the contacts loads and bearings determine each other: whether the coupled matrix has a positive
- * determinant whichever of the bearings at rest stick that touch the ground (rule 3 of loaded_ground_with_axles.py, rule
- * 2 of loaded_ground_with_bearings.py). */
-static int is_determined(omniroll_run_t *run, const work_t *work)
-{
-    int resting[ON_GROUND*MOST_WHEELS], holds[MOST_WHEELS], count = 0, tried = 0;
-    carrying_t sets[LANES];
-    for (int i = 0; i < run->wheels; i++)
-        holds[i] = run->grips[i].sticks;
-#if SET_CORNERS
-    count = undecided_under_loads(run, work, work->under_loads, resting);
-#else
-    for (int k = 0; k < ON_GROUND*run->wheels; k++)
-        if (own_bearings(run)[k].resting)
-            resting[count++] = k;
-#endif
-    for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
-        carrying_t *const set = sets + tried++;
-        for (int i = 0; i < run->wheels; i++)
-            set->carries[i] = run->grips[i].carries;
-        for (int k = 0; k < ON_GROUND*run->wheels; k++)
-            set->mode[k] = own_bearings(run)[k].mode;
-        for (int k = 0; k < count; k++)
-            set->mode[resting[k]] = choice >> k & 1;
-        if (tried < LANES && choice + 1 < 1 << count)
-            continue;
-        evaluate_sets(run, work, holds, sets, tried, 1);
-        for (; tried > 0; tried--)
-            if (!(sets[tried - 1].determinant > DETERMINED)) {
-                fail(run, OMNIROLL_LOADS_UNDETERMINED, sets + tried - 1);
-                return 0;
-            }
-    }
-    return 1;
-}
-
-/* Modes and loads for each other, and what is asked for then. Returns whether there are such. */
-static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *now)
-{
-    lanes_t nu_dot[3];
-    int rests[MOST_WHEELS], resting = 0;
-    refusal_t at_rest;
-    for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
-        const int gone = grip->released && grip->load <= FITS*run->ground.weight;       /* rule 5                  */
-        grip->dropped |= gone, grip->released &= !gone;
-        rests[i] = grip->resting;
-    }
-#if SET_CORNERS
-    begin_under_loads(run, work, rests, work->under_loads);
-    put_under_loads(run, work, work->under_loads);
-#endif
-    stop_resting_bearings(run);
-    turn_own(run, work, 1);
-    const int may_stick = carries_at_rest(run, work, rests, &at_rest);
-    for (int i = 0; i < run->wheels; i++)
-        resting |= run->grips[i].resting;
-    if (!may_stick && !(run->ground.failure == OMNIROLL_LOADS_NONE && (resting || may_be_elsewhere(run)))) {
-        put_refusal(run, &at_rest);
-        return 0;
-    }
-    if (!settle_standing(run, work, rests)) {
-        tell_what_tips(run, &at_rest);
-        return 0;
-    }
-#if SET_CORNERS
-    if (!sticks_behind_fold(run, work)) {
-        carrying_t found;
-        try_present_set(run, work, &found);
-        fail(run, OMNIROLL_LOADS_BEHIND_FOLD, &found);
-        return 0;
-    }
-#endif
-    if (!is_determined(run, work))
-        return 0;
-#if SET_CORNERS
-    stop_where_off(run, work);
-#endif
-    stand(run, work);
-    rates_at_this_instant(run, work, run->wheels, nu_dot);
-    asked_now(run, work, now);
-    run->ground.knows_rates = 0;
-    return 1;
-}
-#endif
-
 /* The modes of all contacts and axles in the phase that begins now. */
 static void decide_all(omniroll_run_t *run, const work_t *work)
 {
     asked_t now;
     put_all_to_rest(run, work);
-#if SET_LOADS
-    run->ground.knows_rates = 0;
-    if (!decide_with_loads(run, work, &now))
-        return;
-#else
     decide_modes(run, work, &now);
-#endif
     find_all_torques(run, work, &now);
 #if SET_STANDS_BOTH_WAYS
     size_all(run, work);

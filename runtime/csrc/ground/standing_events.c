@@ -92,9 +92,6 @@ static double turn_of_standing(const step_t *s)
         for (int k = 0; k < s->standing->count; k++) {
             const int i = s->standing->wheel[k];
             now.along[i] = s->along[i].node[m], now.asked[i] = s->own->held[i].node[m];
-#if SET_LOADS
-            now.load[i] = s->weight_carried*s->compressed[i].node[m];
-#endif
         }
         for (int f = 0; f < s->standing->facet_count; f++) {
             double rate, rounding;

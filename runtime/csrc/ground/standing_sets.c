@@ -3,9 +3,6 @@
 #if SET_STANDS
 #define FROM_REST 1e6               /* s: see ground_with_axles.py                                          */
 #define WAYS (1 + SET_STANDS_BOTH_WAYS)     /* in which a wheel may stand                                   */
-/* Bearings of a wheel that touch the ground: of its axle, and of its roller in contact. They are the first ones, of all
- * wheels. */
-#define ON_GROUND (SET_AXLES_STICK + SET_ROLLERS_TURN)
 
 static const double any_motion[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -69,27 +66,4 @@ static int forbid_rates(omniroll_run_t *run, const bearings_t *rows)
     return 1;
 }
 
-#if SET_LOADS
-/* One lane of an instant in which these contacts stick, and bearings on the ground whose modes are 0. */
-static void stand_in_lane(const omniroll_run_t *run, const work_t *work, const vector3_t *rows, const int *sticks,
-                          const int *mode, int lane, instant_t *now)
-{
-    static const vector3_t unit[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    bearings_t standing = {.count = 0};
-    double directions[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, absent[3] = {0, 0, 0};
-    for (int k = 0; k < ON_GROUND*run->wheels; k++)
-        work->own.sticks[k][lane] = mode[k] == 0;
-    for (int k = 0; k < WAYS*run->wheels; k++) {
-        const int place = place_in_way(run, k);
-        if (place >= 0 && mode[place] == 0 && sticks[k/WAYS])
-            memcpy(standing.rows[standing.count++], rows[k], sizeof rows[k]);
-    }
-    if (standing.count)
-        directions_allowed(&standing, unit, directions, absent);
-    for (int k = 0; k < 9; k++)
-        now->directions[k][lane] = directions[k];
-    for (int k = 0; k < 3; k++)
-        now->absent[k][lane] = absent[k];
-}
-#endif
 #endif

@@ -18,8 +18,7 @@ static void stop_in_modes(const omniroll_run_t *run, const work_t *work)
     }
 }
 
-/* The torques of rollers that stick and whose contacts slip along these directions; of loads that follow the motion,
- * per N of these. */
+/* The torques of rollers that stick and whose contacts slip along these directions. */
 static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS];
@@ -31,7 +30,6 @@ static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, cons
         asked[i] = arm[i]*force[2*i][0];
 }
 
-#if !SET_LOADS                      /* else loads have a part in that: strips_under_loads.c                    */
 /* A roller whose contact slips turns if it cannot stick (rule 2). */
 static void turn_in_series(omniroll_bearing_t *roller, double asked)
 {
@@ -42,19 +40,6 @@ static void turn_in_series(omniroll_bearing_t *roller, double asked)
         return;
     roller->mode = asked > 0 ? -1 : 1;
     roller->resting = 0;
-}
-
-/* Of contacts `turns` whose rollers turn, the slips (2 N) that say where they go and whether they rest: along their
- * rolling directions alone, or where bearings have viscous friction the true ones. */
-static void leave_to_ways(const omniroll_run_t *run, const work_t *work, const int *turns, double *pair)
-{
-#if SET_DAMPED_STRIPS
-    true_slips(run, work, turns, pair);
-#else
-    for (int i = 0; i < run->wheels; i++)
-        pair[2*i] = turns[i] ? 0 : pair[2*i];
-    (void)work;
-#endif
 }
 
 /* Which contacts rest, and which rollers turn where these do not rest both ways (rule 2); the others have directions of
@@ -85,21 +70,18 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
         if (roller->size == INFINITY)
             roller->size = 0;
     }
-    int turns[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        turns[i] = !in_series(run, work)[i].resting;
-    leave_to_ways(run, work, turns, pair);
-    for (int i = 0; i < run->wheels; i++) {
+    for (int i = 0; i < run->wheels; i++) {     /* contacts whose rollers turn slip along rolling directions alone */
         omniroll_grip_t *const grip = run->grips + i;
+        const int turns = !in_series(run, work)[i].resting;
+        pair[2*i] = turns ? 0 : pair[2*i];
         const double size = length_of(pair + 2*i, 2);
-        const int rolls = turns[i] && size <= slip_rounding(run, i);
+        const int rolls = turns && size <= slip_rounding(run, i);
         grip->resting = (grip->resting || still[i] || rolls) && grip->carries;
         for (int k = 0; k < 2 && !grip->resting && in_series(run, work)[i].mode; k++)
             grip->towards[k] = pair[2*i + k]/size;
     }
     roll(run, work, 0);
 }
-#endif
 
 /* ---- what rests is decided together --------------------------------------------------------------------------- */
 
@@ -132,19 +114,11 @@ static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *
     problem->count = rest->count, problem->wide = rest->contacts, problem->width = 2;
 }
 
-/* What bearings take along the axles of wheels that roll there, in N; of rollers that have not turned what they take at
- * no spin. */
+/* What bearings take along the axles of wheels that roll there, in N. */
 static void find_taken(const omniroll_run_t *run, const work_t *work, const double *arm, double *taken)
 {
     for (int i = 0; i < run->wheels; i++)
         taken[i] = in_series(run, work)[i].sliding/arm[i];
-#if SET_DAMPED_STRIPS
-    double pair[2*MOST_WHEELS];
-    slips_now(run, work, pair);
-    for (int i = 0; i < run->wheels; i++)
-        if (roller_mode(run, i) && !in_series(run, work)[i].resting)
-            taken[i] += damper_of(work, i, arm)*fabs(pair[2*i]);
-#endif
 }
 
 /* What the ground takes of a contact at most along the rolling direction, whose roller turns. */
@@ -185,12 +159,6 @@ static void put_reaches(const omniroll_run_t *run, const work_t *work, const par
         problem->strip[part] = fmax(problem->strip[part], LEAST_REACH*problem->reach[2*part]);
 }
 
-/* Whether the rate of what slips says where it goes (take_mode() in grip.c). */
-ALWAYS_INLINE int says_its_way(const cones_t *problem, int part, int slips)
-{
-    return SET_LOADS ? slips && is_pulled(problem, part, CLEARLY) : slips;
-}
-
 /* Where a contact goes that slips, from the last round. */
 static void take_way(omniroll_grip_t *grip, int sticks, double axle, double rolling)
 {
@@ -211,10 +179,9 @@ static void take_pair(omniroll_run_t *run, const work_t *work, const parts_at_re
     const int used = grip->released && length_of(place, 2) >= 1 - USED;
     const int at_edge = fabs(force[0]) >= problem->strip[part]*(1 - USED);
     const int turns = rest->turns[part] || (roller->released && at_edge);
-    const int by_rate = says_its_way(problem, part, rest->slips[part]);
     double begun[2];
     for (int k = 0; k < 2; k++)
-        begun[k] = by_rate ? problem->rate[2*part + k] : -place[k]/reach[k];
+        begun[k] = rest->slips[part] ? problem->rate[2*part + k] : -place[k]/reach[k];
     roller->mode = turns ? (force[0] < 0) - (force[0] > 0) : 0;
     take_way(grip, !rest->slips[part] && !used, turns ? 0 : begun[0], begun[1]);
 }
@@ -224,7 +191,7 @@ static void take_rolling(omniroll_grip_t *grip, const cones_t *problem, int part
 {
     const int j = forces_at(problem->wide, problem->width, part);
     const int used = grip->released && fabs(problem->force[j]) >= problem->reach[j]*(1 - USED);
-    take_way(grip, !slips && !used, 0, says_its_way(problem, part, slips) ? problem->rate[j] : -problem->force[j]);
+    take_way(grip, !slips && !used, 0, slips ? problem->rate[j] : -problem->force[j]);
 }
 
 /* What gives way in a round; whether something does that has not before. */
@@ -264,40 +231,6 @@ static int stop_rollers(omniroll_run_t *run, const work_t *work, const parts_at_
     return count;
 }
 
-/* Contacts that give way while their bearings take more than the sliding friction along their axles slip there at once,
- * and their rollers go on turning (rule 3 of ground_with_damped_rollers.py); whether there are such. */
-static int slip_along_axles(omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const double *taken)
-{
-    int count = 0;
-#if SET_DAMPED_STRIPS
-    for (int part = rest->contacts; part < contact_parts(rest); part++) {
-        omniroll_grip_t *const grip = run->grips + rest->which[part];
-        const double rounded = grip->released ? 1 - PASSED*HELD_ROUNDINGS*EPS : 1;
-        if (!rest->broken[part] || !grip->resting || taken[rest->which[part]] < grip->load*grip->sliding[0]*rounded)
-            continue;
-        grip->towards[0] = in_series(run, work)[rest->which[part]].mode, grip->towards[1] = 0;
-        grip->resting = grip->sticks = 0;
-        count++;
-    }
-#endif
-    (void)run, (void)work, (void)rest, (void)taken;
-    return count;
-}
-
-/* Where a contact begins to go that slips and whose roller turns: along the ellipse's normal beside what its bearing
- * takes. */
-static void take_normal(omniroll_grip_t *grip, int mode, double taken)
-{
-#if SET_DAMPED_STRIPS
-    if (grip->sticks || !mode)
-        return;
-    const double part = fmin(taken/(grip->load*grip->sliding[0]), 1);
-    const double across = copysign(sqrt((1 - part)*(1 + part)), grip->towards[1]);
-    take_way(grip, 0, mode*part/grip->sliding[0], across/grip->sliding[1]);
-#endif
-    (void)grip, (void)mode, (void)taken;
-}
-
 /* Which of what rests gives way, by rounds (rule 3). */
 static void decide_together(omniroll_run_t *run, const work_t *work)
 {
@@ -311,7 +244,7 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
     find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
     find_taken(run, work, arm, taken);
     do {
-        if (stop_rollers(run, work, rest, arm) + slip_along_axles(run, work, rest, taken)) {
+        if (stop_rollers(run, work, rest, arm)) {
             decide_together(run, work);
             return;
         }
@@ -325,6 +258,4 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
             take_rolling(run->grips + rest->which[k], problem, k, rest->slips[k]);
         else
             take_bearing_mode(own_bearings(run) + rest->which[k], problem, k, rest->slips[k]);
-    for (int k = 0; k < contact_parts(rest); k++)
-        take_normal(run->grips + rest->which[k], roller_mode(run, rest->which[k]), taken[rest->which[k]]);
 }

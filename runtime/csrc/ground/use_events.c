@@ -22,32 +22,12 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
 }
 
 #if SET_STRIPS
-#define LIKE_AN_INSTANT 1e-6        /* of the weight: loads of a step, beside those that an instant finds   */
 #define LEFT_BEFORE_STRIP 0.2       /* of the way to where a bearing takes all of the friction: behind a step        */
 
-/* The load of a contact at the step's start and at its end, in N. */
-ALWAYS_INLINE double load_at_start_of(const step_t *s, int i)
-{
-#if SET_LOADS
-    return s->weight_carried*s->compressed_start[i];
-#else
-    return s->load[i][0];
-#endif
-}
-
-ALWAYS_INLINE double load_at_end_of(const step_t *s, int i)
-{
-#if SET_LOADS
-    return s->weight_carried*(weighted(&s->compressed[i], &gauss_end) + s->compressed_late[i]);
-#else
-    return s->load[i][0];
-#endif
-}
-
 /* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
-ALWAYS_INLINE double left_in_corner(const step_t *s, int i, double load, double arm)
+ALWAYS_INLINE double left_in_corner(const step_t *s, int i, double arm)
 {
-    return load*s->friction[2*i][0] - s->own_bearing[s->own->rollers_at + i].sliding/arm;
+    return s->load[i][0]*s->friction[2*i][0] - s->own_bearing[s->own->rollers_at + i].sliding/arm;
 }
 
 /* The length of a step from here in which no roller that turns on a contact that slips comes to take all of its
@@ -58,7 +38,7 @@ static double longest_in_corners(const step_t *s, const int wheels)
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->chi, arm, per_chi);
     for (int i = 0; i < wheels; i++) {
         const double taken = s->own_bearing[s->own->rollers_at + i].sliding/arm[i];
-        const double left = left_in_corner(s, i, load_at_start_of(s, i), arm[i]);
+        const double left = left_in_corner(s, i, arm[i]);
         const double rises = -taken/arm[i]*per_chi[i]*s->start_core[rates_at(wheels) + i];
         if (s->corner[i] && left > 0 && rises > 0)
             time = fmin(time, (1 - LEFT_BEFORE_STRIP)*left/rises);
@@ -66,38 +46,14 @@ static double longest_in_corners(const step_t *s, const int wheels)
     return time;
 }
 
-#if SET_LOADS
-/* Whether one takes more than that at a node: loads that are found there are not those of its phase. */
-static int takes_all_at_a_node(const step_t *s, const int wheels)
-{
-    for (int m = 0; m < NODES; m++) {
-        double chi[MOST_WHEELS], arm[MOST_WHEELS], per_chi[MOST_WHEELS];
-        for (int i = 0; i < wheels; i++)
-            chi[i] = s->at_chi[i].node[m];
-        find_arms(wheels, s->vehicle, s->standing, s->joint, chi, arm, per_chi);
-        for (int i = 0; i < wheels; i++)
-            if (s->corner[i] && left_in_corner(s, i, s->weight_carried*s->compressed[i].node[m], arm[i]) < 0)
-                return 1;
-    }
-    return 0;
-}
-#endif
-
 /* Whether one has come to take more than that in a step all the same: 0.5, or 1. */
 static double turn_of_corners(const step_t *s, const int wheels)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], turned = 1;
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, arm, per_chi);
     for (int i = 0; i < wheels; i++)
-        if (s->corner[i] && left_in_corner(s, i, load_at_end_of(s, i), arm[i]) < 0)
+        if (s->corner[i] && left_in_corner(s, i, arm[i]) < 0)
             turned = 0.5;
-#if SET_LOADS
-    for (int i = 0; i < wheels; i++)
-        if (s->corner[i] && !(fabs(s->compressed_late[i]) <= LIKE_AN_INSTANT))
-            turned = 0.5;
-    if (takes_all_at_a_node(s, wheels))
-        turned = 0.5;
-#endif
     return turned;
 }
 #endif
@@ -113,9 +69,6 @@ static int new_part(uses_t *uses)
 {
     memset(uses->per_force[uses->parts], 0, sizeof uses->per_force[uses->parts]);
     memset(uses->given[uses->parts], 0, sizeof uses->given[uses->parts]);
-#if SET_LOADS
-    uses->lacking[uses->parts] = 0;
-#endif
     return uses->parts++;
 }
 
@@ -128,9 +81,6 @@ static void find_uses(const standing_t *standing, const asked_t *now, uses_t *us
         const double *const reach = standing->of_ground + 2*i;
         for (int k = 0; k < 2 && i != last; k++)
             uses->given[part][k] = standing->stands[2*i + k] ? 0 : now->along[2*i + k]/reach[k];
-#if SET_LOADS
-        uses->lacking[part] = 1 - now->load[i]/standing->heaviest;
-#endif
         uses->per_force[part][standing->way[d]][d] = 1/reach[standing->way[d]];
         last = i;
     }
@@ -185,10 +135,6 @@ static void asked_at_end(const step_t *s, const int wheels, asked_t *now, asked_
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, now->arm, per_chi);
     for (int i = 0; i < wheels; i++)
         change->arm[i] = per_chi[i]*s->end_rate[i];
-#if SET_LOADS
-    for (int i = 0; i < wheels; i++)
-        load_asked_at_end(s, i, now, change);
-#endif
     for (int k = 0; k < 2*wheels; k++) {
         now->along[k] = weighted(&s->along[k], &gauss_end) + s->asked_late.along[k];
         change->along[k] = weighted(&s->along[k], &gauss_end_slope)/s->h;
@@ -211,10 +157,6 @@ static void ask_later(const asked_t *now, const asked_t *change, const int wheel
     }
     for (int i = 0; i < wheels; i++)
         later->arm[i] = now->arm[i] + dt*change->arm[i];
-#if SET_LOADS
-    for (int i = 0; i < wheels; i++)
-        later->load[i] = now->load[i] + dt*change->load[i];
-#endif
 }
 
 /* The length at which the least use comes to 1, if that is before `length`. */
@@ -267,10 +209,6 @@ static double turn_of_use(const step_t *s, const int wheels)
             now.along[k] = s->along[k].node[m];
         for (int i = 0; i < wheels; i++)
             chi[i] = s->at_chi[i].node[m];
-#if SET_LOADS
-        for (int i = 0; i < wheels; i++)
-            now.load[i] = s->weight_carried*s->compressed[i].node[m];
-#endif
         find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now.arm, per_chi);
         for (int d = 0; d < s->standing->count; d++)
             now.asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];

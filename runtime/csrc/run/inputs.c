@@ -170,8 +170,6 @@ static int pass_events(omniroll_run_t *run, const work_t *work)
 {
     for (;;) {
         settle_modes(run, work);
-        if (ground_fails(run))
-            return OMNIROLL_RUN_GROUND;
         const int is_time = run->elapsed >= run->next_time;
         const int guards = is_time ? 0 : guards_passed(run, work);
         const int bearings = is_time ? 0 : pass_bearings(run, work);

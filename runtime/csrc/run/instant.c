@@ -16,24 +16,16 @@ ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
     return run->bearings[run->axle_count + wheel].mode;
 }
 
-#if !SET_DAMPED_STRIPS
 /* Where contacts slip and their massless rollers turn, at these angles: their forces in N, and how far they slip along
  * their axles; 0 of others. */
 static void corners_at(const omniroll_run_t *run, const work_t *work, const lanes_t *chi, lanes_t *push, lanes_t *yield)
 {
     lanes_t toward[2*MOST_WHEELS], torque[MOST_WHEELS], force[MOST_WHEELS];
-#if SET_LOADS
-    lanes_t load[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        load[i] = lanes_of(run->grips[i].load);
-#else
-    const lanes_t *const load = work->load;
-#endif
     for (int i = 0; i < run->wheels; i++) {
         toward[2*i] = lanes_of(0), toward[2*i + 1] = lanes_of(copysign(1, run->grips[i].towards[1]));
         torque[i] = lanes_of(-roller_mode(run, i)*run->bearings[run->axle_count + i].sliding);
     }
-    set_corner_forces(run->wheels, &work->vehicle, chi, toward, load, work->friction, torque, force, yield);
+    set_corner_forces(run->wheels, &work->vehicle, chi, toward, work->load, work->friction, torque, force, yield);
     for (int i = 0; i < run->wheels; i++)
         if (slides(run, i) && roller_mode(run, i))
             push[2*i] = lanes_of(0), push[2*i + 1] = force[i];
@@ -41,10 +33,9 @@ static void corners_at(const omniroll_run_t *run, const work_t *work, const lane
             yield[i] = lanes_of(0);
 }
 #endif
-#endif
 
 #if SET_GRIPS
-/* The forces with which contacts slip where they go; of loads that follow the motion, per load. */
+/* The forces with which contacts slip where they go. */
 static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
     lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
@@ -65,11 +56,10 @@ static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *p
             push[k] = lanes_of(0);
 }
 
-/* Among these forces, which are given, those where massless rollers turn; of loads that follow the motion those per load
- * are no others. */
+/* Among these forces, which are given, those where massless rollers turn. */
 ALWAYS_INLINE void put_corners_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
     lanes_t yield[MOST_WHEELS], chi[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);
@@ -118,21 +108,9 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.ground_push = now->arrays.ground_push;
     now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
 #endif
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
     corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
     now->point.ground_yield = now->arrays.ground_yield;
-#elif SET_DAMPED_STRIPS
-    int corner[MOST_WHEELS];
-    for (int i = 0; i < wheels; i++)
-        corner[i] = slides(run, i) && roller_mode(run, i);
-    put_rigid(&work->own, corner, wheels, &now->arrays, &now->point);
-#endif
-#if SET_LOADS
-    now->point.balance = &work->balance, now->point.loads = work->loads + LOADS_NOW;
-    seek_loads(now->point.loads, run->ground.sums);
-#if SET_GRIPS
-    now->point.loads->responds = some_slide(run);
-#endif
 #endif
 }
 

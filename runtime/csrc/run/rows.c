@@ -1,8 +1,5 @@
 /* Rows and steps as the caller gets them, and where a run keeps what it works with. */
 
-#define LOADS_KEPT (BLOCKS + 3)     /* see work_t */
-enum { LOADS_NOW = 0, LOADS_AT_NODES = 1, LOADS_AT_END = BLOCKS + 1, LOADS_ASIDE = BLOCKS + 2 };
-
 /* The parts of run->work. */
 typedef struct {
     vehicle_t vehicle;
@@ -13,23 +10,11 @@ typedef struct {
 #if SET_IS_COUPLED
     coupled_t coupled_speeds;
 #endif
-#if SET_LOADS
-    balance_t balance;
-    lanes_t *balance_numbers;
-    loads_t *loads;                 /* at the last instant; in each vector of nodes; at the end of a step; and scratch */
-#endif
 #if SET_GRIPS
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
     double *response;               /* of the rates of slips to forces, of contacts that slip               */
-#if SET_WAYS_FEEL_LOADS
-    double *load_response;          /* of the loads to these forces                                         */
-#endif
-#if SET_LOADS
-    int *broken;                    /* contacts that have broken away, and bounds of bearings as they are    */
-    double *bounds;
-#endif
 #endif
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
@@ -42,20 +27,10 @@ typedef struct {
     lanes_t *held_force;
     standing_t *standing;
 #endif
-#if SET_LOADED_BEARINGS
-    int *modes_of_sets;             /* of bearings in sets of contacts that may carry: give_bearings()       */
-    double *rates_of_sets;
-#endif
 #if SET_STANDS_BOTH_WAYS
     parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
     cones_t *problem;
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
-#if SET_LOADS
-    int *let_go;                    /* contacts and bearings                                                */
-#if SET_CORNERS
-    under_loads_t *under_loads;
-#endif
-#endif
 #endif
 #if SET_OWN_BEARINGS
     own_bearings_t own;
@@ -74,17 +49,11 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
     int *const has_part = numbers_part(parts, bearings);
     work->at_rest = numbers_part(parts, (long long)(sizeof(parts_at_rest_t)/sizeof(double)) + 1);
     work->problem = numbers_part(parts, (long long)(sizeof(cones_t)/sizeof(double)) + 1);
-#if SET_LOADS
-    work->let_go = numbers_part(parts, count);
-#if SET_CORNERS
-    work->under_loads = numbers_part(parts, (long long)(sizeof(under_loads_t)/sizeof(double)) + 1);
-#endif
-#endif
     int *const which[5] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count),
                            numbers_part(parts, count), numbers_part(parts, count)};
     double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
                                 numbers_part(parts, rows*rows)};
-    enum { VECTORS = SET_STARTS_INSIDE ? 17 : 15 };
+    enum { VECTORS = 15 };
     double *vectors[VECTORS];
     for (int k = 0; k < VECTORS; k++)
         vectors[k] = numbers_part(parts, rows);
@@ -103,29 +72,12 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
         .discs = {.matrix = squares[1], .wanted = vectors[9], .place = vectors[10], .pull = vectors[11],
                   .newton = {.system = squares[2], .step = vectors[12], .start = vectors[13], .slips = which[3],
                              .slipping = which[4]},
-#if SET_STARTS_INSIDE
-                  .slack = vectors[15], .scale = vectors[16],
-#endif
         }};
 #if SET_STRIPS
     work->at_rest->turned = of_rollers[0], work->at_rest->turns = of_rollers[1];
     work->problem->discs.edge = of_rollers[2], work->problem->discs.strip = strips[0];
     work->problem->strip = strips[1], work->problem->yields = strips[2];
 #endif
-}
-#endif
-
-#if SET_LOADS && SET_DISKS_STICK
-/* Room for the rates that respond to the loads, beside those of each rate of the core what holds and how it turns. */
-static void lay_out_responses(loads_t *loads, parts_t *parts, int wheels, int rollers)
-{
-    const long long most = 3 + core_size(wheels, rollers) + 2*most_own_bearings(wheels, rollers)
-        + (SET_GRIPS ? 4*wheels : 0) + (SET_STANDS ? 3 : 0);
-    for (int k = 0; k < LOADS_KEPT; k++) {
-        lanes_t *const rates[3] = {lanes_part(parts, most), lanes_part(parts, most), lanes_part(parts, most)};
-        if (loads)
-            loads[k].response[0] = rates[0], loads[k].response[1] = rates[1], loads[k].rates = rates[2];
-    }
 }
 #endif
 
@@ -149,32 +101,16 @@ static void lay_out_core(work_t *work, parts_t *parts, long long axial, long lon
 }
 #endif
 
-#if SET_LOADS || SET_GRIPS
-/* Loads, and the contacts' forces. */
-static void lay_out_ground(work_t *work, parts_t *parts, int wheels, int rollers)
-{
-#if SET_LOADS
-    work->balance_numbers = lanes_part(parts, 2 + wheels);
-    work->loads = lanes_part(parts, LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t)));
-#if SET_DISKS_STICK
-    lay_out_responses(work->loads, parts, wheels, rollers);
-#endif
-#endif
 #if SET_GRIPS
+/* Loads, and the contacts' forces. */
+static void lay_out_ground(work_t *work, parts_t *parts, int wheels)
+{
     work->load = lanes_part(parts, wheels);
     work->friction = lanes_part(parts, 2*wheels);
     work->ground_force = lanes_part(parts, 2*wheels);
     work->slip_dot = lanes_part(parts, 2*wheels);
     work->nu_dot = lanes_part(parts, 3);
     work->response = numbers_part(parts, 4*(long long)wheels*wheels);
-#if SET_WAYS_FEEL_LOADS
-    work->load_response = numbers_part(parts, 2*(long long)wheels*wheels);
-#endif
-#if SET_LOADS
-    work->broken = numbers_part(parts, wheels);
-#endif
-#endif
-    (void)rollers;
 }
 #endif
 
@@ -213,27 +149,15 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.holding = lanes_part(parts, own);
     work->own.held = lanes_part(parts, BLOCKS*own);
     work->own.late = numbers_part(parts, own);
-#if SET_LOADS && SET_GRIPS
-    work->bounds = numbers_part(parts, 2*own);
-#endif
 #if SET_ROLLERS_TURN
     work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
     work->own.rate = lanes_part(parts, own);
 #if SET_STRIPS
     work->own.spin = lanes_part(parts, wheels);
-#if !SET_CORNER_LOADS
     work->own.takes = numbers_part(parts, wheels);
     work->own.scale = numbers_part(parts, wheels);
-#if SET_DAMPED_STRIPS
-    work->own.corner = numbers_part(parts, wheels);
-#endif
-#if SET_LOADS
-    work->own.load = lanes_part(parts, wheels);
-#else
     work->own.load = work->load;
-#endif
     work->own.friction = work->friction;
-#endif
 #endif
 #if SET_DISKS_STICK
     work->own.dot = lanes_part(parts, own);
@@ -245,10 +169,6 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.given = numbers_part(parts, own);
     work->own.per_yaw = numbers_part(parts, own);
     work->own.bounds = numbers_part(parts, own);
-#endif
-#if SET_LOADED_BEARINGS
-    work->modes_of_sets = numbers_part(parts, (LANES + 1)*4*own);
-    work->rates_of_sets = numbers_part(parts, (LANES + 1)*2*own);
 #endif
 #if SET_STANDS_BOTH_WAYS
     lay_out_standing(work, parts, wheels, own);
@@ -271,8 +191,8 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #if SET_CORE_PARTS
     lay_out_core(work, &parts, axial, core);
 #endif
-#if SET_LOADS || SET_GRIPS
-    lay_out_ground(work, &parts, wheels, rollers);
+#if SET_GRIPS
+    lay_out_ground(work, &parts, wheels);
 #endif
 #if SET_IS_COUPLED
     lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);

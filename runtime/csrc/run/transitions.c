@@ -55,8 +55,6 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #if SET_STANDS_BOTH_WAYS && !SET_STRIPS
     keep_contacts_at_rest(run, rested);
 #endif
-#elif SET_LOADS
-    run->ground.undecided = 1;
 #endif
 }
 #endif
@@ -190,8 +188,6 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
     const double together = tau(run, phase_length);
     int at_joint = 0, count = 0;
     settle_modes(run, work);
-    if (ground_fails(run))
-        return 0;
     speeds_or_accelerations(run, work, rates);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
@@ -239,8 +235,6 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
             return OMNIROLL_RUN_STUCK;
         apply_switch(run, work, directions);
         settle_modes(run, work);
-        if (ground_fails(run))
-            return OMNIROLL_RUN_GROUND;
         run->phase_start = run->elapsed;
         double *out = run->switches + (2 + run->wheels)*run->switch_count;
         *out++ = run->elapsed;
@@ -255,7 +249,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         run->switch_count++;
         put_row_after(run);
     }
-    return ground_fails(run) ? OMNIROLL_RUN_GROUND : OMNIROLL_RUN_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 
 #if SET_IS_ACTED_ON

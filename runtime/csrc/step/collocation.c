@@ -172,19 +172,11 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 
 #if SET_GRIPS
 ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at);
-#if SET_DAMPED_STRIPS               /* damped_ways.c                                                          */
-ALWAYS_INLINE void put_rigid(const own_bearings_t *own, const int *corner, const int wheels, arrays_t *at,
-                             point_t *point);
-static void put_accounts_beside_dampers(step_t *s, const int wheels, int b, arrays_t *at);
-#endif
 
 ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
 {
     point->ground_push = at->ground_push, point->ground_force = at->ground_force, point->slip_dot = at->slip_dot;
 }
-#endif
-#if SET_LOADS
-ALWAYS_INLINE void keep_loads(step_t *s, const int wheels, int b);
 #endif
 
 /* The times of the nodes, over h. */
@@ -237,38 +229,14 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         at->ground_push[k] = s->push[k].lanes[b];
     put_contacts(at, &point);
 #endif
-#if SET_FIXED_CORNERS
+#if SET_STRIPS
     for (int i = 0; i < wheels; i++)
         at->ground_yield[i] = s->yield[i].lanes[b];
     point.ground_yield = at->ground_yield;
-#elif SET_DAMPED_STRIPS
-    put_rigid(s->own, s->corner, wheels, at, &point);
-#endif
-#if SET_LOADS
-    point.balance = s->balance, point.loads = s->loads_at + b;
 #endif
     return point;
 }
 
-#if SET_LOADS
-/* Whether the response of the rates to the loads is found anew in the next evaluations at the nodes, as where the
- * iteration is slow; returns how many evaluations more that takes at each node. */
-ALWAYS_INLINE int respond_anew(step_t *s, int slow)
-{
-    for (int b = 0; b < BLOCKS && slow; b++)
-        s->loads_at[b].knows_response = 0;
-    return s->loads_at[0].responds && !s->loads_at[0].knows_response ? LOADS_RESPOND - 1 : 0;
-}
-
-/* The loads at the end of a step are sought near those of its last node. */
-ALWAYS_INLINE void seek_loads_at_end(step_t *s, point_t *point)
-{
-    const loads_t *const near = s->loads_at + BLOCKS - 1;
-    const double sums[3] = {near->sums[0][LANES - 1], near->sums[1][LANES - 1], near->sums[2][LANES - 1]};
-    seek_loads(s->loads_at_end, sums);
-    point->loads = s->loads_at_end;
-}
-#endif
 
 #if SET_STANDS
 /* What holds wheels that stand, from the last evaluation at a vector of nodes: the force on nu, and their forces along
@@ -294,9 +262,6 @@ ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *
 /* The force that holds what sticks, from the last evaluation at a vector of nodes. */
 ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arrays_t *at)
 {
-#if SET_LOADS
-    keep_loads(s, wheels, b);
-#endif
 #if SET_GRIPS
     keep_contacts(s, wheels, b, at);
 #endif
@@ -393,9 +358,6 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
 #if SET_GRIPS
     find_directions(s, wheels);
 #endif
-#if SET_LOADS
-    s->sweeps += respond_anew(s, slow);
-#endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3];
@@ -487,9 +449,6 @@ ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
         arrays_t at;
         lanes_t account_dot[MOST_ACCOUNTS];
         const point_t point = point_at(s, wheels, b, &at);
-#if SET_DAMPED_STRIPS
-        put_accounts_beside_dampers(s, wheels, b, &at);
-#endif
         account_rates(wheels, &point, account_dot);
         for (int k = 0; k < account_size(wheels); k++)
             s->rate_account[k].lanes[b] = account_dot[k];

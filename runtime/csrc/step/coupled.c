@@ -63,15 +63,6 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
     for (int k = 0; k < SET_INPUTS*wheels; k++)
         at->input[k] = lanes_of(s->input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->input_slope[k]);
 #endif
-#if SET_LOADS
-    const double sums[3] = {s->loads_at[m/LANES].sums[0][m%LANES], s->loads_at[m/LANES].sums[1][m%LANES],
-                            s->loads_at[m/LANES].sums[2][m%LANES]};
-    seek_loads(s->loads_aside, sums);
-#if SET_NEARLY_LINEAR
-    s->loads_aside->rounds = 1;
-#endif
-    point.loads = s->loads_aside;
-#endif
     return point;
 }
 
@@ -128,9 +119,6 @@ static void find_slopes(step_t *s, const int wheels, int node)
     for (int first = 0; first < moves; first += LANES - 1) {
         lanes_t nu_dot[3];
         move_lanes(s, wheels, first, 1, &at);
-#if SET_LOADS
-        point.loads->knows_response = 0;
-#endif
         core_rates(wheels, &point, nu_dot);
         move_lanes(s, wheels, first, -1, &at);
         for (int lane = 1; lane < LANES; lane++) {
@@ -148,11 +136,7 @@ static void find_slopes(step_t *s, const int wheels, int node)
         }
     }
     const int evaluations = (moves + MOVES_AT_ONCE - 1)/MOVES_AT_ONCE;
-#if SET_LOADS
-    s->sweeps += SET_FRICTION ? LOADS_RESPOND*evaluations : evaluations;
-#else
     s->sweeps += evaluations;
-#endif
 }
 
 /* The change of small rates in a time: (1 - time slope)^-1 times them, in their place, of the coupled speeds. */
@@ -400,9 +384,6 @@ static void stretch(step_t *s, const int wheels, const nodes_t *factor)
 ALWAYS_INLINE void find_missing(step_t *s, const int wheels, int slow)
 {
     nodes_t *const missing = s->coupled->missing;
-#if SET_LOADS
-    s->sweeps += respond_anew(s, slow);
-#endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3];

@@ -6,8 +6,7 @@
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
-#define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
-#define MOST_MOVES (SET_LOADS ? 4 : 1)  /* to such an event: beside a slow slip the rate of a load is rough  */
+#define MOST_MOVES 1                /* of a step that has settled, on to where a contact lets go            */
 #define CLOSE 1e-8                  /* of a step: rates are constant to rounding over this time               */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
@@ -163,9 +162,6 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
         s->core_here[c] = lanes_of(s->end_core[c]);
     point.core = s->core_here;
 #endif
-#if SET_LOADS
-    seek_loads_at_end(s, &point);
-#endif
     core_rates(wheels, &point, nu_dot);
 #if SET_HOLDS
     for (int k = 0; k < 3; k++)
@@ -199,9 +195,6 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 }
 #endif
 
-#if SET_LOADS                      /* carrying.c */
-static double length_to_load(step_t *s, const int wheels, double length);
-#endif
 #if SET_OWN_BEARINGS               /* own_events.c */
 #define OWN_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
 static double length_to_own(step_t *s, const int wheels, double length);
@@ -252,9 +245,6 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
     length = length_to_use(s, wheels, length);
 #elif SET_STANDS
     length = length_to_facets(s, wheels, length);
-#endif
-#if SET_LOADS
-    length = length_to_load(s, wheels, length);
 #endif
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
@@ -386,14 +376,14 @@ ALWAYS_INLINE int changes_rounding(step_t *s, const int wheels, double change, d
 #endif
 }
 
-#if SET_LOCATES_SLOW_RESTS         /* slow_rests.c */
+#if SET_STANDS_BOTH_WAYS         /* slow_rests.c */
 static void move_nodes(step_t *s, const int wheels, double length);
 #endif
 
 /* Another length of the step. What is known at the nodes goes with them once sweeps contract. */
 ALWAYS_INLINE void change_length(step_t *s, const int wheels, double length, double ratio)
 {
-#if SET_LOCATES_SLOW_RESTS
+#if SET_STANDS_BOTH_WAYS
     if (ratio < 1)
         move_nodes(s, wheels, length);
 #endif
@@ -454,9 +444,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return UNSETTLED;
         if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
             return UNSETTLED;
-#if SET_LOADS
-        shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h && fabs(moved) < SHIFT*s->h;
-#elif SET_IN_SERIES
+#if SET_IN_SERIES
         shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h;
 #endif
         last = change > 0 ? change : 1e-300;
@@ -504,7 +492,7 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
     return 1;
 }
 
-#if SET_LOADS || SET_GRIPS
+#if SET_GRIPS
 /* Bounds of a polynomial in the step from its values at the nodes: it is nowhere farther from one of these than LEBESGUE
  * times as far as the others are. */
 ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)

@@ -13,10 +13,7 @@
 #else
 #define SET_FIRST_DIRECTION 1
 #endif
-#define SET_FIXED_CORNERS (SET_STRIPS && !SET_LOADS && !SET_DAMPED_STRIPS)  /* rollers that turn take what chi says */
-#define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS && !SET_LOADS)     /* approach.c */
-#define SET_WAYS_FEEL_LOADS (SET_DAMPED_STRIPS && SET_LOADS)   /* and loads feel these ways: damped_ways.c */
-#define SET_LOCATES_SLOW_RESTS (SET_STANDS_BOTH_WAYS && !SET_LOADS)        /* slow_rests.c */
+#define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS)     /* approach.c */
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
  * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
@@ -54,15 +51,10 @@ typedef struct {
 #endif
 #if SET_STRIPS
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
-#if !SET_CORNER_LOADS
     double *takes;                              /* torques of those in own_bearings.c's spins_at_the_most(), else 0 */
     double *scale;                              /* of what stands in the place of their spins, in rad/s */
-#if SET_DAMPED_STRIPS
-    int *corner;                                /* whether their contacts slip while they turn   */
-#endif
     lanes_t *load;                              /* of the contacts                               */
     const lanes_t *friction;
-#endif
 #endif
 #if SET_DISKS_STICK
     lanes_t *dot;                               /* out: accelerations of the rollers' spins      */
@@ -106,9 +98,6 @@ typedef struct {
     bearings_t rows;                            /* what a unit force in each does to nu                    */
     double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
     double holding[MOST_BEARINGS], most_holding;    /* what these bearings take at most; the largest of all, in N m */
-#if SET_LOADS
-    double heaviest;                            /* the load for which that is, in N                        */
-#endif
     double radius, arm;                         /* of a wheel; of its roller in contact where chi is 0     */
     double size[3], per_force;                  /* what a force on nu is rounded against; nu' that it gives */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found           */
@@ -116,20 +105,16 @@ typedef struct {
 } standing_t;
 
 /* What they ask for: the force that holds nu, the torques of bearings where the ground took nothing in the ways in
- * which they stand, the ground's forces, the arms of the rollers in contact, and the loads that follow the motion. */
+ * which they stand, the ground's forces, and the arms of the rollers in contact. */
 typedef struct {
     double force[3], asked[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
-#if SET_LOADS
-    double load[MOST_WHEELS];                   /* in N                                                    */
-#endif
 } asked_t;
 #elif SET_STANDS
 /* Wheels that stand: their contacts and their axles stick. */
 typedef struct {
     int count, wheel[MOST_WHEELS], stands[MOST_WHEELS];     /* which; and of each whether it does          */
     bearings_t rows;                            /* their rates for each of nu                              */
-    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N; under loads that
-                                                 * follow the motion, of each N of load                    */
+    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
     double holding[MOST_WHEELS];                /* and its bearing, in N m                                 */
     double radius, size[3], per_force;          /* what a force on nu is rounded against; nu' that it gives */
     int facet_count;
@@ -137,12 +122,9 @@ typedef struct {
 } standing_t;
 
 /* What they ask for: the force that holds nu, the torque of each bearing where the ground took nothing along the
- * rolling direction, the ground's forces along the axles, and the loads that follow the motion. */
+ * rolling direction, and the ground's forces along the axles. */
 typedef struct {
     double force[3], asked[MOST_WHEELS], along[MOST_WHEELS];
-#if SET_LOADS
-    double load[MOST_WHEELS];                   /* in N                                                    */
-#endif
 } asked_t;
 #endif
 
@@ -203,32 +185,15 @@ typedef struct {
     nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
     nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
     int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
-    double turned_most;                         /* in the last sweep: the largest turn of a direction   */
     nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
     double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take         */
-#if SET_LOADS
-    double per_load[MOST_WHEELS];               /* over the load of that                          */
-#endif
     double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
-#if SET_LOADS
-    double slip_speeds[MOST_WHEELS];            /* that make the slips at the start, in m/s                   */
-#endif
     double end_slip[2*MOST_WHEELS];
 #endif
 #if SET_STRIPS
     int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
-#endif
-#if SET_FIXED_CORNERS
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
-#endif
-#if SET_DAMPED_STRIPS               /* damped_ways.c                                                          */
-    nodes_t way_size[MOST_WHEELS], way_along[MOST_WHEELS], way_across[MOST_WHEELS];     /* slips at the nodes  */
-    double way_pace[MOST_WHEELS], end_toward[2*MOST_WHEELS];    /* one over a damper's speed; directions at the end */
-#endif
-#if SET_WAYS_FEEL_LOADS
-    nodes_t way_by_load[MOST_WHEELS];           /* how way_across goes with a contact's load, per N  */
-    const double *load_response;                /* of loads to forces at the start of the step       */
 #endif
 #if SET_APPROACHES
     int stretched;                              /* a step up to a rest: the power of its clock, else 0      */
@@ -236,14 +201,6 @@ typedef struct {
     double leaves, part;                        /* of the time to rest; of the clock, in the step           */
     double across, fades;                       /* the slip's rate across its direction at the start; the power with
                                                  * which the time to rest takes away what it would make of the slip */
-#endif
-#if SET_LOADS
-    const balance_t *balance;
-    loads_t *loads_at, *loads_at_end, *loads_aside;     /* in each vector of nodes; at the end; scratch      */
-    int carries[MOST_WHEELS];
-    double weight_carried;                      /* the whole load                                */
-    nodes_t compressed[MOST_WHEELS + 1];        /* of contacts, over the weight, and the determinant */
-    double compressed_start[MOST_WHEELS + 1], compressed_late[MOST_WHEELS + 1];
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[MOST_ACCOUNTS];
@@ -305,7 +262,7 @@ typedef struct {
 /* Whether a contact slips in a direction that turns. */
 ALWAYS_INLINE int may_turn(const step_t *s, int i)
 {
-#if SET_STRIPS && !SET_DAMPED_STRIPS
+#if SET_STRIPS
     return s->slides[i] && !s->corner[i];
 #else
     return s->slides[i];
@@ -357,14 +314,8 @@ typedef struct {
 #if SET_GRIPS
     lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
 #endif
-#if SET_STRIPS && !SET_CORNER_LOADS
+#if SET_STRIPS
     lanes_t ground_yield[MOST_WHEELS];
-#endif
-#if SET_DAMPED_STRIPS
-    lanes_t damped_yield[MOST_WHEELS], rigid[MOST_WHEELS];
-#if SET_LOADS
-    lanes_t passed_on[MOST_WHEELS];
-#endif
 #endif
 } arrays_t;
 

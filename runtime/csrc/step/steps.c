@@ -1,13 +1,13 @@
 /* A step of a run: how it begins, its first guess, its tries, and what the run takes of it. */
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
-#define FINEST_SWEEP (SET_LOADS ? 3e-15 : 1e-16)    /* of |nu|: rounding is as large, and larger in loads that follow */
+#define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large                                         */
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
 #define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
 #define PART_TO_BEND 0.9            /* of the way to where rates bend, in a step                              */
 #define NEAR_BEND 0.4               /* of the rate from which a step may pass zero: where the one before it ends   */
 #define BEND_NEARER 0.3             /* of a wheel's rate from which a step could not pass zero: it may be from there */
 #define ACROSS_BEND 2               /* times the way to a bend: a step that passes it                           */
-#define SHRINKS 0.1                 /* of a step: to less an event shortens no try that has not found its loads or slips */
+#define SHRINKS 0.1                 /* of a step: to less an event shortens no try that has not found its slips         */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
@@ -80,9 +80,6 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #endif
 #if SET_IS_COUPLED
     s->coupled = &work->coupled_speeds;
-#endif
-#if SET_LOADS
-    begin_loads(run, work, s, wheels);
 #endif
 #if SET_GRIPS
     begin_contacts(run, work, s, wheels);
@@ -253,9 +250,6 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
     rates_at_start(run, work, wheels, nu_dot);
     wheel_rates_now(run, work, nu, chi_dot);
-#if SET_LOADS
-    loads_at_start(work, s, wheels);
-#endif
 #if SET_GRIPS
     contacts_at_start(run, work, s, wheels);
 #endif
@@ -316,9 +310,6 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 #endif
 #if SET_STRIPS
     turned = fmin(turned, turn_of_corners(s, wheels));
-#endif
-#if SET_LOADS
-    turned = fmin(turned, turn_of_loads(s, wheels));
 #endif
 #if SET_HOLDS
     holding_rates_t rates;
@@ -537,7 +528,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         of.slow = of.slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
-            of.most = fmin(fmax(s->h, SET_LOADS || SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
+            of.most = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
             continue;
         }
@@ -699,12 +690,6 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #endif
 #if SET_STANDS
     wheels_have_moved(run, work, s);
-#endif
-#if SET_LOADS
-    loads_have_moved(run, s);
-#endif
-#if SET_CORNERS
-    find_own_rates(run, work);          /* spins of massless rollers follow from the loads                      */
 #endif
     (void)work;
     put_row(run);

@@ -401,9 +401,6 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
 #if SET_GRIPS
     find_directions(s, wheels);
 #endif
-#if SET_LOADS
-    s->sweeps += respond_anew(s, slow);
-#endif
 #if CORE_FOLLOWS
     const int moves = moves_by_itself(s, wheels, 0, s->core);
     if (moves)

@@ -148,15 +148,15 @@ class Contact(Effect):
         return self.loads == "dynamic"
 
     def _check_loads(self) -> None:
-        if not self.is_loaded:
-            for name in ("height", "wheel_mass", "spin_inertia"):
-                if getattr(self, name) is not None:
-                    raise InvalidValueError(name, getattr(self, name), "has no part in static loads")
-            return
-        if self.height is None:
-            raise InvalidValueError("height", None, "must be given with dynamic loads")
-        if self.load is not None:
-            raise InvalidValueError("load", self.load, "must not be given with dynamic loads, which follow the motion")
+        if self.is_loaded:
+            bound = (
+                "cannot be coupled to friction, where rigid bodies have several loads or none; leave loads out for "
+                "those of the vehicle at rest, and see what loads the motion would have had by reactions"
+            )
+            raise InvalidValueError("loads", self.loads, bound)
+        for name in ("height", "wheel_mass", "spin_inertia"):
+            if getattr(self, name) is not None:
+                raise InvalidValueError(name, getattr(self, name), "has no part in static loads")
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         for name in ("wheel_rates", "contact_spins"):
@@ -169,6 +169,16 @@ class Contact(Effect):
             bound = f"must be given on a slope; across this plane it is {slope.normal_gravity!r}"
             raise InvalidValueError("normal_gravity", None, bound)
         self.constants(vehicle)
+
+    def check_model_beside(self, roller_model: str, others: Sequence[Effect]) -> None:
+        present = {name for effect in others for name in effect.kernel_effects()}
+        if roller_model == "massless" and {"contact_coulomb", "roller_sticking", "roller_viscous"} <= present:
+            bound = (
+                "has no part in massless rollers that stick on ground with the law coulomb; leave it out, choose free "
+                "rollers, or the law regularised"
+            )
+            damping = next(own for effect in others if (own := getattr(effect, "roller_viscous", None)) is not None)
+            raise InvalidValueError("roller_viscous", damping, bound)
 
     def check_model(self, roller_model: str) -> None:
         if roller_model == "locked":

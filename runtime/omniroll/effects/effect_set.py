@@ -49,6 +49,8 @@ BEARINGS = ("bearing_torque", "contact_bearing")  # of axles, of rollers in cont
 DRIVES = ("torque", "damping", *BEARINGS)
 # Where rows have MOMENTS beside them: where rollers stick and the ground's forces depend on the accelerations.
 ON_ACCELERATIONS = {"contact_coulomb", "contact_loads"}
+STICKING = {"contact_coulomb", "axle_sticking", "roller_sticking"}  # effects whose friction is a set-valued law
+MOST_STICKING = 8  # wheels beside these
 Made = TypeVar("Made")
 
 
@@ -240,6 +242,12 @@ def _can_be_hashed(effects: tuple[Effect, ...]) -> bool:
 def _checked(effects: tuple[Effect, ...], vehicle: Vehicle) -> EffectSet:
     for effect in effects:
         effect.check(vehicle, effects)
+    if vehicle.wheels > MOST_STICKING and any(not STICKING.isdisjoint(effect.kernel_effects()) for effect in effects):
+        bound = (
+            f"must be at most {MOST_STICKING} where friction sticks; choose the law regularised for the ground and give "
+            "bearings wheel_speed and roller_speed"
+        )
+        raise InvalidValueError("wheels", vehicle.wheels, bound)
     ordered = EffectSet(tuple(sorted(effects, key=lambda effect: len(effect.needs))))
     ordered.constants(vehicle)
     return ordered

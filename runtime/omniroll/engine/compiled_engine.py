@@ -18,7 +18,6 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
-from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
 from omniroll.effects.loads_beside_bearings import left_function
 from omniroll.effects.massless_rollers import given_in_rows
 from omniroll.engine import workspace
@@ -45,7 +44,7 @@ from omniroll.vehicles.state import State
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
-DONE, FULL, STUCK, NO_STEP, ASK, _, GROUND = range(7)  # engine.h
+DONE, FULL, STUCK, NO_STEP, ASK, _ = range(6)  # engine.h
 TOO_LONG, ENDED, HOPELESS = 7, 8, 9  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
@@ -452,9 +451,6 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
-        if self.status == GROUND:
-            reason, wheel = self._why_the_ground_fails()
-            return self._stopped(reason, wheel)
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
             part = self.run.hardest_part
@@ -467,15 +463,3 @@ class CompiledRun:
     def _stopped(self, reason: str, wheel: int | None) -> SimulationStopped:
         time = self.task.start_time + self.run.elapsed
         return SimulationStopped(reason, t=time, wheel=wheel, state=shown_state(self))
-
-    def _why_the_ground_fails(self) -> tuple[str, int]:
-        """In words why loads and motion do not go on together, and a wheel that has to do with it."""
-        ground, grip = self.run.ground, self.task.effects.grip(self.kernel.vehicle)
-        compression = self._loads()
-        found = Carried(compression, np.array(list(ground.failed_sums)), compression, ground.failed_determinant)
-        try:
-            Loads(self.kernel.vehicle.places(), grip.loads).refuse_as(
-                FAILURES[ground.failure - 1], found, bool(ground.failure_is_regular)
-            )
-        except GroundFailsError as error:
-            return str(error), error.wheel

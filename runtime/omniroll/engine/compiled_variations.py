@@ -31,7 +31,6 @@ ALIGNMENT = 128  # bytes
 # faster than the run: the last of Legendre's polynomials makes at most this part of them in a step.
 FEWER, FINE, MOST_LAST = 12, 1e-8, 1e-5
 MANY = 16  # steps that ask for more
-OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # as C takes them
 
 
 def library_of(motion: Motion):
@@ -232,8 +231,7 @@ class CompiledVariations:
         return self.module.ffi.from_buffer(names[kind], array)
 
     def _grip(self, contacts: ContactModes) -> np.ndarray:
-        """(1 + Q, 3 N) the loads of contacts, 1 where they follow the motion, and their friction, and how the numbers
-        move these."""
+        """(1 + Q, 3 N) the loads of contacts and their friction, and how the numbers move these."""
         grip, moved, numbered = contacts.grip, self.columns.constants, self.columns.numbered
         found = np.zeros((1 + len(numbered), 3 * self.motion.plain.wheels))
         loads, friction = np.split(found, [len(grip.loads)], axis=1)
@@ -244,17 +242,6 @@ class CompiledVariations:
                 part[1:] = moved[name][numbered].reshape(len(numbered), -1)
         loads[:, given == 0] = 0.0
         return found
-
-    def _balance(self, contacts: ContactModes) -> np.ndarray:
-        """(1 + Q, 5 + N) the numbers of the loads' balance, and how the numbers move these."""
-        moved, numbered, found = self.columns.constants, self.columns.numbered, []
-        for name in OF_BALANCE:
-            own = np.ravel(contacts.grip.balance[name])
-            of_numbers = np.zeros((len(numbered), len(own)))
-            if name in moved:
-                of_numbers[:] = moved[name][numbered].reshape(of_numbers.shape)
-            found.append(np.concatenate([own[None], of_numbers]))
-        return np.concatenate(found, axis=1)
 
     def _per_reach(self, contacts: ContactModes) -> np.ndarray:
         """(1 + Q, N, 2) one over the squares of what static friction can hold, and how the numbers move these."""
@@ -272,14 +259,12 @@ class CompiledVariations:
     def _of_contacts(self, contacts: ContactModes) -> dict[str, np.ndarray]:
         """What C takes of contacts that have modes, by name."""
         run, motion = self.struct[0], self.motion
-        found = {"balance": self._balance(contacts), "at_rest": contacts.grip.loads} if contacts.loaded else {}
-        run.all_loads = float(contacts.grip.loads.sum())
         if not contacts.grips:
-            return found
+            return {}
         ends = np.minimum(np.arange(len(motion.y)) + 1, len(motion.y) - 1)
         run.grazes = GRAZES * contacts.friction_rate()
         noises = contacts.noises(motion.y, ends)
-        return found | {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
+        return {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
 
     def _drive(self) -> np.ndarray:
         """(T, F, N) what drives give, and modes; of bearings that may stick where wheels may slip the torques of those

@@ -84,13 +84,13 @@ class BearingsBesideContacts(BearingDeviations):
 
     @cached_property
     def numbers(self) -> tuple[np.ndarray, np.ndarray]:
-        """(3 + 6 N,) what C takes of the wheels that may stand: radius; distance from the axes of rollers to the ground
-        in their middles, if these stick; the largest load; rows. And (P, 2 + 6 N) how these move, but for the load."""
+        """(2 + 6 N,) what C takes of the wheels that may stand: radius; distance from the axes of rollers to the ground
+        in their middles, if these stick; rows. And (P, 2 + 6 N) how these move."""
         kernel = self.columns.kernel
         carried = [np.ravel(kernel.constant("wheel_radius"))] * 2
         if self.rollers is not None:
             carried[1] = kernel.call("contact_reaches", np.zeros(self.wheels))[..., 0]
-        given = *(own[0].real for own in carried), self.contacts.grip.loads.max()
+        given = [own[0].real for own in carried]
         moved = [tangent_of(own)[:, None] for own in carried] + [self.turning_rows.reshape(len(self.columns), -1)]
         return np.concatenate([given, self.standing.rows.ravel()]), np.concatenate(moved, axis=1)
 

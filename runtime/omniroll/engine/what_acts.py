@@ -93,7 +93,7 @@ class WhatActs:
         grip = ground.grip
         numbers = zip(grip.loads, grip.sliding.tolist(), grip.static.tolist(), strict=True)
         contacts = [
-            {"load": load, "carries": int(load > 0 or grip.balance is not None), "sliding": sliding, "staying": static}
+            {"load": load, "carries": int(load > 0), "sliding": sliding, "staying": static}
             for load, sliding, static in numbers
         ]
         return [contact | {"towards": (0.0, 1.0)} for contact in contacts]
@@ -103,29 +103,13 @@ class WhatActs:
         grip, vehicle = self.plan.acting.ground.grip, self.plan.acting.kernel.vehicle
         typical = float((grip.loads[:, None] * grip.sliding).max())
         radius = vehicle.platform_radius
-        return self._loads() | {
+        return {
             "undecided": 1,
             "typical": typical,
             "friction": typical / (vehicle.mass * radius),
             "settles": grip.settles(vehicle),
             "reach": vehicle.wheel_radius - vehicle.roller_axis_radius,
             "arms": [radius, 2 * radius / vehicle.yaw_scale, vehicle.wheel_radius, vehicle.roller_radius],
-        }
-
-    def _loads(self) -> dict[str, Any]:
-        """The numbers of the balance of loads that follow the motion."""
-        grip, places = self.plan.acting.ground.grip, self.plan.acting.kernel.vehicle.places()
-        if grip.balance is None:
-            return {}
-        plain = {name: float(grip.balance[name]) for name in ("normal_gravity", "height", "wheel_mass")}
-        return plain | {
-            "weight": float(grip.loads.sum()),
-            "heaviest": float(grip.loads.max()),
-            "wheel_inertia": self.plan.acting.kernel.vehicle.wheel_inertia,
-            "platform_products": grip.balance["platform_products"].tolist(),
-            "spin_inertia": self._pointer(np.broadcast_to(grip.balance["spin_inertia"], self.wheels)),
-            "places": self._pointer(places),
-            "sums": (np.column_stack([np.ones(self.wheels), places]).T @ grip.loads).tolist(),
         }
 
     def _forms(self, inputs: tuple[str, ...]) -> dict[str, list[dict[str, Any]]]:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects import Bearings, Contact, Effect, Motor, Slope, Torque
-from omniroll.effects.contact import OF_DYNAMIC_LOADS
 from omniroll.effects.torque import Drive
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene
@@ -147,11 +146,8 @@ def _grounds(scene: Scene, fastest: float, present: Contact | None) -> Iterator[
     """
     own = {} if present is None else {name: value for name, value in vars(present).items() if value is not None}
     assumed = scene.tables.get("reactions", {})
-    friction, height = (
-        own.get(name, assumed.get(name, usual))
-        for name, usual in (("friction", GRIP), ("height", scene.vehicle.wheel_radius))
-    )
-    kept = {name: own[name] for name in (*OF_DYNAMIC_LOADS, "loads", "wheel_rates", "contact_spins") if name in own}
+    friction = own.get("friction", assumed.get("friction", GRIP))
+    kept = {name: own[name] for name in ("wheel_rates", "contact_spins") if name in own}
     loaded = kept | {name: own[name] for name in ("load",) if name in own}
     said, slow = f"friction {_shown(friction)}", FADE * fastest
     if slow > 0:
@@ -162,9 +158,6 @@ def _grounds(scene: Scene, fastest: float, present: Contact | None) -> Iterator[
         yield "contact_regularised", f"{said}, which fades below {slow:.2g} m/s", numbers
     coulomb = {"law": "coulomb", "friction": friction}
     yield "contact_coulomb", said, loaded | coulomb
-    dynamic = {name: value for name, value in (own or coulomb).items() if name != "load"}
-    setting = f"{said}, the centre of mass {height:.2g} m above the ground"
-    yield "contact_loads", setting, dynamic | {"loads": "dynamic", "height": height}
 
 
 def _shown(friction: float | Sequence[float]) -> str:
