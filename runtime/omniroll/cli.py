@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import io
 import os
 import pkgutil
 import sys
@@ -48,6 +49,9 @@ def _epilog(examples: Sequence[tuple[str, str]]) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's encoding has not is no reason to end
+            stream.reconfigure(errors="backslashreplace")
     given = parser().parse_args(arguments)
     try:
         _import(given.modules)

@@ -74,7 +74,7 @@ def attempt(folder: Path, making: Making) -> bool:
     """Write the results as `omniroll run` does; whether it says that they are kept."""
     try:
         with result_folder(folder) as results:
-            write(making(results), results, picture=False)
+            write(making(results), results)
     except (OSError, OmnirollError):
         return False
     return True

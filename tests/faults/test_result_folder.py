@@ -57,10 +57,70 @@ def test_a_signal_ends_a_run_with_the_files_of_the_motion_so_far(number, long_sc
     assert np.array_equal(kept.trajectory().pose, whole.pose[: len(kept.trajectory())])
 
 
-def test_a_signal_in_the_first_run_of_two_ends_it_too(long_scene):
-    """The coarser run that measures the error is made first."""
-    outcome = run_scene(load_scene(long_scene), interrupted=lambda: "interrupted by a test")
-    assert outcome.interrupted and 0 < outcome.trajectory.t[-1] < 1500
+def test_a_run_cut_short_is_the_run_itself(long_scene):
+    """Whenever the signal comes: never the coarser run that measures the error, whose start is moved."""
+    scene = load_scene(long_scene)
+    outcome = run_scene(scene, interrupted=lambda: "interrupted by a test")
+    cut, whole = outcome.trajectory, omniroll.run(scene, control=False)
+    assert outcome.interrupted and 0 < cut.t[-1] < 1500 and cut.stats["tolerance"] == cut.accuracy
+    assert all(np.array_equal(getattr(cut, name), getattr(whole, name)[: len(cut)]) for name in ("nu", "chi", "pose"))
+
+
+def test_a_signal_in_the_coarser_run_leaves_the_whole_motion(two_scenes, tmp_path, monkeypatch, capsys):
+    from omniroll.engine import control
+
+    def making(task, tolerance, made=control.making):
+        if tolerance > 1e-9:
+            signal.raise_signal(signal.SIGTERM)
+        return made(task, tolerance)
+
+    scene = re.sub(r"accuracy = .*", "accuracy = 1e-9", two_scenes[0].read_text())
+    two_scenes[0].write_text(scene if "accuracy" in scene else scene.replace("[run]", "[run]\naccuracy = 1e-9"))
+    whole = omniroll.run(load_scene(two_scenes[0]), control=False)
+    monkeypatch.setattr(control, "making", making)
+    assert cli.main(["run", str(two_scenes[0]), "--output", str(tmp_path / "out")]) == 128 + signal.SIGTERM
+    assert "hold the whole motion" in capsys.readouterr().err
+    kept = load_results(tmp_path / "out")
+    assert np.array_equal(kept.trajectory().pose, whole.pose)
+    assert kept.summary["tolerance"] == 1e-9 and kept.summary["stopped"] is None
+
+
+def test_a_kill_in_the_coarser_run_finds_the_whole_motion_kept(long_scene, tmp_path):
+    class KilledError(BaseException):
+        pass
+
+    def report(done, duration, ends=[]):  # noqa: B006 (it counts)
+        ends.append(done >= duration)
+        if any(ends[:-1]):  # the run is over, and the coarser one has begun
+            raise KilledError
+
+    scene, parts = load_scene(long_scene), Parts(tmp_path / "unfinished", 0.0, lambda: 0.0)
+    with pytest.raises(KilledError):
+        run_scene(scene, report, keep=parts.look)
+    kept, whole = unfinished(tmp_path).trajectory(), omniroll.run(scene, control=False)
+    assert kept.t[-1] == 1500 and np.array_equal(kept.pose, whole.pose)
+
+
+@pytest.mark.parametrize("drawn", ["--plot", "--view"])
+def test_results_stand_before_pictures_are_drawn(drawn, two_scenes, tmp_path, monkeypatch, capsys):
+    from omniroll.scenes import outcome
+
+    def draw(*_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(outcome, "draw", draw)
+    monkeypatch.setattr(outcome, "page_of", draw)
+    assert cli.main(["run", str(two_scenes[0]), drawn, "--output", str(tmp_path / "out")]) == 1
+    assert "the results are whole in" in capsys.readouterr().err
+    assert load_results(tmp_path / "out").trajectory().t[-1] == 0.3
+
+
+def test_names_that_are_no_text_or_a_formula(two_scenes, tmp_path, monkeypatch):
+    monkeypatch.setattr("webbrowser.open", lambda _: True)
+    place = Path(os.fsdecode(os.fsencode(tmp_path) + b"/$\\frac_$\xff\xe9.toml"))
+    shutil.copy(two_scenes[0], place)
+    assert cli.main(["run", str(place), "--plot", "--view", "--output", str(tmp_path / "out")]) == 0
+    assert {"picture.png", "view.html"} < set(load_results(tmp_path / "out").summary["files"])
 
 
 @pytest.mark.parametrize("engine", ["compiled", "python"])
@@ -154,7 +214,7 @@ def test_a_part_that_cannot_be_written_does_not_end_the_run(tmp_path):
 def test_a_mix_of_two_runs_is_refused(two_scenes, tmp_path):
     for scene, name in zip(two_scenes, ("a", "b"), strict=True):
         with result_folder(tmp_path / name) as folder:
-            write(run_scene(load_scene(scene)), folder, picture=False)
+            write(run_scene(load_scene(scene)), folder)
     assert load_results(tmp_path / "a").trajectory().t[-1] == 0.3
     shutil.copy(tmp_path / "b/trajectory.csv", tmp_path / "a/trajectory.csv")
     with pytest.raises(DamagedResultsError, match="trajectory.csv is not the file that"):
@@ -203,7 +263,7 @@ def read_only(path, *_, **__):
 def test_files_of_others_stay(two_scenes, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with result_folder(tmp_path) as folder:
-        summary = write(run_scene(load_scene(two_scenes[0])), folder, picture=False)
+        summary = write(run_scene(load_scene(two_scenes[0])), folder)
     there = {path.name for path in tmp_path.iterdir()} - {".lock"}
     assert there == {"notes.txt", "summary.json", *summary["files"]} and there - {"notes.txt"} < set(FILES)
 

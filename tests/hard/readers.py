@@ -84,7 +84,7 @@ def results() -> Path:
     short = folder / "short.toml"
     short.write_text(scene.read_text(encoding="utf-8").replace("duration = 20.0", "duration = 0.2"), encoding="utf-8")
     with result_folder(folder / "out") as place:
-        write(run_scene(omniroll.load_scene(short)), place, picture=False)
+        write(run_scene(omniroll.load_scene(short)), place)
     return folder / "out"
 
 

@@ -17,10 +17,9 @@ from omniroll.progress import reporting
 from omniroll.results.ledger import WORDS
 from omniroll.scenes import load_scene
 from omniroll.scenes.lints import lints
-from omniroll.scenes.outcome import VIEW, Outcome, result_folder, run_scene, write
+from omniroll.scenes.outcome import VIEW, Outcome, complete, result_folder, run_scene, write
 from omniroll.scenes.result_folder import Parts, as_json
 from omniroll.scenes.streaming import Stream, refuse_unless_streamable
-from omniroll.viewer.page import View, view
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
 EXAMPLES = (
@@ -64,16 +63,20 @@ def run(arguments: argparse.Namespace) -> int:
         parts = Parts(results.unfinished, PARTS, time.monotonic)
         with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
             outcome = run_scene(scene, report, keep=parts.look, interrupted=interruption, stream=stream)
-        page = page_of(outcome) if arguments.view else None
-        summary = write(outcome, results, picture=arguments.plot, page=page)
+        summary = write(outcome, results)
+        try:
+            summary = complete(outcome, results, summary, picture=arguments.plot, view=arguments.view)
+        except BaseException:
+            print(f"omniroll: the results are whole in {folder}; what is drawn of them is not", file=sys.stderr)
+            raise
     files = ", ".join([*summary["files"], "summary.json", *_parts(summary)])
     print(as_json(summary) if arguments.json else text(outcome) + f"\n\n{folder}: {files}")
     if arguments.view:
         webbrowser.open((folder / VIEW).resolve().as_uri())
     early = {lint.text for lint in wrong}
     _warn(warning for warning in outcome.warnings if warning not in early)
-    if outcome.interrupted:
-        print(f"omniroll: {outcome.interrupted}; the files hold the motion so far", file=sys.stderr)
+    if interruption():
+        print(f"omniroll: {interruption()}; {_kept(outcome)}", file=sys.stderr)
         return interruption.exit_code
     if outcome.stopped is not None:
         raise outcome.stopped
@@ -86,10 +89,12 @@ def _parts(summary: dict[str, Any]) -> list[str]:
     return [f"parts/ ({len(parts)} of them, {sum(part['rows'] for part in parts)} rows)"] if parts else []
 
 
-def page_of(outcome: Outcome) -> View:
-    """The page that shows a run of a scene moving."""
-    name = outcome.scene.name
-    return view(outcome.trajectory, labels=[name], reactions=outcome.reactions, title=name)
+def _kept(outcome: Outcome) -> str:
+    """What the files of a run hold that a signal has ended."""
+    if outcome.stopped is not None:
+        return "the files hold the motion so far"
+    estimate = outcome.trajectory.stats["error_estimate"]
+    return "the files hold the whole motion" + (", without an estimate of its error" if estimate is None else "")
 
 
 def _warn(texts: Iterable[str]) -> None:

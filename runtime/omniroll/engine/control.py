@@ -1,5 +1,5 @@
 """How good a run is, for the price of one coarser run: a controlled run says how large its error is, and is made again
-until that is small enough.
+until that is small enough. The run itself comes first: whatever ends the work, what is kept is a run of the task.
 
 The coarser run starts a little beside the other one, so that the distance of the two holds both what the tolerance
 leaves and what the motion makes of a small error. Numbers are rounded to eps: that error is always there.
@@ -147,10 +147,10 @@ def controlling(task: Task) -> Work[Controlled]:
     quiet, accuracy = _quiet(task), task.accuracy
     aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
     tolerance, estimate = accuracy, None
-    floor = _Floor(quiet, aside)
-    control, run = yield from _first_two(task, moved(quiet, aside))
-    if run is None:
-        return Controlled(control, None, floor.sensitivity)
+    floor = _Floor(task, aside)
+    run, control = yield from _first_two(task, moved(quiet, aside))
+    if control is None:
+        return Controlled(run, None, floor.sensitivity)
     for trial in range(TRIALS):
         if trial > 0:
             run = yield from making(task, tolerance)
@@ -172,17 +172,17 @@ def controlling(task: Task) -> Work[Controlled]:
 
 
 def _first_two(task: Task, beside: Task) -> Work[tuple[AnyRun, AnyRun | None]]:
-    """A coarser run that starts beside the task, and the first run of the task; None where the coarser one is all that
-    there is. Nobody is told or asked anything while both are made at once."""
+    """The first run of the task, and then a coarser one that starts beside it; None where the first one has stopped.
+    Nobody is told or asked anything while both are made at once."""
     coarse = min(CONTROL * task.accuracy, COARSEST)
     if _quiet(task) is task and task.interrupted is None and not _asks_python(task):
-        control, run = yield from side_by_side([making(beside, coarse), making(task, task.accuracy)])
-        return control, run
+        run, control = yield from side_by_side([making(task, task.accuracy), making(beside, coarse)])
+        return run, control
+    run = yield from making(task, task.accuracy)
+    if not run.done:
+        return run, None
     beside = replace(beside, progress=task.coarse) if task.coarse is not None else beside
-    control = yield from making(beside, coarse)
-    if task.interrupted is not None and task.interrupted():
-        return control, None
-    return control, (yield from making(task, task.accuracy))
+    return run, (yield from making(_behind(task, beside, run), coarse))
 
 
 def _asks_python(task: Task) -> bool:
@@ -198,6 +198,13 @@ def _quiet(task: Task) -> Task:
     if task.progress is task.coarse is task.keep is None:
         return task
     return replace(task, progress=None, coarse=None, keep=None)
+
+
+def _behind(task: Task, other: Task, run: AnyRun) -> Task:
+    """Another task, during which whoever keeps the task sees its finished run."""
+    if task.keep is None:
+        return other
+    return replace(other, keep=lambda _: task.keep(run))  # type: ignore[misc,arg-type]
 
 
 def controlled_run(task: Task) -> Trajectory:
@@ -224,7 +231,7 @@ class _Floor:
     """
 
     def __init__(self, task: Task, aside: float):
-        self.task, self.aside, self.most = task, aside, math.inf
+        self.kept, self.task, self.aside, self.most = task, _quiet(task), aside, math.inf
         self.measured: float | None = None
 
     def of(self, run: AnyRun, first_distance: float | None) -> Work[float]:
@@ -238,7 +245,7 @@ class _Floor:
         if EPS * self.most <= 0.1 * self.task.accuracy:
             return EPS * self.most
         if self.measured is None:
-            self.measured = yield from _measuring(self.task, run)
+            self.measured = yield from _measuring(_behind(self.kept, self.task, run), run)
         return max(rounding, EPS * self.measured) if self.measured is not None else math.inf
 
     def sensitivity(self) -> float | None:

@@ -58,6 +58,11 @@ class Scene:
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
+    def title(self) -> str:
+        """The name as every page and picture can show it: bytes of a file's name that are no text are escaped."""
+        return self.name.encode("utf-8", "backslashreplace").decode("utf-8")
+
+    @property
     def slips(self) -> bool:
         """Whether its wheels may slip."""
         return "contact" in self.tables

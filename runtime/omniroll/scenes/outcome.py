@@ -24,6 +24,7 @@ from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
 from omniroll.scenes.result_folder import ResultFolder
 from omniroll.scenes.streaming import Stream
+from omniroll.viewer import page
 from omniroll.viewer.page import View
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
@@ -69,9 +70,13 @@ class Outcome:
         """The motion: one part, or those that were written, each read when its turn comes."""
         return [self.trajectory] if self.stream is None else self.stream.written()
 
-    def summary(self) -> dict[str, Any]:
-        """What there is to know in short, in plain Python types; units SI."""
+    def summary(self, *, measured: bool = True) -> dict[str, Any]:
+        """What there is to know in short, in plain Python types; units SI.
+
+        measured  also the sensitivity, for which runs may have to be made; it is None else
+        """
         trajectory, stopped = self.trajectory, self.stopped
+        figures = trajectory.stats if measured else dict(trajectory.stats)
         return {
             "scene": self.scene.name,
             "stopped": stopped and {"reason": stopped.reason, "t": stopped.t, "wheel": stopped.wheel},
@@ -83,7 +88,7 @@ class Outcome:
             "kernel": trajectory.stats["kernel"],
             "t": [self.stream.parts[0]["t"][0] if self.stream else float(trajectory.t[0]), float(trajectory.t[-1])],
             "seconds": self.seconds,
-            **{name: trajectory.stats.get(name) for name in STATS},
+            **{name: figures.get(name) for name in STATS},
             "nu": trajectory.nu[-1].tolist(),
             "pose": trajectory.pose[-1].tolist(),
             "energy": self.stream.ledger() if self.stream else ledger(trajectory),
@@ -119,7 +124,7 @@ def run_scene(
 ) -> Outcome:
     """Run a scene, also one that stops before its end.
 
-    report       is told of the progress, first of that of the coarser run that the error estimate needs
+    report       is told of the progress, then of that of the coarser run that the error estimate needs
     keep         sees the run now and then
     interrupted  ends the run where it gives a text
     stream       takes the parts of the run, in place of `keep`
@@ -153,8 +158,11 @@ def result_folder(path: Path) -> ResultFolder:
     return ResultFolder(path, FILES)
 
 
-def write(outcome: Outcome, folder: ResultFolder, *, picture: bool, page: View | None = None) -> dict[str, Any]:
-    """Keep the files of a run in place of those of an earlier one; the summary, with the files' checksums."""
+def write(outcome: Outcome, folder: ResultFolder) -> dict[str, Any]:
+    """Keep the files of a run in place of those of an earlier one; the summary, with the files' checksums.
+
+    The sensitivity is in it where it has been measured: nothing is computed before the results are on the disk.
+    """
 
     def write_files(place: Path) -> None:
         trajectory = outcome.trajectory
@@ -172,14 +180,36 @@ def write(outcome: Outcome, folder: ResultFolder, *, picture: bool, page: View |
             _write_slip(trajectory, place / "slip.csv")
         if outcome.reactions is not None:
             _write_reactions(outcome.reactions, place / "reactions.csv")
-        if picture:
-            draw(trajectory, outcome.scene.name, place / "picture.png", stopped=outcome.stopped is not None)
-            if trajectory.effects.slips:
-                slip_map.draw(trajectory, f"{outcome.scene.name}: where and when wheels slip", place / "slip.png")
-        if page is not None:
-            page.save(place / VIEW)
 
-    return folder.keep(write_files, outcome.summary())
+    return folder.keep(write_files, outcome.summary(measured=False))
+
+
+def complete(
+    outcome: Outcome, folder: ResultFolder, summary: dict[str, Any], *, picture: bool, view: bool
+) -> dict[str, Any]:
+    """Add what is made of results that `write` has kept: the sensitivity, and pictures. Gives the summary then.
+
+    summary  as `write` has given it
+    """
+    trajectory, name = outcome.trajectory, outcome.scene.title
+
+    def write_files(place: Path) -> None:
+        if picture:
+            drawn = name.replace("$", r"\$")  # which matplotlib would take for the start of a formula
+            draw(trajectory, drawn, place / "picture.png", stopped=outcome.stopped is not None)
+            if trajectory.effects.slips:
+                slip_map.draw(trajectory, f"{drawn}: where and when wheels slip", place / "slip.png")
+        if view:
+            page_of(outcome).save(place / VIEW)
+
+    whole = outcome.summary() | {"files": summary["files"]}
+    return folder.add(write_files, whole) if picture or view or whole != summary else summary
+
+
+def page_of(outcome: Outcome) -> View:
+    """The page that shows a run of a scene moving."""
+    name = outcome.scene.title
+    return page.view(outcome.trajectory, labels=[name], reactions=outcome.reactions, title=name)
 
 
 def _write_switches(trajectory: Trajectory, path: Path) -> None:

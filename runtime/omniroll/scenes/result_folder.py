@@ -5,6 +5,8 @@
 3. The files move from `.complete` to their places, each by a rename, summary.json last. What is cut off here is
    finished by whoever writes next; a reader takes from `.complete` what has not moved.
 
+Files that are made of the results, such as pictures, are added in the same way when the results stand.
+
 summary.json names the other files with their checksums, so that a mix of two runs does not pass for one of them. While
 a long run goes on, what it has done so far stands in the folder `unfinished`, in parts. Of a run that goes to the disk
 part by part these are the results: summary.json names them, too, and in step 3 the folder becomes `parts`.
@@ -74,13 +76,21 @@ class ResultFolder:
 
         Returns the summary, with `files`: the checksum of each file by its name. An error leaves the results before.
         """
+        return self._keep(write, summary, {})
+
+    def add(self, write: Callable[[Path], None], summary: dict[str, Any]) -> dict[str, Any]:
+        """Add what `write` writes to the results that `keep` has kept, whose summary this one replaces: `files` are
+        those before. An error leaves the results without it."""
+        return self._keep(write, summary, summary["files"])
+
+    def _keep(self, write: Callable[[Path], None], summary: dict[str, Any], before: dict[str, str]) -> dict[str, Any]:
         self._begin()
         try:
             write(self.new)
             files = {name: durable.digest(self.new / name) for name in self.names if (self.new / name).exists()}
             for name in files:
                 durable.sync(self.new / name)
-            whole = summary | {"files": files}
+            whole = summary | {"files": before | files}
             with durable.whole_file(self.new / SUMMARY) as file:
                 file.write(as_json(whole) + "\n")
             os.rename(self.new, self.complete)
@@ -268,7 +278,8 @@ def _farthest_series(folder: Path) -> dict[str, Path]:
         series.setdefault(part.name.split("-part-")[0], []).append(part)
     if not series:
         raise FileNotFoundError(f"{folder} holds no results of a run")
-    best = max(series.values(), key=lambda parts: Trajectory.load(parts[-1]).elapsed[-1])
+    finest_first = reversed(series.values())
+    best = max(finest_first, key=lambda parts: Trajectory.load(parts[-1]).elapsed[-1])
     return {part.name: part for part in best}
 
 
