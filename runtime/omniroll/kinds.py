@@ -4,6 +4,7 @@ bounds.
 A kind has
     expected(sizes)            what it accepts, in words
     complaint(value, sizes)    why it refuses a value of a scene file, in words; None where it accepts it
+    plain(value)               a value of a scene file that it accepts, as a scene keeps it
     checked(field, value)      a value that is given in Python, as the package keeps it; or InvalidValueError
     shown()                    what it accepts, short, for the tables of docs/scenes.md
     in_python()                the same for docstrings, with shapes as NumPy shows them
@@ -24,6 +25,7 @@ from omniroll.validation import LARGEST, SMALLEST
 
 Sizes = Mapping[str, int]
 Shape = tuple[int | str, ...]
+EXACT = 2**53  # integers up to this are floats
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,9 @@ class Choice:
 
     def complaint(self, value: Any, sizes: Sizes) -> str | None:
         return None if isinstance(value, str) and value in self.names else self.expected(sizes)
+
+    def plain(self, value: str) -> str:
+        return value
 
     def checked(self, field: str, value: Any) -> str:
         return validation.choice(field, value, self.names)
@@ -57,6 +62,9 @@ class Word:
 
     def complaint(self, value: Any, sizes: Sizes) -> str | None:
         return None if isinstance(value, str) and value else self.expected(sizes)
+
+    def plain(self, value: str) -> str:
+        return value
 
     def checked(self, field: str, value: Any) -> str:
         if complaint := self.complaint(value, {}):
@@ -84,6 +92,9 @@ class Whole:
         good = isinstance(value, int) and not isinstance(value, bool)
         good = good and self.least <= value and (self.most is None or value <= self.most)
         return None if good else self.expected(sizes)
+
+    def plain(self, value: int) -> int:
+        return value
 
     def checked(self, field: str, value: Any) -> int:
         number = validation.integer(field, value, self.least)
@@ -137,6 +148,12 @@ class Numbers:
         inside = all(self.above < x < self.below and self.least <= x <= self.most for x in numbers)
         ordered = not self.increasing or all(a < b for a, b in zip(numbers, numbers[1:], strict=False))
         return None if inside and ordered else self.expected(sizes)
+
+    def plain(self, value: Any) -> Any:
+        """An integer that no float has exactly becomes a float: TOML's have any number of digits, NumPy's 64 bits."""
+        if isinstance(value, list):
+            return [self.plain(part) for part in value]
+        return float(value) if isinstance(value, int) and abs(value) > EXACT else value
 
     def checked(self, field: str, value: Any) -> Any:
         """A float, or numbers as nested tuples. The size that a name in a shape stands for is not checked."""

@@ -64,6 +64,8 @@ def real_array(field: str, value: ArrayLike, shape: tuple[int, ...] | None = Non
         raise InvalidValueError(field, value, "must be an array of numbers, rows of one length") from None
     except Exception:  # an object whose own code fails
         raise InvalidValueError(field, value, "must be real numbers") from None
+    if raw.dtype.kind == "O":
+        raw = _of_integers(field, value, raw)
     if raw.dtype.kind not in "iuf":
         raise InvalidValueError(field, value, "must be real numbers")
     if raw.size > MOST_NUMBERS:
@@ -74,6 +76,16 @@ def real_array(field: str, value: ArrayLike, shape: tuple[int, ...] | None = Non
     if shape is not None and array.shape != shape:
         raise InvalidValueError(field, value, f"must have the shape {shape}, not {array.shape}")
     return array
+
+
+def _of_integers(field: str, value: Any, raw: np.ndarray) -> np.ndarray:
+    """Objects as floats where they are real numbers, of which integers may have any number of digits."""
+    if not all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in raw.flat):
+        raise InvalidValueError(field, value, "must be real numbers")
+    try:
+        return raw.astype(float)
+    except OverflowError:
+        raise InvalidValueError(field, value, "must be finite") from None
 
 
 def trailing(field: str, value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:

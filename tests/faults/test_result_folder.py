@@ -210,6 +210,17 @@ def test_a_part_that_cannot_be_written_does_not_end_the_run(tmp_path):
 
 # Folders
 
+T = '"t": [0, 1]'
+ODD_SUMMARIES = (
+    "", "[]", "null", "3", '"files"', "[" * 100_000, '{"a":' * 100_000, '{"files": 3', "{}", "9" * 5000, "\x00",
+    '{"files": []}', '{"files": {}}', f'{{{T}, "files": []}}', f'{{{T}, "files": null}}',
+    f'{{{T}, "files": {{"..": "a"}}}}', f'{{{T}, "files": {{"a/b": "a"}}}}', f'{{{T}, "files": {{"a": 3}}}}',
+    f'{{{T}, "files": {{"\\u0000": "a"}}}}', f'{{{T}, "files": {{}}, "parts": 3}}',
+    f'{{{T}, "files": {{}}, "parts": [3]}}', f'{{{T}, "files": {{}}, "parts": [{{}}]}}',
+    f'{{{T}, "files": {{}}, "parts": [{{{T}, "file": [], "checksum": ""}}]}}',
+    '{"files": {}, "t": [1, 0]}', '{"files": {}, "t": [0, NaN]}', '{"files": {}, "t": [[], []]}',
+)  # fmt: skip
+
 
 def test_a_mix_of_two_runs_is_refused(two_scenes, tmp_path):
     for scene, name in zip(two_scenes, ("a", "b"), strict=True):
@@ -222,9 +233,10 @@ def test_a_mix_of_two_runs_is_refused(two_scenes, tmp_path):
     (tmp_path / "b/switches.csv").unlink()
     with pytest.raises(DamagedResultsError, match="switches.csv is missing"):
         load_results(tmp_path / "b")
-    (tmp_path / "b/summary.json").write_text('{"files": 3')
-    with pytest.raises(DamagedResultsError, match="not a whole summary"):
-        load_results(tmp_path / "b")
+    for text in ODD_SUMMARIES:
+        (tmp_path / "b/summary.json").write_text(text)
+        with pytest.raises(DamagedResultsError, match="not a whole summary"):
+            load_results(tmp_path / "b")
     with pytest.raises(FileNotFoundError, match="holds no results"):
         load_results(tmp_path / "c")
 

@@ -41,7 +41,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import cffi
 
-from omniroll import generated_data
+from omniroll import generated_data, json_texts
 from omniroll.codegen import cache as cache_folder
 from omniroll.codegen import specialise
 from omniroll.codegen.along import ALONG
@@ -318,11 +318,11 @@ def _is_whole(place: Path) -> bool:
     """Whether the texts in a folder are those that were written there; looked at once in a process."""
     if place not in WHOLE:
         try:
-            checksums = json.loads((place / CHECKSUMS).read_text(encoding="utf-8"))
+            checksums = json_texts.read_object((place / CHECKSUMS).read_text(encoding="utf-8"))
             texts = {file.name for file in place.iterdir() if file.suffix in TEXTS} - {CHECKSUMS}
             damaged = texts != checksums.keys()
             damaged = damaged or any(building.digest(place / file) != checksums[file] for file in texts)
-        except (OSError, ValueError, AttributeError):
+        except (OSError, ValueError):
             damaged = True
         if damaged:
             return False

@@ -22,7 +22,7 @@ from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
 
-from omniroll import durable
+from omniroll import durable, json_texts
 from omniroll.effects.effect_set import DRIVES
 from omniroll.errors import InvalidValueError
 from omniroll.results.trajectory_content import ARRAYS, AXES, SWITCH_FIELDS, Stored, check
@@ -116,7 +116,7 @@ def _read_npz(path: str | PathLike) -> Stored:
 
 def _read_description(text: str) -> dict[str, Any]:
     """The description of a file. Raises ValueError for that of another version."""
-    description = json.loads(text)
+    description = json_texts.read_object(text)
     found = description.get("format")
     if found != FORMAT:
         raise ValueError(f"it says that it is {found!r}; simulate again")

@@ -76,7 +76,7 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
             continue
         complaint = key.kind.complaint(content[key.name], known)
         if complaint is None:
-            good[key.name] = content[key.name]
+            good[key.name] = key.kind.plain(content[key.name])
         else:
             findings.add(table.name, key.name, complaint + _unit(key.unit), shown(content[key.name]))
     return good

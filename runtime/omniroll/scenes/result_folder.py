@@ -25,7 +25,7 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from omniroll import durable, validation
+from omniroll import durable, json_texts, validation
 from omniroll.engine.runs import Partial
 from omniroll.errors import OmnirollError
 from omniroll.results.trajectory import Trajectory
@@ -283,12 +283,25 @@ def _farthest_series(folder: Path) -> dict[str, Path]:
     return {part.name: part for part in best}
 
 
-def _file_of(part: dict[str, Any]) -> str:
-    """Of a part that a summary names. Raises KeyError, TypeError or ValueError for what names none."""
-    start, end = map(float, part["t"])
-    if not (start <= end and isinstance(part["checksum"], str)):
-        raise ValueError(PARTS)
-    return part["file"]
+def _check_summary(summary: dict[str, Any]) -> None:
+    """Raise ValueError for a summary that does not name the files and times of a run."""
+    _check_times(summary)
+    files = dict(json_texts.part(summary, "files", dict))
+    for part in json_texts.part(summary, PARTS, list, []):
+        if not isinstance(part, dict):
+            raise ValueError(f"{PARTS} are no objects")
+        _check_times(part)
+        files[json_texts.part(part, "file", str)] = json_texts.part(part, "checksum", str)
+    for name, checksum in files.items():
+        if Path(name).name != name or not name.strip(".") or "\0" in name or not isinstance(checksum, str):
+            raise ValueError(f"{name!r} is no file of a run, or has no checksum")
+
+
+def _check_times(found: dict[str, Any]) -> None:
+    times = json_texts.part(found, "t", list)
+    plain = len(times) == 2 and all(isinstance(time, (int, float)) and not isinstance(time, bool) for time in times)
+    if not (plain and times[0] <= times[1]):
+        raise ValueError("'t' is no start and end")
 
 
 def as_json(summary: dict[str, Any]) -> str:
@@ -306,10 +319,8 @@ def as_json(summary: dict[str, Any]) -> str:
 
 def _read_summary(path: Path) -> dict[str, Any]:
     try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-        parts = summary.get(PARTS) or []
-        if not all(isinstance(name, str) and "/" not in name for name in [*summary["files"], *map(_file_of, parts)]):
-            raise ValueError("files")
-    except (ValueError, KeyError, TypeError) as error:
-        raise DamagedResultsError(f"{path} is not a whole summary of a run: {error!r}") from None
+        summary = json_texts.read_object(path.read_text(encoding="utf-8"))
+        _check_summary(summary)
+    except ValueError as error:
+        raise DamagedResultsError(f"{path} is not a whole summary of a run: {error}") from None
     return summary
