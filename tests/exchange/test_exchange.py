@@ -144,7 +144,7 @@ def test_a_platform_that_is_turned_and_moved_in_its_world(read):
 
 def test_sizes_from_wherever_they_are(read):
     assert read(urdf(solid=False), wheel_radius=0.038).vehicle.wheel_radius == 0.038
-    with pytest.raises(omniroll.InvalidValueError, match="give it"):
+    with pytest.raises(omniroll.InvalidValueError, match="--wheel-radius"):
         read(urdf(solid=False))
 
 
@@ -168,13 +168,13 @@ def test_armatures_of_wheels_count_and_of_rollers_do_not(read):
 @pytest.mark.parametrize(
     "text, words",
     [
-        (urdf(slant=math.pi / 4), "45 degrees with its plane: only 0 is modelled, no mecanum"),
+        (urdf(slant=math.pi / 4), "45 degrees with its plane: only 0 is modelled, no mecanum wheel"),
         (urdf(rollers=2), "must have wheels"),
         (urdf().replace('<axis xyz="1.0 0.0 0.0"', '<axis xyz="0.0 0.0 1.0"', 1), "not horizontal .*: wheel0"),
         (urdf(base=(2.0, 0.001, 0.001, 0.011)), "MuJoCo reads; it says: .*inertia"),
         ("<robot>", "MuJoCo reads"),
         ("not a file of the kind", "MuJoCo reads"),
-        (urdf().replace(f'<mass value="{NUMBERS["roller"][0]}"', '<mass value="0.1"', 1), "wheels that are alike"),
+        (urdf().replace(f'<mass value="{NUMBERS["roller"][0]}"', '<mass value="0.1"', 1), "wheels whose wheel_inertia is from .* make them alike in the file, or give wheel_inertia"),
     ],
 )  # fmt: skip
 def test_what_is_no_such_vehicle(read, text, words):

@@ -8,14 +8,27 @@ from typing import Any
 
 import numpy as np
 
+from omniroll import validation
 from omniroll.errors import InvalidValueError
-from omniroll.exchange.tree import Rigid, inertia_about, mass_of, moment_of, radius_about, read_tree
-from omniroll.vehicles.data_sheet import DERIVED, GIVEN, Origin
+from omniroll.exchange.likeness import mean_of
+from omniroll.exchange.missing_rollers import SIZES, refuse_slanted, rollers_of_catalogue, rollers_of_numbers
+from omniroll.exchange.tree import Rigid, Tree, inertia_about, mass_of, moment_of, read_tree
+from omniroll.exchange.wheels import (
+    KIND,
+    NEAR,
+    Wheel,
+    centre_of,
+    plain_wheel,
+    rollers_of,
+    rolling_wheel,
+    wheels_of_one_body,
+    wheels_with_rollers,
+)
+from omniroll.vehicles.data_sheet import ASSUMED, DERIVED, GIVEN, Origin
 from omniroll.vehicles.parts import places_on_rays
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import VEHICLE, by_name
 
-NEAR = 1e-3  # how far places may be off, over the sizes they belong to, and angles in rad: files have few digits
 ROUNDING = 1e-9  # what is no difference, over the sizes
 UP = np.array([0.0, 0.0, 1.0])
 REASONS = {
@@ -27,22 +40,11 @@ REASONS = {
     "wheel_inertia": "of a wheel's bodies about its joint",
     "roller_inertia": "of a roller's bodies about its joint",
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Wheel:
-    """A wheel as a file has it: its centre (3,), its axle (3,) outward, and numbers of it and its rollers."""
-
-    centre: np.ndarray
-    axle: np.ndarray
-    rollers: int
-    roller_axis_radius: float
-    wheel_radius: float | None
-    wheel_inertia: float
-    roller_inertia: float
-    row_offset: float
-    is_inward: bool
-    friction: tuple[float, float, float, float]
+NO_RADIUS = (
+    "is not in the file, whose wheels have no sphere, capsule, cylinder or ellipsoid that may touch: give wheel_radius "
+    "(--wheel-radius)"
+)
+FRICTION = ("wheel_viscous", "wheel_coulomb", "roller_viscous", "roller_coulomb")
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,83 +53,98 @@ class Imported:
 
     vehicle   Vehicle
     assumed   what was assumed or left out, in words
-    friction  arguments of Bearings by name, as far as the file has them; they stick without a speed
+    friction  arguments of Bearings by name, as far as the file has them; they stick without a speed. A list has a
+              number for each wheel
     row_offset  in m, of double rows from the wheel's middle along the axle; 0 for single ones
     """
 
     vehicle: Vehicle
     assumed: tuple[str, ...] = ()
-    friction: dict[str, float] = field(default_factory=dict)
+    friction: dict[str, float | list[float]] = field(default_factory=dict)
     row_offset: float = 0.0
 
 
-def import_vehicle(path: str | PathLike, **numbers: Any) -> Imported:
+def import_vehicle(
+    path: str | PathLike,
+    *,
+    robot: str | None = None,
+    wheel_names: Sequence[str] | None = None,
+    wheel: str | None = None,
+    roller_angle: float = 0.0,
+    **numbers: Any,
+) -> Imported:
     """The vehicle of a URDF file or of an MJCF file.
 
     path     of the file, str or path
-    numbers  fields of Vehicle by name that stand in place of what the file says, or for what it does not say
+    robot    name of the robot's first body, of a file with several robots
+    wheel_names   names of the bodies that are wheels; None: all that look like wheels
+    wheel    name of the robot of omniroll.robots.catalogue whose wheels these are, where they are one body each
+    roller_angle  in rad, between rollers' axes and the wheel's plane; only 0 is modelled
+    numbers  fields of Vehicle by name that stand in place of what the file says, or for what it does not say; of
+             wheels of one body also roller_radius, roller_length and roller_mass
 
-    Wheels are bodies on a horizontal hinge that carry three hinges or more: their rollers. Everything else is the
-    platform, held in its reference position. xacro must be expanded beforehand.
+    Wheels are bodies on a horizontal hinge that carry three hinges or more: their rollers. Where there are none, they
+    are bodies without limits on the lowest horizontal hinges. Everything else is the platform, held in its reference
+    position. xacro must be expanded beforehand.
 
-    Raises InvalidValueError where the file is not read, has no such wheels, or wheels that are not alike;
-    MissingPackageError without the extra `mujoco`.
+    Raises InvalidValueError where the file is not read, has several robots, no such wheels, or wheels that are not
+    alike; MissingPackageError without the extra `mujoco`.
     """
-    roots, assumed = read_tree(path)
-    base, parts = _base_and_wheels(path, roots)
-    centres = np.array([_centre(part) for part in parts])
-    middle = _middle(centres[:, :2], np.array([part.hinge.axis[:2] for part in parts]))
-    wheels = [_wheel(part, np.append(middle, 0.0), path) for part in parts]
-    bodies = base.everything()
-    values = _numbers(wheels, path) | _layout(wheels, middle)
+    refuse_slanted(roller_angle)
+    names = [entry.name for entry in VEHICLE]
+    validation.known(numbers, (*names, *SIZES), "import_vehicle")
+    tree = read_tree(path)
+    root, parts = _robot(path, tree, robot, wheel_names)
+    notes = list(tree.assumed)
+    bodies, middle = root.everything(), _middle(parts)
+    wheels = _wheels(parts, middle, path, notes)
+    values = _numbers(wheels, path, numbers, notes) | _layout(wheels, middle, numbers)
+    guessed = _rollers(wheels, values, wheel, numbers, notes)
+    values |= guessed
     values["mass"] = mass_of(bodies)
     values["yaw_inertia"] = inertia_about(bodies, np.append(middle, 0.0), UP)
     center = moment_of(bodies)[:2] / values["mass"] - middle
     if np.abs(center).max() > ROUNDING * values["platform_radius"]:
         values["center_of_mass"] = tuple(center.tolist())
-    assumed += _assumptions(base, parts, wheels, bodies, values["platform_radius"])
-    if values["wheel_radius"] is None and "wheel_radius" not in numbers:
-        bound = "is not in the file, whose rollers have no sphere, capsule, cylinder or ellipsoid; give it"
-        raise InvalidValueError("wheel_radius", None, bound)
-    vehicle = Vehicle(**values | numbers)
-    friction = dict(
-        zip(("wheel_viscous", "wheel_coulomb", "roller_viscous", "roller_coulomb"), wheels[0].friction, strict=True)
-    )
-    return Imported(
-        vehicle.replace(origins=_origins(vehicle, numbers)),
-        tuple(assumed),
-        {name: value for name, value in friction.items() if value},
-        wheels[0].row_offset,
-    )
+    notes += _assumptions(root, parts, wheels, values["platform_radius"])
+    notes.append(_masses(path, tree, root, parts))
+    values |= {name: value for name, value in numbers.items() if name in names}
+    if values["wheel_radius"] is None:
+        raise InvalidValueError("wheel_radius", None, NO_RADIUS)
+    vehicle = Vehicle(**values)
+    vehicle = vehicle.replace(origins=_origins(vehicle, numbers, guessed))
+    return Imported(vehicle, tuple(notes), _friction(wheels), wheels[0].row_offset)
 
 
-def _base_and_wheels(path: object, roots: Sequence[Rigid]) -> tuple[Rigid, list[Rigid]]:
-    """The body that carries wheels, and these. Raises InvalidValueError where there are none, or some lie flat."""
-    for rigid in (part for root in roots for part in root.everything()):
-        wheels = [child for child in rigid.children if child.hinge is not None and len(_rollers(child)) >= 3]
-        standing = [wheel.name for wheel in wheels if abs(wheel.hinge.axis[2]) > NEAR]
-        if standing:
-            bound = f"has wheels whose axles are not horizontal in its reference position: {', '.join(standing)}"
-            raise InvalidValueError("path", str(path), bound)
-        if wheels:
-            return rigid, wheels
-    found = ", ".join(part.name for root in roots for part in root.everything() if part.hinge is not None)
-    bound = "must have wheels: bodies on a hinge that carry three hinges or more, their rollers"
-    raise InvalidValueError("path", str(path), f"{bound}; it has hinges of {found or 'nothing'}")
+def _robot(
+    path: object, tree: Tree, robot: str | None, wheel_names: Sequence[str] | None
+) -> tuple[Rigid, Sequence[Rigid]]:
+    """The first body of the robot, and its wheels. Raises InvalidValueError where there are none or several."""
+    roots = [root for root in tree.roots if robot in (None, root.name)]
+    if not roots:
+        raise InvalidValueError("robot", robot, f"must be one of {', '.join(root.name for root in tree.roots)}")
+    if wheel_names is not None:
+        wanted = validation.sequence("wheel_names", wheel_names, "must be names of bodies")
+        found = {root: [p for p in root.everything() if p.name in wanted and p.hinge is not None] for root in roots}
+    else:
+        found = {root: wheels_with_rollers(root, path) for root in roots}
+        if not any(found.values()):
+            found = {root: wheels_of_one_body(root) for root in roots}
+    found = {root: wheels for root, wheels in found.items() if wheels}
+    if len(found) > 1:
+        bound = f"has {len(found)} robots: {', '.join(root.name for root in found)}; name one of them as `robot`"
+        raise InvalidValueError("path", str(path), bound)
+    for root, wheels in found.items():
+        return root, wheels
+    hinges = ", ".join(part.name for root in roots for part in root.everything() if part.hinge is not None)
+    bound = f"must have wheels: {KIND}, or three bodies or more without rollers; it has hinges of {hinges or 'nothing'}"
+    raise InvalidValueError("path", str(path), f"{bound}. wheel_names can name the wheels")
 
 
-def _rollers(wheel: Rigid) -> list[Rigid]:
-    return [child for child in wheel.children if child.hinge is not None]
-
-
-def _centre(wheel: Rigid) -> np.ndarray:
-    """The point of the axle in the middle of the rollers' axes."""
-    along = [(roller.hinge.place - wheel.hinge.place) @ wheel.hinge.axis for roller in _rollers(wheel)]
-    return wheel.hinge.place + np.mean(along) * wheel.hinge.axis
-
-
-def _middle(centres: np.ndarray, axles: np.ndarray) -> np.ndarray:
+def _middle(parts: Sequence[Rigid]) -> np.ndarray:
     """(2,) S: the point that all axles pass through; where there is none, the platform's own origin."""
+    centres = np.array([centre_of(part)[:2] for part in parts])
+    axles = np.array([part.hinge.axis[:2] for part in parts])
     across = np.stack([np.eye(2) - np.outer(axle, axle) / (axle @ axle) for axle in axles])
     whole = across.sum(axis=0)
     if np.linalg.cond(whole) > 1 / NEAR:
@@ -138,89 +155,95 @@ def _middle(centres: np.ndarray, axles: np.ndarray) -> np.ndarray:
     return point if max(missed.max(), np.ptp(distances)) <= NEAR * distances.mean() else np.zeros(2)
 
 
-def _wheel(part: Rigid, middle: np.ndarray, path: object) -> Wheel:
-    """What a wheel's bodies say. Raises InvalidValueError where they are no wheel of the kind that is modelled."""
-    rollers, axis, centre = _rollers(part), part.hinge.axis, _centre(part)
-    away = np.array([roller.hinge.place - centre for roller in rollers])
-    along = away @ axis
-    radial = away - np.outer(along, axis)
-    complaint = _complaint(axis, radial, np.array([roller.hinge.axis for roller in rollers]))
-    if complaint:
-        raise InvalidValueError("path", str(path), f"has a wheel {part.name} {complaint}")
-    inward = axis @ (centre - middle) < 0
-    radius = float(np.linalg.norm(radial, axis=1).mean())
-    reach = [radius_about(roller, roller.hinge.place, roller.hinge.axis) for roller in rollers]
-    spun = [inertia_about(roller.everything(), roller.hinge.place, roller.hinge.axis) for roller in rollers]
-    return Wheel(
-        centre=centre,
-        axle=-axis if inward else axis,
-        rollers=len(rollers),
-        roller_axis_radius=radius,
-        wheel_radius=None if None in reach else float(radius + np.mean(reach)),
-        wheel_inertia=inertia_about(part.everything(), centre, axis) + part.hinge.armature,
-        roller_inertia=float(np.mean(spun)),
-        row_offset=float(np.abs(along).max()),
-        is_inward=bool(inward),
-        friction=(part.hinge.damping, part.hinge.friction, rollers[0].hinge.damping, rollers[0].hinge.friction),
-    )
+def _wheels(parts: Sequence[Rigid], middle: np.ndarray, path: object, notes: list[str]) -> list[Wheel]:
+    """The wheels; one note for all where they say the same of themselves."""
+    centre, said = np.append(middle, 0.0), []
+    wheels = []
+    for part in parts:
+        spoken: list[str] = []
+        wheels.append(rolling_wheel(part, centre, path, spoken) if rollers_of(part) else plain_wheel(part, centre))
+        said += [words for words in spoken if words not in said]
+    notes += said
+    return wheels
 
 
-def _complaint(axis: np.ndarray, radial: np.ndarray, axes: np.ndarray) -> str | None:
-    """Why a wheel cannot be modelled: its axle (3,), the places (n, 3) of its rollers from the axle, their axes."""
-    radii = np.linalg.norm(radial, axis=1)
-    if np.ptp(radii) > NEAR * radii.mean():
-        return f"with rollers' axes at {radii.min():.6g} to {radii.max():.6g} m: they must be equally far out"
-    slant = np.abs(axes @ axis).max()
-    if slant > NEAR:
-        angle = math.degrees(math.asin(min(slant, 1.0)))
-        return f"whose rollers' axes make {angle:.3g} degrees with its plane: only 0 is modelled, no mecanum"
-    if (np.abs((axes * radial).sum(axis=1)) > NEAR * radii).any():
-        return "whose rollers' axes do not lie along the rim"
-    first = radial[0] / radii[0]
-    angles = np.sort(np.arctan2(np.cross(axis, first) @ radial.T, first @ radial.T) % (2 * math.pi))
-    gaps = np.diff(np.append(angles, angles[0] + 2 * math.pi))
-    return "whose rollers are not evenly spaced" if np.ptp(gaps) > NEAR else None
-
-
-def _numbers(wheels: Sequence[Wheel], path: object) -> dict[str, Any]:
+def _numbers(wheels: Sequence[Wheel], path: object, given: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     """What all wheels have in common: means, where they are alike. Raises InvalidValueError where they are not."""
     found: dict[str, Any] = {"wheels": len(wheels), "rollers_per_wheel": wheels[0].rollers}
     if len({wheel.rollers for wheel in wheels}) > 1:
-        raise InvalidValueError("path", str(path), "must have wheels with one number of rollers")
+        shown = ", ".join(f"{wheel.name} {wheel.rollers or 0}" for wheel in wheels)
+        raise InvalidValueError("path", str(path), f"must have wheels with one number of rollers; it has {shown}")
     for name in ("roller_axis_radius", "wheel_radius", "wheel_inertia", "roller_inertia"):
         values = [getattr(wheel, name) for wheel in wheels]
-        if None in values:
-            found[name] = None
-        elif np.ptp(values) > NEAR * np.mean(values):
-            shown = ", ".join(f"{value:.6g}" for value in values)
-            raise InvalidValueError("path", str(path), f"must have wheels that are alike; {name} is {shown}")
+        if None in values or name in given:
+            found[name] = given.get(name)
         else:
-            found[name] = float(np.mean(values))
+            found[name] = mean_of(f"wheels whose {name} is", values, path, notes, name)
     return found
 
 
-def _layout(wheels: Sequence[Wheel], middle: np.ndarray) -> dict[str, Any]:
+def _layout(wheels: Sequence[Wheel], middle: np.ndarray, given: dict[str, Any]) -> dict[str, Any]:
     """Angles of the axles; their common distance from S where they are on rays, their places elsewhere."""
     places = np.array([wheel.centre[:2] for wheel in wheels]) - middle
     angles = [math.atan2(wheel.axle[1], wheel.axle[0]) for wheel in wheels]
     distances = np.linalg.norm(places, axis=1)
     found: dict[str, Any] = {"wheel_angles": angles, "platform_radius": float(distances.mean())}
-    rays = np.array(places_on_rays(len(wheels), wheels[0].rollers, found["platform_radius"], angles))
+    rays = np.array(places_on_rays(len(wheels), 4, found["platform_radius"], angles))
     if np.abs(places - rays).max() > NEAR * distances.mean():
         found["wheel_places"] = places.tolist()
     return found
 
 
-def _assumptions(
-    base: Rigid, parts: Sequence[Rigid], wheels: Sequence[Wheel], bodies: Sequence[Rigid], platform_radius: float
-) -> list[str]:
+def _rollers(
+    wheels: Sequence[Wheel], values: dict[str, Any], wheel: str | None, given: dict[str, Any], notes: list[str]
+) -> dict[str, Any]:
+    """The numbers of rollers that the file has not."""
+    sizes = [name for name in SIZES if name in given]
+    if wheels[0].rollers is not None:
+        if sizes or wheel is not None:
+            bound = "must not be given: the file has bodies for the rollers"
+            raise InvalidValueError(sizes[0] if sizes else "wheel", given.get(sizes[0]) if sizes else wheel, bound)
+        return {}
+    notes.append(f"wheels are one body each, the lowest on horizontal hinges: {', '.join(w.name for w in wheels)}")
+    if wheel is not None:
+        return rollers_of_catalogue(wheel, values["wheel_radius"], notes)
+    if values["wheel_radius"] is None:
+        raise InvalidValueError("wheel_radius", None, NO_RADIUS)
+    return rollers_of_numbers(values["wheel_radius"], given, notes)
+
+
+def _friction(wheels: Sequence[Wheel]) -> dict[str, float | list[float]]:
+    """Arguments of Bearings: one number where all wheels have it."""
+    found: dict[str, float | list[float]] = {}
+    for name, values in zip(FRICTION, zip(*(wheel.friction for wheel in wheels), strict=True), strict=True):
+        if any(values):
+            found[name] = values[0] if len(set(values)) == 1 else list(values)
+    return found
+
+
+def _masses(path: object, tree: Tree, root: Rigid, parts: Sequence[Rigid]) -> str:
+    """A sentence on the masses. Raises InvalidValueError unless they add up to that of the file."""
+    other = [body for body in tree.roots if body is not root]
+    whole, wheels = mass_of(root.everything()), sum(mass_of(part.everything()) for part in parts)
+    beside = sum(mass_of(body.everything()) for body in other)
+    if abs(whole + beside - tree.mass) > ROUNDING * tree.mass:
+        bound = f"has {tree.mass:.9g} kg, of which {whole + beside:.9g} were found; give it as one tree of bodies"
+        raise InvalidValueError("path", str(path), bound)
+    said = f"masses: {whole - wheels:.6g} kg of platform and {wheels:.6g} kg of {len(parts)} wheels are {whole:.6g} kg"
+    if not beside:
+        return f"{said}, all that the file has"
+    names = ", ".join(body.name for body in other)
+    return f"{said}; {beside:.6g} kg of {names} belong to others, in all the file's {tree.mass:.6g} kg"
+
+
+def _assumptions(root: Rigid, parts: Sequence[Rigid], wheels: Sequence[Wheel], platform_radius: float) -> list[str]:
     moving = {id(part) for wheel in parts for part in wheel.everything()}
-    held = [part for part in bodies if part is not base and id(part) not in moving]
+    held = [part for part in root.everything() if part is not root and id(part) not in moving]
     found = ["x is forward, y to the left, z up, as in ROS (REP 103)"]
     found += [f"{part.name} is held where the file has it" for part in held if part.hinge or part.others]
     if any(wheel.is_inward for wheel in wheels):
         found.append("axles point inward in the file: a positive rate there is a negative one of chi")
-    if wheels[0].row_offset > NEAR * wheels[0].roller_axis_radius:
+    if wheels[0].rollers and wheels[0].row_offset > NEAR * wheels[0].roller_axis_radius:
         row, lever = wheels[0].row_offset, 2 * wheels[0].row_offset / platform_radius
         found.append(
             f"two rows of rollers, {1e3 * row:.4g} mm to each side, count as one in the middle: the lever of yaw "
@@ -228,15 +251,18 @@ def _assumptions(
         )
     if armature := max(part.hinge.armature for part in parts):
         found.append(f"armature {armature:.6g} kg m^2 of the wheels' joints is part of wheel_inertia")
-    if armature := max(roller.hinge.armature for part in parts for roller in _rollers(part)):
+    if armature := max((roller.hinge.armature for part in parts for roller in rollers_of(part)), default=0.0):
         found.append(f"armature {armature:.6g} kg m^2 of the rollers' joints is left out: a roller has no motor")
     found.append("rollers reach to their neighbours, with a round barrel: gaps and flat parts are left out")
     return found
 
 
-def _origins(vehicle: Vehicle, numbers: dict[str, Any]) -> tuple[Origin, ...]:
+def _origins(vehicle: Vehicle, numbers: dict[str, Any], guessed: dict[str, Any]) -> tuple[Origin, ...]:
     units = {name: entry.unit for name, entry in by_name(VEHICLE).items()}
-    return tuple(
-        Origin(name, getattr(vehicle, name), units[name], *((GIVEN, "") if name in numbers else (DERIVED, reason)))
-        for name, reason in REASONS.items()
-    )
+
+    def came(name: str, reason: str) -> tuple[str, str]:
+        if name in numbers:
+            return GIVEN, ""
+        return (ASSUMED, "the file has wheels of one body each") if name in guessed else (DERIVED, reason)
+
+    return tuple(Origin(name, getattr(vehicle, name), units[name], *came(name, why)) for name, why in REASONS.items())

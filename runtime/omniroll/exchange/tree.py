@@ -10,11 +10,12 @@ from omniroll import extras, validation
 from omniroll.errors import InvalidValueError
 
 PURPOSE = "reading URDF and MJCF"
+LEVEL = 1e-3  # rad that an axle may be off the horizontal: files have few digits
 
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """A revolute joint: a point (3,) in m, a unit vector (3,), and what resists it."""
+    """A revolute joint: a point (3,) in m, a unit vector (3,), whether it has limits, and what resists it."""
 
     name: str
     place: np.ndarray
@@ -22,6 +23,25 @@ class Hinge:
     armature: float
     damping: float
     friction: float
+    has_limits: bool = False
+
+    @property
+    def is_horizontal(self) -> bool:
+        return abs(float(self.axis[2])) <= LEVEL
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """A file's bodies.
+
+    roots    the ones without a parent
+    mass     in kg, of all bodies as MuJoCo has them
+    assumed  what was assumed of the file, in words
+    """
+
+    roots: "list[Rigid]"
+    mass: float
+    assumed: list[str]
 
 
 @dataclass(eq=False)
@@ -30,7 +50,8 @@ class Rigid:
 
     hinge     what it turns on, if that is all that moves it
     others    names of joints that are no single hinge
-    solids    of each sphere, capsule, cylinder or ellipsoid: its centre (3,), its frame (3, 3) and half-widths (3,)
+    solids    of each sphere, capsule, cylinder or ellipsoid that may touch something: its centre (3,), its frame (3, 3)
+              and half-widths (3,)
     children  what is joined to it
 
     All places are in the frame of the body that has no parent.
@@ -82,8 +103,8 @@ def radius_about(rigid: Rigid, place: np.ndarray, axis: np.ndarray) -> float | N
     return max(reaches, default=None)
 
 
-def read_tree(path: str | PathLike) -> tuple[list[Rigid], list[str]]:
-    """The bodies of a file, the ones without a parent, and what was assumed of it in words.
+def read_tree(path: str | PathLike) -> Tree:
+    """The bodies of a file.
 
     path  of a URDF or MJCF file, str or path
 
@@ -105,7 +126,10 @@ def read_tree(path: str | PathLike) -> tuple[list[Rigid], list[str]]:
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     _turn_to_roots(model, data)
-    return _rigids(mujoco, model, data), assumed
+    touching = _touching(model)
+    if idle := sum(int(model.geom_bodyid[geom]) != 0 for geom in range(model.ngeom)) - len(touching):
+        assumed.append(f"{idle} solids touch nothing, such as visual ones: sizes come from the others")
+    return Tree(_rigids(mujoco, model, data, touching), float(sum(model.body_mass)), assumed)
 
 
 def _without_files(mujoco: Any, spec: Any) -> list[str]:
@@ -136,7 +160,14 @@ def _turn_to_roots(model: Any, data: Any) -> None:
     data.xaxis[:] = np.einsum("kji,kj->ki", frames[model.jnt_bodyid], data.xaxis)
 
 
-def _rigids(mujoco: Any, model: Any, data: Any) -> list[Rigid]:
+def _touching(model: Any) -> list[int]:
+    """Solids of bodies that may touch something: by their bits of contact, or as one of an explicit pair."""
+    paired = {*model.pair_geom1.tolist(), *model.pair_geom2.tolist()}
+    bits = model.geom_contype | model.geom_conaffinity
+    return [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] and (bits[geom] or geom in paired)]
+
+
+def _rigids(mujoco: Any, model: Any, data: Any, touching: list[int]) -> list[Rigid]:
     """The welded groups that have no parent."""
     groups: dict[int, Rigid] = {}
     roots = []
@@ -152,10 +183,9 @@ def _rigids(mujoco: Any, model: Any, data: Any) -> list[Rigid]:
         _add_body(model, data, body, groups[top])
     for joint in range(model.njnt):
         _add_joint(mujoco, model, data, joint, groups[int(model.jnt_bodyid[joint])])
-    for geom in range(model.ngeom):
-        weld = int(model.geom_bodyid[geom])
-        if weld:
-            _add_solid(mujoco, model, data, geom, groups[int(model.body_weldid[weld]) or _below_world(model, weld)])
+    for geom in touching:
+        body = int(model.geom_bodyid[geom])
+        _add_solid(mujoco, model, data, geom, groups[int(model.body_weldid[body]) or _below_world(model, body)])
     return roots
 
 
@@ -183,7 +213,8 @@ def _add_joint(mujoco: Any, model: Any, data: Any, joint: int, group: Rigid) -> 
         return
     dof = int(model.jnt_dofadr[joint])
     resisting = (model.dof_armature[dof], np.ravel(model.dof_damping[dof])[0], model.dof_frictionloss[dof])
-    group.hinge = Hinge(name, data.xanchor[joint].copy(), data.xaxis[joint].copy(), *map(float, resisting))
+    place, axis = data.xanchor[joint].copy(), data.xaxis[joint].copy()
+    group.hinge = Hinge(name, place, axis, *map(float, resisting), bool(model.jnt_limited[joint]))
 
 
 def _add_solid(mujoco: Any, model: Any, data: Any, geom: int, group: Rigid) -> None:
