@@ -12,6 +12,7 @@ from omniroll.kernels.origins import STATIONS, way
 ROOT = Path(__file__).parents[2]
 SYMBOLS = generated_data.load("symbols")["symbols"]
 FUNCTIONS = sorted({f["name"] for f in generated_data.load("programs")["functions"]})
+FORMULAS = json.loads((ROOT / "generated/formulas/formulas.json").read_text(encoding="utf-8"))["formulas"]
 EFFECTS = [e["name"] for e in generated_data.load("effects")["effects"]]
 
 
@@ -61,7 +62,7 @@ FIRST = {
     "nu_2": ("2:pose", "paper/constraints.mac"), "theta": ("2:q", "paper/constraints.mac"),
     "kappa": ("3.2", "paper/geometry.mac"), "I_S": ("3.2", "paper/parts.mac"),
     "m33": ("7.1:m33", "paper/kinetic_energy.mac"), "x": ("2:q", "paper/constraints.mac"),
-    "p_phi": ("3.3:P1", "paper/momenta.mac"), "f3": ("3.1", "paper/equations.mac"),
+    "p_phi": ("7.2:p_phi_k", "paper/momenta.mac"), "f3": ("3.1", "paper/equations.mac"),
     "chi_kl": ("section3:chi_kl", "paper/parts.mac"), "sigma": ("7:sigma", "programs/notation.mac"),
     "arm": (None, "paper/geometry.mac"), "omega": (None, "paper/free_rollers.mac"),
 }  # fmt: skip
@@ -73,6 +74,47 @@ def test_a_way_begins_with_the_paper_and_the_line_that_introduces_the_symbol(sym
     stations = way(symbol).stations
     assert [place.text.partition(")")[0] for place in stations["paper"][:1]] == ([f"({formula}"] if formula else [])
     assert stations["derivation"][0].file == f"maxima/{file}"
+
+
+SPELLED = {
+    "m13": ("m*_13", "m^*_{13}", "$m^*_{13}$", "m_13^*"), "rho": (r"\rho_i", "rho_i", r"$\rho_k$", "rho_{k}"),
+    "nu": (r"\nu", r"\boldsymbol\nu"), "nu_dot_1": (r"\dot\nu_1", "nu_1'", r"\dot{\nu}_1"), "couple": ("G_i", "G_{i}"),
+    "Mstar": (r"\mathcal M^*", r"\mathcal{M}^*"), "Mq": (r"\mathcal{M}",), "f1": ("f_1", r"\mathbf f_1"),
+    "phi_dot": ("phi'_k", r"\dot\phi_i"), "Lambda": (r"\Lambda", "yaw_scale"), "chi": (r"\chi_i", "chi_k"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("symbol", "spelling"), [(own, text) for own, texts in SPELLED.items() for text in texts])
+def test_a_symbol_in_the_spellings_of_paper_latex_and_code(symbol, spelling):
+    assert way(spelling).stations == way(symbol).stations
+
+
+@pytest.mark.parametrize("symbol", SYMBOLS)
+def test_every_symbol_as_latex(symbol):
+    stations = way(f"${SYMBOLS[symbol]['latex']}$").stations
+    assert stations["paper"] or stations["derivation"]
+
+
+@pytest.mark.parametrize("formula", [record["id"] for record in FORMULAS])
+def test_every_formula_of_the_comparison(formula):
+    assert "paper" in check(formula)
+    assert any(f"({formula})" in place.text for place in way(formula).stations["paper"])
+
+
+@pytest.mark.parametrize("number", sorted({record["equation"] for record in FORMULAS} - {""}))
+def test_every_equation_by_its_number(number):
+    assert {"paper", "derivation"} <= check(number) and way(f"({number})").stations == way(number).stations
+
+
+def test_what_a_formula_is_about_by_its_own_name():
+    assert {"(3.3:P1", "(7.3:P1"} <= {place.text.partition(")")[0] for place in way("P_1").stations["paper"]}
+    assert "proved: M*: M* = V^T Mq V" in [place.text for place in way("m13").stations["derivation"]]
+
+
+def test_a_way_fits_a_screen(capsys):
+    for name in ("m13", "3.4", "rho", "forward_dynamics"):
+        assert cli.main(["where", name]) == 0
+        assert len(capsys.readouterr().out.splitlines()) <= 32
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

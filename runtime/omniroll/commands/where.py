@@ -10,7 +10,9 @@ from omniroll.kernels.origins import MOST_PLACES, Place, way
 
 SUMMARY = "follow a symbol from the paper's equation to the line of the engine that uses it"
 EXAMPLES = (
-    ("omniroll where m13", "an entry of the mass matrix"),
+    ("omniroll where m13", "an entry of the mass matrix; m*_13 and 7.1:m13 are the same"),
+    ("omniroll where 3.4", "an equation of the paper"),
+    ("omniroll where '\\rho_i'", "a symbol as LaTeX has it"),
     ("omniroll where forward_dynamics --json", "a function, as data"),
 )
 
@@ -19,7 +21,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "symbol",
         metavar="SYMBOL",
-        help="a symbol (m13, rho, nu_3), a formula (7.1:m13), a function (forward_dynamics) or an effect",
+        help="a symbol as the paper, LaTeX or the code has it (m*_13, \\rho_i, nu_3), an equation (3.4), a formula "
+        "(7.1:m13), a function (forward_dynamics) or an effect",
     )
     parser.add_argument("--all", action="store_true", help="every place, however many there are")
     parser.add_argument("--json", action="store_true", help="an object with all places")
@@ -38,7 +41,7 @@ def run(arguments: Namespace) -> int:
     hops = [(station, places) for station, places in found.stations.items() if places]
     for number, (station, places) in enumerate(hops, 1):
         print(f"\n{number}. {station}")
-        shown = places if arguments.all else places[:MOST_PLACES]
+        shown = places if arguments.all else places[: MOST_PLACES[station]]
         for place in shown:
             print(line(place))
         if len(shown) < len(places):

@@ -27,9 +27,10 @@ from pathlib import Path
 from omniroll import generated_data
 from omniroll.errors import InvalidValueError
 
+from . import spellings
+
 STATIONS = ("paper", "derivation", "data", "code", "engine")
-MOST_PLACES = 12  # at one station; the rest is counted
-FORMULA = re.compile(r"(?:.*:)?(\w+)\Z")  # 7.1:m13 is about m13
+MOST_PLACES = {"paper": 3, "derivation": 5, "data": 1, "code": 3, "engine": 2}  # on one screen; the rest is counted
 SIGN = re.compile(r"\\[A-Za-z]+|\S")
 NO_SIGN = re.compile(r"\\(?:text|mathrm)\{[^{}]*\}|\\(?:left|right|quad|boldsymbol)\b")
 BRACED = re.compile(r"\{\s*(\\[A-Za-z]+|[^\s{}\\])\s*\}")
@@ -63,8 +64,10 @@ class Way:
         return {"name": self.name, "meaning": self.meaning, "stations": places}
 
 
+@cache
 def way(name: str) -> Way:
-    """The way of a symbol of the paper, a formula (7.1:m13), a step, a function of a kernel or in C, or an effect.
+    """The way of a symbol or an equation of the paper, a formula (7.1:m13), a step, a function of a kernel or in C, or
+    an effect; symbols in the spellings of kernels/spellings.py.
 
     Raises InvalidValueError for a name that is none of these, with the nearest ones.
     """
@@ -74,13 +77,19 @@ def way(name: str) -> Way:
         return _of_effect(effects[plain])
     if plain in _functions():
         return _of_function(plain)
-    symbol = FORMULA.match(plain)[1] if plain in _formulas() else plain
-    names = _names_of(symbol)
-    if not names and plain not in _formulas():
+    number = spellings.equation_number(plain)
+    if number and _chapters([number]) + _paper(number, number):
+        return _of_equation(number)
+    formula = plain if plain in _formulas() else None
+    symbol = _subject(formula) if formula else spellings.looked_up(plain, _spelled_symbols(), without_index=False)
+    if not (formula or symbol or _names_of(plain)):
+        formula = spellings.looked_up(plain, _spelled_formulas(), without_index=False)
+        symbol = _subject(formula) if formula else spellings.looked_up(plain, _spelled_symbols())
+    if not (formula or symbol or _names_of(plain)):
         known = {*effects, *_functions(), *_formulas(), *_all_symbols()}
         near = difflib.get_close_matches(plain, sorted(known), n=5, cutoff=0.5)
         raise InvalidValueError("SYMBOL", name, f"is not known; nearest: {', '.join(near) or 'none'}")
-    return _of_symbol(name, symbol, names or {symbol})
+    return _of_symbol(formula or plain, symbol or plain, _names_of(symbol or plain))
 
 
 # The data
@@ -171,7 +180,42 @@ def _names_of(symbol: str) -> set[str]:
     return names
 
 
+@cache
+def _spelled_symbols() -> dict[str, str]:
+    """{normal spelling: symbol} of the paper's symbols: by their names and as LaTeX."""
+    symbols = generated_data.load("symbols")["symbols"]
+    return spellings.table([*((own, own) for own in symbols), *((e["latex"], own) for own, e in symbols.items())])
+
+
+@cache
+def _spelled_formulas() -> dict[str, str]:
+    """{normal spelling: formula} of what formulas are about: P_1 of 3.3:P1."""
+    return spellings.table((own.rpartition(":")[2], own) for own, record in _formulas().items())
+
+
+def _subject(formula: str) -> str | None:
+    """The symbol that a formula is about: m13 of 7.1:m13, P of 3.3:P1, PL of PL:1."""
+    head, _, tail = formula.rpartition(":")
+    stem = re.sub(r"(?:\d+|s)\Z", "", tail)
+    found = (spellings.looked_up(text, _spelled_symbols()) for text in (tail, stem, head) if text)
+    return next(filter(None, found), None) if _formulas()[formula]["kind"] != "claim" else None
+
+
 # The ways
+
+
+def _of_equation(number: str) -> Way:
+    found = Way(number, next((r["title"] for r in _formulas().values() if r["id"] == r["equation"] == number), ""))
+    functions = tuple(name for name, forms in _functions().items() if any(number in f["equations"] for f in forms))
+    chapters = _chapters([number])
+    found.stations["paper"] = _paper(number, number)
+    files = [place.file for place in chapters]
+    proofs = _stated(files, rf"\({re.escape(number)}\)") or _stated(files[:1], "")
+    found.stations["derivation"] = [*chapters[:1], *proofs, *chapters[1:]]
+    found.stations["data"] = _data((), functions)
+    found.stations["code"] = _calls_in_code(functions)
+    found.stations["engine"] = _engine(functions)
+    return found
 
 
 def _of_symbol(name: str, symbol: str, names: set[str]) -> Way:
@@ -181,7 +225,10 @@ def _of_symbol(name: str, symbol: str, names: set[str]) -> Way:
     groups = tuple(dict.fromkeys(group for own in sorted(names) for group in _groups_of(own)))
     functions = _functions_with(groups) or _functions_that_read(names)
     found.stations["paper"] = _paper(name, symbol) or _first_in_the_paper(names) or _of_chapters(symbol, names)
-    found.stations["derivation"] = [*_derived(symbol, names), *_proved(groups)]
+    derived = _derived(symbol, names) if names else _compared(name)
+    own = rf"\b(?:{'|'.join(map(re.escape, sorted(_names_in_maxima(names) or {symbol})))})\b"
+    stated = _stated([place.file for place in derived[:1]], own)
+    found.stations["derivation"] = [*derived[:1], *stated, *_proved(groups), *derived[1:]]
     found.stations["data"] = _data(groups, functions)
     found.stations["code"] = _code(names & _in_programs())
     found.stations["engine"] = _engine(functions)
@@ -196,15 +243,20 @@ def _of_function(name: str) -> Way:
     found.stations["paper"] = [place for number in numbers for place in _paper(number, number)]
     found.stations["derivation"] = [*_chapters(numbers), *_proved(groups)]
     found.stations["data"] = _data(groups, (name,))
-    found.stations["code"] = [
-        *_lines(
-            _generated("c"),
-            rf"\b(?:omniroll_{name}|omniroll_constants)\(" if name == "prepare" else rf"\bomniroll_{name}\(",
-        ),
-        *_lines(_generated("python"), rf"\bdef {name}\("),
-    ] or _written_on_demand(name)
+    found.stations["code"] = _calls_in_code((name,)) or _written_on_demand(name)
     found.stations["engine"] = _engine((name,))
     return found
+
+
+def _calls_in_code(names: tuple[str, ...]) -> list[Place]:
+    """Where functions stand in C and Python."""
+    if not names:
+        return []
+    pattern = "|".join([*map(re.escape, names), *(["constants"] if "prepare" in names else [])])
+    return [
+        *_lines(_generated("c"), rf"\bomniroll_(?:{pattern})\("),
+        *_lines(_generated("python"), rf"\bdef (?:{'|'.join(map(re.escape, names))})\("),
+    ]
 
 
 def _written_on_demand(name: str) -> list[Place]:
@@ -242,16 +294,22 @@ def _of_effect(effect: dict) -> Way:
 
 def _paper(name: str, symbol: str) -> list[Place]:
     """The formulas of the comparison that are about a symbol, those with a number first; or the entry of that name."""
-    about = [own for own, record in _formulas().items() if record["kind"] != "claim" and _is_about(own, symbol)]
+    subjects = (symbol, name.rpartition(":")[2] if name in _formulas() else symbol)
+    about = [
+        own
+        for own, record in _formulas().items()
+        if record["kind"] != "claim" and any(_is_about(own, subject) for subject in subjects)
+    ]
     found = [name] * (name in _formulas()) + sorted(about, key=lambda own: not own[0].isdigit())
     return [_entry(_formulas()[own]) for own in dict.fromkeys(found)]
 
 
 def _is_about(formula: str, symbol: str) -> bool:
     """7.1:m13 is about m13, and all that begins with 7.1: is about (7.1)."""
-    subject = FORMULA.match(formula)
-    of_number = NUMBERED.match(symbol) and formula.partition(":")[0] == symbol
-    return bool(of_number or subject and subject[1] == symbol)
+    if NUMBERED.match(symbol):
+        return formula.partition(":")[0] == symbol
+    tail = formula.rpartition(":")[2]
+    return tail == symbol or spellings.looked_up(tail, _spelled_symbols()) == symbol
 
 
 def _entry(record: dict) -> Place:
@@ -305,8 +363,7 @@ def _of_chapters(symbol: str, names: set[str]) -> list[Place]:
 
 def _derived(symbol: str, names: set[str]) -> list[Place]:
     """The lines of maxima/ that give a symbol its value; of one that paper/ takes as given, its first use there."""
-    symbols = generated_data.load("symbols")["symbols"]
-    own_names = {INDEXED.sub("", symbols[own].get("maxima", own)) for own in names & symbols.keys()}
+    own_names = _names_in_maxima(names)
     steps = {name for name in names if _groups_of(name)}
     pattern = "|".join(map(re.escape, sorted(own_names | steps or names)))
     defined = rf"^(?:{pattern})(?:_of_\w+)?(?:\(.*?\))?\s*:=?|'(?:let|var|add|update), (?:{pattern}),"
@@ -318,6 +375,30 @@ def _derived(symbol: str, names: set[str]) -> list[Place]:
     return found or _first_in_each_file(
         _lines(_maxima("forms", "effects", "programs"), own) or _lines(_maxima("comparison"), own)
     )
+
+
+def _names_in_maxima(names: set[str]) -> set[str]:
+    """The names of symbols of the paper in maxima/paper."""
+    symbols = generated_data.load("symbols")["symbols"]
+    return {INDEXED.sub("", symbols[own].get("maxima", own)) for own in names & symbols.keys()}
+
+
+def _stated(files: list[str], pattern: str) -> list[Place]:
+    """The proofs in these files whose statement has the pattern, each with its claim."""
+    places = []
+    for file in dict.fromkeys(files):
+        source = file.removeprefix("maxima/")
+        text = "\n".join(_text(_maxima_folder() / source))
+        for proof in generated_data.load("proofs")["proofs"]:
+            start = text.find(f'prove("{proof["name"]}"') if proof["file"] == source else -1
+            if start >= 0 and re.search(pattern, text[start : text.index(")$", start)]):
+                places.append(Place(file, text.count("\n", 0, start) + 1, f"proved: {proof['name']}: {proof['claim']}"))
+    return places
+
+
+def _compared(name: str) -> list[Place]:
+    """Where maxima/comparison says what was derived for a formula."""
+    return _lines(_maxima("comparison"), rf'^\w+\("{re.escape(name)}"')
 
 
 def _first_in_each_file(places: list[Place]) -> list[Place]:
@@ -402,6 +483,7 @@ def _engine(functions: tuple[str, ...]) -> list[Place]:
         return []
     pattern = "|".join(map(re.escape, functions))
     solved = _lines(_engine_rooms(), r"^\s*core_rates\(") if "forward_dynamics" in functions else []
+    solved.sort(key=lambda place: not place.file.endswith("step/collocation.c"))  # each step's evaluations first
     return [
         *(replace(place, text=f"{place.text}   (core_rates calls forward_dynamics)") for place in solved),
         *_lines(_engine_rooms(), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\("),
