@@ -92,6 +92,20 @@ def test_wrong_numbers_are_refused(field, value):
     assert raised.value.field == field
 
 
+@pytest.mark.parametrize("make", [lambda: TwistEnv(TASK), lambda: TwistVectorEnv(2, TASK)])
+def test_actions_and_targets_that_are_no_numbers_are_refused(make):
+    env, lead = make(), getattr(make(), "num_envs", ())
+    shape = (lead, 3) if lead else (3,)
+    env.reset(seed=1)
+    for wrong in (np.full(shape, np.nan), np.full(shape, np.inf), np.zeros(7), "one"):
+        with pytest.raises(omniroll.InvalidValueError, match="action"):
+            env.step(wrong)
+        with pytest.raises(omniroll.InvalidValueError, match="target"):
+            env.reset(options={"target": wrong})
+    seen, reward, *_ = env.step(np.full(shape, 7.0))  # which counts as 1
+    assert np.isfinite(seen).all() and np.isfinite(reward).all()
+
+
 def test_without_the_extra_one_line_says_what_to_install():
     program = """
 import sys

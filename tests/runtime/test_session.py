@@ -2,6 +2,7 @@
 
 import pickle
 import sys
+import threading
 import warnings
 
 import numpy as np
@@ -14,6 +15,7 @@ from omniroll import (
     InvalidValueError,
     KernelsMissingError,
     Motor,
+    OmnirollError,
     Session,
     SimulationStopped,
     Slope,
@@ -718,3 +720,31 @@ def test_a_session_keeps_no_rows():
         session.step(1.0)
         sizes.append(len(pickle.dumps(session.save())))
     assert len(set(sizes)) == 1 and not session._run.run.steps
+
+
+def test_several_threads_lose_no_step_without_a_word():
+    session, done, refused = Session(PAPER, nu=(1, 0, 0.5), accuracy=1e-6), [], []
+
+    def work():
+        for _ in range(100):
+            try:
+                session.step(0.01)
+                done.append(1)
+            except OmnirollError as error:
+                refused.append(str(error))
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert session.elapsed == pytest.approx(0.01 * len(done), rel=1e-12)
+    assert all("belongs to one thread" in text for text in refused)
+
+
+def test_a_controller_that_steps_its_session_is_refused():
+    def steps(t, state):
+        session.step(0.01)
+        return 0.0
+
+    session = Session(PAPER, nu=(1, 0, 0), effects=[FunctionController(steps, 0.1)], driven=False)
+    with pytest.raises(OmnirollError, match="has not ended yet"):
+        session.step(0.2)

@@ -18,6 +18,7 @@ from omniroll import validation
 from omniroll.effects.effect_set import DRIVES
 from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
+from omniroll.engine.alone import Alone
 from omniroll.engine.compiled_engine import can_run, lacking
 from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task
@@ -78,7 +79,8 @@ class Session:
     takes the place of that.
 
     Raises InvalidValueError as simulate does, KernelsMissingError where the compiled engine cannot run the vehicle with
-    these effects. Warns as simulate does of effects that look wrong. A session belongs to one thread.
+    these effects. Warns as simulate does of effects that look wrong. A session belongs to one thread: a step, a reset,
+    a save or a restore while another one lasts is refused with an OmnirollError.
     """
 
     def __init__(
@@ -104,7 +106,7 @@ class Session:
             check_names(self._task, names)
         self._deviations = SteppedDeviations(tuple(names)) if names else None
         self._run = SteppedRun(self._task, self._task.accuracy, self._follow if names else None)
-        self._elapsed, self._rest = 0.0, 0.0
+        self._elapsed, self._rest, self._alone = 0.0, 0.0, Alone("a session")
         self._nu, self._chi, self._pose, self._contact = map(
             read_only, (self._run.nu, self._run.chi, self._run.pose, self._run.contact)
         )
@@ -133,17 +135,22 @@ class Session:
             duration = validation.not_negative("duration", duration)
         given = (("torque", torque), ("voltage", voltage), ("target", target))
         wanted = [(name, self._checked(name, value)) for name, value in given if value is not None]
-        for name, numbers in wanted:
-            self._hold(name, numbers)
-        before, added = self._elapsed, duration + self._rest
-        elapsed = before + added
+        if not self._alone.lock.acquire(False):  # as `with` would, in fewer calls
+            raise self._alone.refusal()
         try:
-            self._run.go_on(elapsed)
-        except BaseException:
-            self._elapsed, self._rest = self._run.run.elapsed, 0.0
-            raise
-        part = elapsed - before
-        self._elapsed, self._rest = elapsed, (before - (elapsed - part)) + (added - part)
+            for name, numbers in wanted:
+                self._hold(name, numbers)
+            before, added = self._elapsed, duration + self._rest
+            elapsed = before + added
+            try:
+                self._run.go_on(elapsed)
+            except BaseException:
+                self._elapsed, self._rest = self._run.run.elapsed, 0.0
+                raise
+            part = elapsed - before
+            self._elapsed, self._rest = elapsed, (before - (elapsed - part)) + (added - part)
+        finally:
+            self._alone.lock.release()
 
     def _follow(self, piece: Trajectory) -> None:
         self._deviations.follow(piece, self._run.held)
@@ -191,12 +198,13 @@ class Session:
         """
         validation.known(start, START, "reset")
         task = checked_task(self.vehicle, **self._options | start, duration=0) if start else None
-        self._run.go_to_start()
-        if self._deviations is not None:
-            self._deviations.reached = None
-        self._elapsed, self._rest = 0.0, 0.0
-        if task is not None:
-            self._run.start(task)
+        with self._alone:
+            self._run.go_to_start()
+            if self._deviations is not None:
+                self._deviations.reached = None
+            self._elapsed, self._rest = 0.0, 0.0
+            if task is not None:
+                self._run.start(task)
 
     def save(self) -> Saved:
         """The session as it is now, for `restore`; pickle can keep it.
@@ -204,9 +212,12 @@ class Session:
         Raises InvalidValueError where an effect does not say what it remembers, TypeError or another error of pickle
         where that cannot be kept.
         """
-        effects = pickle.dumps([process.saved() for process in self._run.asked])
-        deviations = b"" if self._deviations is None else pickle.dumps((self._run.forgotten, self._deviations.reached))
-        return Saved(self._made_for, self._run.memory.read(), (self._elapsed, self._rest), effects, deviations)
+        with self._alone:
+            effects = pickle.dumps([process.saved() for process in self._run.asked])
+            deviations = b""
+            if self._deviations is not None:
+                deviations = pickle.dumps((self._run.forgotten, self._deviations.reached))
+            return Saved(self._made_for, self._run.memory.read(), (self._elapsed, self._rest), effects, deviations)
 
     def restore(self, saved: Saved) -> None:
         """Go back, or forth, to what `save` gave: all that follows is the same to the bit.
@@ -222,10 +233,11 @@ class Session:
             other = saved.made_for.get(name)
             if other != value:
                 raise InvalidValueError("saved", other, f"was saved by a session whose {name} is not {value}")
-        self._run.go_back(saved.memory, pickle.loads(saved.effects))
-        if self._deviations is not None:
-            self._run.forgotten, self._deviations.reached = pickle.loads(saved.deviations)
-        self._elapsed, self._rest = saved.clock
+        with self._alone:
+            self._run.go_back(saved.memory, pickle.loads(saved.effects))
+            if self._deviations is not None:
+                self._run.forgotten, self._deviations.reached = pickle.loads(saved.deviations)
+            self._elapsed, self._rest = saved.clock
 
     def _what_must_agree(self) -> dict[str, str]:
         """What two sessions must agree in so that one can go on where the other was."""

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.effects import Effect, Motor
@@ -71,9 +72,17 @@ class TwistTask:
         targets = rng.uniform(-1, 1, (count, 3)) * self.largest_nu
         return targets, rng.uniform(-joint, joint, (count, self.vehicle.wheels))
 
+    def actions(self, given: ArrayLike, *lead: int) -> np.ndarray:
+        """Actions (*lead, N), cut off at 1. Raises InvalidValueError for others, and where one is not finite."""
+        return np.clip(validation.real_array("action", given, (*lead, self.vehicle.wheels)), -1, 1)
+
+    def targets(self, given: ArrayLike, *lead: int) -> np.ndarray:
+        """Targets (*lead, 3) in 1/s that are given. Raises InvalidValueError for others."""
+        return validation.real_array("target", given, (*lead, 3))
+
     def volts(self, action: np.ndarray) -> np.ndarray:
-        """Voltages of actions (..., N), which are cut off at 1."""
-        return np.clip(np.asarray(action, float), -1, 1) * self.largest_volts
+        """Voltages of actions (..., N)."""
+        return action * self.largest_volts
 
     def observation(self, nu: np.ndarray, target: np.ndarray, chi: np.ndarray) -> np.ndarray:
         """(..., 6 + N)."""
@@ -84,5 +93,5 @@ class TwistTask:
     def reward(self, nu: np.ndarray, target: np.ndarray, action: np.ndarray) -> np.ndarray:
         """(...)."""
         missed = ((nu - target) ** 2).sum(axis=-1) / np.square(self.largest_nu).sum()
-        effort = (np.clip(np.asarray(action, float), -1, 1) ** 2).mean(axis=-1)
+        effort = (action**2).mean(axis=-1)
         return -SPEED_COST * missed - EFFORT_COST * effort

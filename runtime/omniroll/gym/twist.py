@@ -25,7 +25,8 @@ class TwistEnv(gymnasium.Env):
     task     TwistTask, which says what observations, actions and rewards are; None: that of the paper's vehicle
     options  fields of TwistTask in the place of that
 
-    `info` of reset and step has the target, nu and the pose. Raises InvalidValueError for numbers that make no sense.
+    `info` of reset and step has the target, nu and the pose. Raises InvalidValueError for numbers that make no sense,
+    actions that are not finite among them.
     """
 
     metadata = {"render_modes": []}
@@ -44,7 +45,7 @@ class TwistEnv(gymnasium.Env):
         """
         super().reset(seed=seed)
         (target,), (chi,) = self.task.starts(self.np_random, 1)
-        self.target = np.array((options or {}).get("target", target), float)
+        self.target = self.task.targets((options or {}).get("target", target))
         self.session.reset(chi=chi)
         self.count = 0
         return self._observation(), self._info()
@@ -54,7 +55,7 @@ class TwistEnv(gymnasium.Env):
 
         action  (N,) in [-1, 1]
         """
-        terminated = False
+        action, terminated = self.task.actions(action), False
         try:
             self.session.step(self.task.step, voltage=self.task.volts(action))
         except SimulationStopped:
@@ -78,7 +79,8 @@ class TwistVectorEnv(VectorEnv):
     options   fields of TwistTask in the place of that
 
     A vehicle whose episode is over begins a new one in the next step, whose action it does not take (Gymnasium's
-    NEXT_STEP). `info` is empty. Raises InvalidValueError for numbers that make no sense.
+    NEXT_STEP). `info` is empty. Raises InvalidValueError for numbers that make no sense, actions that are not finite
+    among them.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -103,7 +105,7 @@ class TwistVectorEnv(VectorEnv):
         super().reset(seed=seed)
         self._begin(np.arange(self.num_envs))
         if options and "target" in options:
-            self.target[:] = options["target"]
+            self.target[:] = self.task.targets(options["target"], self.num_envs)
         return self._observation(), {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict]:
@@ -111,6 +113,7 @@ class TwistVectorEnv(VectorEnv):
 
         actions  (num_envs, N) in [-1, 1]
         """
+        actions = self.task.actions(actions, self.num_envs)
         new = self.over.nonzero()[0]
         running = (~self.over).nonzero()[0]
         terminated = np.zeros(self.num_envs, bool)
