@@ -741,10 +741,14 @@ def test_several_threads_lose_no_step_without_a_word():
 
 
 def test_a_controller_that_steps_its_session_is_refused():
+    made = []  # the controller is also tried while the session is made
+
     def steps(t, state):
-        session.step(0.01)
+        for session in made:
+            session.step(0.01)
         return 0.0
 
     session = Session(PAPER, nu=(1, 0, 0), effects=[FunctionController(steps, 0.1)], driven=False)
+    made.append(session)
     with pytest.raises(OmnirollError, match="has not ended yet"):
         session.step(0.2)
