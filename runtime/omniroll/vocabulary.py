@@ -338,7 +338,7 @@ PATH = (
     by_name(CONTROLLER)["sample_time"],
     Entry(
         "bandwidth",
-        POSITIVE,
+        Numbers(above=0, most=1e9),
         "rad/s",
         "how fast errors of the pose fade",
         needed=True,

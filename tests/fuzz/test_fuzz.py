@@ -1,21 +1,25 @@
-"""2000 wrong calls and 2000 wrong scenes, the readers of text, and the command line: no traceback and no NaN."""
+"""1200 wrong calls and 1200 wrong scenes, the readers of text, and the command line: no traceback and no NaN."""
 
 import contextlib
 import inspect
 import io
+import warnings
 from collections import Counter
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import omniroll
 from fuzz.calls import CALLS, PARTS, itself, run, scene, try_call
+from fuzz.keys import NUMBERS, scenes_with
 from fuzz.scenes import try_scene
 from omniroll import cli
 from omniroll.effects import Effect
+from omniroll.kinds import Whole
 
-COUNT = 2000
+COUNT = 1200
 
 
 METHODS_OF_ENGINES = (
@@ -55,6 +59,44 @@ def test_wrong_calls(tmp_path, monkeypatch):
 def test_wrong_scenes(tmp_path):
     found = Counter(try_scene(seed, tmp_path, with_effects=False) for seed in range(COUNT))
     assert found["refused"] > COUNT / 2 and found["done"] > COUNT / 100
+
+
+@pytest.mark.parametrize("value", [10**22, 1e150, 5e-324])
+def test_numbers_beyond_use_of_every_key(value, tmp_path):
+    """A scene is read or refused, and nothing overflows on the way."""
+    path, read = tmp_path / "scene.toml", 0
+    for key, text in scenes_with(value):
+        path.write_text(text, encoding="utf-8")
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                warnings.filterwarnings("error", "(overflow|invalid|divide).*", RuntimeWarning)
+                made = omniroll.load_scene(path)
+                made.sample_times(np.inf)
+                read += 1
+        except omniroll.SceneError as error:
+            assert str(error)
+        except Exception as error:
+            raise AssertionError(f"{key} = {value!r}: {type(error).__name__}: {error}") from error
+    assert read or value == 5e-324
+
+
+HUGE = st.one_of(
+    st.integers(-(10**30), 10**30), st.sampled_from([2**53 + 1, 2**63, 10**400, -(10**400)]), st.floats(), st.booleans()
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(value=HUGE, key=st.sampled_from(NUMBERS))
+def test_a_number_is_read_alike_in_scenes_and_in_python(value, key):
+    """What a key of a scene takes is a number that Python's arrays hold, or it is refused in words."""
+    table, entry = key
+    if entry.kind.complaint(value, {}) is None:
+        plain = entry.kind.plain(value)
+        assert plain == value or abs(value) > 2**53 and plain == float(value)
+        assert isinstance(entry.kind, Whole) or np.asarray(plain).dtype.kind in "if"
+    with contextlib.suppress(omniroll.InvalidValueError):
+        entry.kind.checked(entry.name, value)
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import PATH, documented
 
+FASTEST = 1e3  # rad per sample: errors of the path grow at this bandwidth and above it
 NEUTRAL = 1e-6  # growth that rounding may give to what neither grows nor fades
 
 
@@ -61,7 +62,7 @@ class PathFollower(Drive):
             raise InvalidValueError("output", self.output, "needs a Motor among the effects")
 
     def doubts(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[UserWarning, ...]:
-        times = growth(self.bandwidth * self.sample_time)
+        times = growth(min(self.bandwidth * self.sample_time, FASTEST))
         if times <= 1 + NEUTRAL:
             return ()
         text = f"the errors of the path grow from sample to sample, {times:.3g} times in a linear test"
