@@ -88,12 +88,42 @@ def test_all_wheels_forward_drive_an_x_drive_forward():
     assert rim == pytest.approx(2.0 / math.sqrt(2), rel=1e-14)
 
 
+RECTANGLE = [(-0.2, 0.1), (0.2, 0.1), (0.2, -0.1), (-0.2, -0.1)]  # axles at 45 degrees that miss the centre
+
+
+def test_wheel_rates_do_not_know_the_centre_of_mass():
+    plain, moved = (omniroll.Vehicle.paper().replace(center_of_mass=(x, 0.0)) for x in (0.0, 0.01))
+    assert (ros.RosOmniDrive.of(moved).matrix == ros.RosOmniDrive.of(plain).matrix).all()
+
+
+def test_angles_of_four_digits_are_those_that_the_controllers_know():
+    rounded, exact = vehicle_of([2.3562, 0.7854, 5.4978, 3.927]), vehicle_of(CORNERS)
+    assert_same(wpilib.WpilibDrive.of(rounded).matrix, wpilib.WpilibDrive.of(exact).matrix)
+    drive = ros.RosOmniDrive.of(rounded)
+    assert_same(drive.matrix, ros_matrix(4, 2.3562, 0.17, rounded.wheel_radius))
+    assert drive.parameters("abcd")["wheel_offset"] == 2.3562 and drive.order == (0, 3, 2, 1)
+
+
+def test_places_of_a_regular_polygon_are_one():
+    """As an import writes them whose centre of mass is beside S."""
+    plain = vehicle_of([0.1, 0.1 + 2 * math.pi / 3, 0.1 - 2 * math.pi / 3])
+    placed = plain.replace(wheel_places=plain.places().tolist())
+    assert_same(ros.RosOmniDrive.of(placed).matrix, ros_matrix(3, 0.1, 0.17, plain.wheel_radius))
+
+
+def test_wpilibs_places_may_be_a_rectangle():
+    drive = wpilib.WpilibDrive.of(vehicle_of(CORNERS, wheel_places=RECTANGLE))
+    assert drive.places().tolist() == [[0.2, 0.1], [0.2, -0.1], [-0.2, 0.1], [-0.2, -0.1]]
+    assert_same(drive.matrix, wpilib_matrix(drive.places()))
+
+
 @pytest.mark.parametrize(
     "make, vehicle, field",
     [
         (ros.RosOmniDrive.of, vehicle_of([0.0, 2.0, 4.0]), "wheel_angles"),
         (ros.RosOmniDrive.of, vehicle_of([0.0, math.pi]), "wheels"),
-        (ros.RosOmniDrive.of, omniroll.Vehicle.paper().replace(center_of_mass=(0.01, 0)), "wheel_places"),
+        (ros.RosOmniDrive.of, vehicle_of([0.0, 2.09, 4.19]), "wheel_angles"),
+        (ros.RosOmniDrive.of, vehicle_of(CORNERS, wheel_places=RECTANGLE), "wheel_places"),
         (wpilib.WpilibDrive.of, omniroll.Vehicle.paper(), "wheels"),
         (wpilib.WpilibDrive.of, omniroll.Vehicle.paper(4), "wheel_angles"),
     ],

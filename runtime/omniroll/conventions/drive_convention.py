@@ -11,12 +11,19 @@ from omniroll.conventions.twists import nu_of_twist
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles.vehicle import Vehicle
 
+NEAR = 1e-3  # rad, and share of the wheels' distance, by which a wheel may be off the place that a program knows
+
+
+def away(angles: ArrayLike) -> np.ndarray:
+    """Angles in rad without whole turns, between -pi and pi."""
+    return (np.asarray(angles) + np.pi) % (2 * np.pi) - np.pi
+
 
 @dataclass(frozen=True)
 class DriveConvention:
     """How a program counts the speeds of a vehicle's wheels.
 
-    vehicle  Vehicle with N wheels
+    vehicle  Vehicle with N wheels as the program knows it: exactly even angles where those of a scene are rounded
     order    (N,) numbers of the vehicle's wheels, from 0, in the program's order
     factors  (N,) the program's speed of a wheel per rad/s of its axle, in the program's order. A factor is negative
              where the program's positive speed lowers chi

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.conventions.drive_convention import DriveConvention
+from omniroll.conventions.drive_convention import NEAR, DriveConvention, away
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles.vehicle import Vehicle
 
-EVEN = 1e-9  # rad by which the angles of evenly spaced wheels may be off
 SHORTEST = 1e-6  # s and rad: the controller's own bounds below which it does not update, or drives straight on
 
 
@@ -31,23 +30,31 @@ class RosOmniDrive(DriveConvention):
     def of(cls, vehicle: Vehicle) -> "RosOmniDrive":
         """The vehicle's first wheel is the controller's first; the others follow counterclockwise.
 
-        vehicle  Vehicle
+        vehicle  Vehicle. Its centre of mass may be anywhere: wheel rates do not know of it
 
-        Raises InvalidValueError for fewer than three wheels, and where they are not evenly spaced on rays at
-        platform_radius: the controller knows no others.
+        Raises InvalidValueError for fewer than three wheels, and where they are not evenly spaced on rays from S at
+        one distance: the controller knows no others. 1e-3 rad, and 1e-3 of the distance, count as rounding.
         """
         if vehicle.wheels < 3:
             raise InvalidValueError("wheels", vehicle.wheels, "must be at least 3 for omni_wheel_drive_controller")
-        if vehicle.has_layout:
-            bound = "must be on rays at platform_radius, and S the centre of mass, for omni_wheel_drive_controller"
+        places, angles = vehicle.places(), np.array(vehicle.wheel_angles)
+        distances = np.linalg.norm(places, axis=1)
+        radius = float(distances.mean())
+        rays = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        if np.abs(places - rays).max() > NEAR * radius:
+            bound = f"must be on rays from S at one distance, {radius:.6g} m, for omni_wheel_drive_controller"
             raise InvalidValueError("wheel_places", vehicle.wheel_places, bound)
-        turned = (np.array(vehicle.wheel_angles) - vehicle.wheel_angles[0] + EVEN) % (2 * math.pi) - EVEN
-        order = np.argsort(turned, kind="stable")
-        even = 2 * math.pi * np.arange(vehicle.wheels) / vehicle.wheels
-        if np.abs(turned[order] - even).max() > EVEN:
+        count, first = vehicle.wheels, angles[0]
+        numbers = np.round((angles - first) * count / (2 * math.pi)).astype(int) % count
+        even = first + 2 * math.pi * numbers / count
+        if len(set(numbers)) < count or np.abs(away(angles - even)).max() > NEAR:
             bound = "must be evenly spaced for omni_wheel_drive_controller"
             raise InvalidValueError("wheel_angles", vehicle.wheel_angles, bound)
-        return cls(vehicle, tuple(order.tolist()), (1.0,) * vehicle.wheels)
+        exact = {"wheel_angles": even.tolist(), "wheel_places": None, "platform_radius": radius}
+        if vehicle.wheel_places is None:
+            del exact["platform_radius"]
+        known = vehicle.replace(**exact, center_of_mass=(0.0, 0.0))
+        return cls(known, tuple(np.argsort(numbers).tolist()), (1.0,) * count)
 
     def parameters(self, wheel_names: Sequence[str]) -> dict[str, Any]:
         """The controller's parameters that say what the robot is.

@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.conventions.drive_convention import DriveConvention
+from omniroll.conventions.drive_convention import NEAR, DriveConvention, away
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles.vehicle import Vehicle
 
 CORNERS = tuple(math.radians(angle) for angle in (45, -45, 135, -135))  # of FL, FR, RL, RR
-NEAR = 1e-9  # rad by which a wheel may be off its corner
 FORWARD = (1, -1, 1, -1)  # the sign of a rate that drives forward: by (2.2) a positive one carries the centre along
 # (sin(alpha), -cos(alpha)), which points forward on the left side and backward on the right one
 SMALL = 1e-9  # rad: below it WPILib takes the first terms of the series in a pose's exponential
@@ -31,19 +30,22 @@ class WpilibDrive(DriveConvention):
     def of(cls, vehicle: Vehicle) -> "WpilibDrive":
         """The vehicle's wheels in the order FL, FR, RL, RR.
 
-        vehicle  Vehicle
+        vehicle  Vehicle. Its wheels may stand anywhere, and its centre of mass too: the class takes places
 
-        Raises InvalidValueError unless four wheels stand on rays at 45, 135, 225 and 315 degrees.
+        Raises InvalidValueError unless there are four wheels whose axles point along 45, 135, 225 and 315 degrees.
+        1e-3 rad count as rounding.
         """
-        if vehicle.wheels != 4 or vehicle.has_layout:
-            raise InvalidValueError("wheels", vehicle.wheels, "must be four on rays at platform_radius, an X drive")
-        away = np.array(CORNERS)[:, None] - np.array(vehicle.wheel_angles)
-        away = np.abs((away + math.pi) % (2 * math.pi) - math.pi)
-        if sorted(away.argmin(axis=1)) != [0, 1, 2, 3] or away.min(axis=1).max() > NEAR:
+        if vehicle.wheels != 4:
+            raise InvalidValueError("wheels", vehicle.wheels, "must be 4 for MecanumDriveKinematics")
+        off = np.abs(away(np.array(CORNERS)[:, None] - np.array(vehicle.wheel_angles)))
+        order = off.argmin(axis=1)
+        if sorted(order) != [0, 1, 2, 3] or off.min(axis=1).max() > NEAR:
             bound = "must be 45, 135, 225 and 315 degrees in some order: MecanumDriveKinematics fits no others"
             raise InvalidValueError("wheel_angles", vehicle.wheel_angles, bound)
+        angles = np.array(CORNERS)[np.argsort(order)]
+        known = vehicle.replace(wheel_angles=angles.tolist(), center_of_mass=(0.0, 0.0))
         per_rate = math.sqrt(2) * vehicle.wheel_radius
-        return cls(vehicle, tuple(away.argmin(axis=1).tolist()), tuple(sign * per_rate for sign in FORWARD))
+        return cls(known, tuple(order.tolist()), tuple(sign * per_rate for sign in FORWARD))
 
     def places(self) -> np.ndarray:
         """(4, 2) in m, the arguments of MecanumDriveKinematics: FL, FR, RL, RR; x forward, y to the left."""
