@@ -7,6 +7,7 @@ import pytest
 
 import omniroll
 from omniroll.conventions.logs import read_log
+from omniroll.scenes.lints import lints
 
 SCENE = """[vehicle]
 preset = "paper"
@@ -46,14 +47,14 @@ def test_twists_by_their_usual_names(tmp_path, names):
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("", "must have a column t"),
-        ("t,torque_1,torque_3\n0,1,2\n", "must have a column t"),
-        ("torque_1\n0\n", "must have a column t"),
-        ("t,vx,vy,wz\n", "times increase"),
-        ("t,vx,vy,wz\n0,1,2,3\n0,1,2,3\n", "times increase"),
-        ("t,vx,vy,wz\n0,1,2\n", "row 1 after the names"),
-        ("t,vx,vy,wz\n0,1,2,3\n1,1,2,x\n", "row 2 after the names"),
-        ("t,vx,vy,wz\n0,1,2,nan\n", "row 1 after the names has others"),
+        ("", "must have a line of names"),
+        ("t,torque_1,torque_3\n0,1,2\n", "must have commands"),
+        ("torque_1\n0\n", "must have a column t, time"),
+        ("t,vx,vy,wz\n", "must have a line of names and lines of numbers"),
+        ("t,vx,vy,wz\n1,1,2,3\n0,1,2,3\n", "3: t = 0.0: must come after 1.0"),
+        ("t,vx,vy,wz\n0,1,2\n", "2: 3: numbers; the line of names has 4"),
+        ("t,vx,vy,wz\n0,1,2,3\n1,1,2,x\n", "3: wz = 'x': must be a number"),
+        ("t,vx,vy,wz\n0,1,2,nan\n", "2: wz = nan: must be finite"),
     ],
 )
 def test_what_is_no_log(tmp_path, text, words):
@@ -117,7 +118,7 @@ def test_a_run_s_own_samples_can_be_replayed(tmp_path):
         (TORQUES, SCENE.replace("log.csv", "/etc/passwd"), "own folder"),
         (TORQUES, SCENE.replace("log.csv", "."), "own folder"),
         (TORQUES.replace("torque_3", "x"), SCENE, "3 columns, one for each wheel"),
-        ("nothing", SCENE, "it has nothing"),
+        ("nothing", SCENE, "must have a line of names"),
     ],
 )
 def test_what_a_scene_cannot_replay(tmp_path, log, text, words):
@@ -133,3 +134,17 @@ def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
     Path(inner, "scene.toml").write_text(SCENE)
     with pytest.raises(omniroll.SceneError, match="own folder"):
         omniroll.load_scene(inner / "scene.toml")
+
+
+def test_a_scene_says_what_was_recognised_in_its_log(tmp_path):
+    """A log in ms since 1970, under other names; and one that begins when the run is over."""
+    text = TRACKED.replace('log = "log.csv"', 'log = "log.csv"\nlog_columns = "time=clock [ms], vx=ahead"')
+    rows = "".join(f"{1732809600000 + 20 * k},0.1,0,0\n" for k in range(3))
+    found = scene(tmp_path, "clock,ahead,vy,wz\n" + rows, text)
+    assert found.tables["controller"]["times"] == [0.0, 0.02, 0.04]
+    assert [table for table, _ in found.said] == ["controller"]
+    assert any("since 1970" in str(lint) for lint in lints(found))
+    late = scene(tmp_path, "t,vx,vy,wz\n100,1,0,0\n101,0,0,0\n", TRACKED)
+    assert any("when the run is over" in str(lint) for lint in lints(late))
+    with pytest.raises(omniroll.SceneError, match="needs log, whose columns it names"):
+        scene(tmp_path, "", TRACKED.replace('log = "log.csv"', 'target = 0\nlog_columns = "time=clock"'))

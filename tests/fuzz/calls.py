@@ -260,7 +260,7 @@ CALLS = (
     Call("tau", omniroll.tau, {"t": 1.0, "h": 0.1}),
     Call("Log", omniroll.Log, {
         "data": {"t": (0.0, 0.1), "gyro": (1.0, 2.0)}, "noise": {}, "start": {}, "drive": None, "name": "log",
-        "gap": 10.0, "first_line": None, "readings": None}),
+        "gap": 10.0, "lines": None, "readings": None}),
     Call("Log, columns", lambda **data: omniroll.Log(data), {"t": (0.0, 0.1), "gyro": (1.0, 2.0)}),
     Call("Log.read", omniroll.Log.read, {"path": "log.csv"}),
     Call("Log.line", lambda row: log().line(row), {"row": 0}),

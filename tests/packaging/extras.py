@@ -47,6 +47,13 @@ PROGRAMS = {  # of each extra: what needs a package, and which; the programs beg
         ),
         "compare": ("mujoco", COMMAND.format("['compare', 's.toml', '--with', 'mujoco']")),
     },
+    "bags": {
+        "Log.read": (
+            "rosbags",
+            "open('log.mcap', 'wb').close()\ntry:\n    omniroll.Log.read('log.mcap')\n"
+            "except omniroll.errors.LogError as error:\n    assert 'rosbags reads' in str(error)\n",
+        ),
+    },
     "tables": {
         "to_pandas": ("pandas", RUN + "run.to_pandas()\n"),
         "to_xarray": ("xarray", RUN + "run.to_xarray()\n"),

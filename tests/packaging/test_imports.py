@@ -22,7 +22,7 @@ ORDER = (
 )  # fmt: skip
 OPTIONAL = {  # what the extras of pyproject.toml bring
     "control", "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow",
-    "tqdm", "xarray",
+    "rosbags", "tqdm", "xarray",
 }  # fmt: skip
 ROOMS_OF_SCIPY = tuple(f"scipy.{room}" for room in ("integrate", "interpolate", "linalg", "optimize", "special"))
 LARGE = ("numpy", "scipy", *ROOMS_OF_SCIPY, "cffi", "jinja2", "json", "shtab", *sorted(OPTIONAL))

@@ -1,6 +1,7 @@
 """omniroll fit SCENE LOG: the numbers of a scene from what a robot has recorded."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,7 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md").complete = FILE
     parser.add_argument(
-        "logs", type=Path, nargs="+", metavar="LOG", help="a CSV or Parquet file, see docs/fitting.md"
+        "logs", type=Path, nargs="+", metavar="LOG", help="a CSV or Parquet file, or a bag of ROS, see docs/fitting.md"
     ).complete = FILE
     parser.add_argument(
         "--free", required=True, metavar="NAMES", help="the numbers that are sought: mass,wheel_viscous,gyro_bias"
@@ -46,6 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--readings", metavar="NAMES", help="the columns that are taken: wheel_rate,gyro; default: all must be readings"
     )
+    parser.add_argument(
+        "--columns", default="", metavar="NAME=COLUMN,...",
+        help="names of the logs' columns, where they are others: 'time=clock [ms],gyro=/imu/z'",
+    )  # fmt: skip
     parser.add_argument("--loss", default="linear", help="for logs with outliers: soft_l1, huber, cauchy or arctan")
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="default: out/fit/ and the scene's name"
@@ -58,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """0 where the numbers were fitted. Raises SceneError, LogError, InvalidValueError, SimulationStopped, OSError."""
+    from omniroll.conventions.log_files import columns_of_text
     from omniroll.identification.fitting import fit
     from omniroll.identification.log import Log
 
@@ -66,7 +72,11 @@ def run(arguments: argparse.Namespace) -> int:
     scene = load_scene(arguments.scene)
     noise = dict(map(_named, arguments.noise))
     readings = None if arguments.readings is None else _names(arguments.readings)
-    logs = [Log.read(path, noise=noise, drive=arguments.drive, readings=readings) for path in arguments.logs]
+    columns = columns_of_text(arguments.columns)
+    logs = [Log.read(path, columns, noise=noise, drive=arguments.drive, readings=readings) for path in arguments.logs]
+    for log in logs:
+        for words in log.said:
+            print(f"omniroll: {log.name}: {words}", file=sys.stderr)
     found = fit(scene, logs, _numbers(arguments), loss=arguments.loss)
     folder = arguments.output or Path("out/fit") / scene.name
     folder.mkdir(parents=True, exist_ok=True)

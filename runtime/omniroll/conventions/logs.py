@@ -1,23 +1,28 @@
-"""Logs of commands: CSV files with a line of names, a column of times, and commands."""
+"""Logs of commands: times, and twists, wheel rates, torques or voltages."""
 
-import csv
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 
 import numpy as np
 
-from omniroll import validation
-from omniroll.errors import InvalidValueError
+from omniroll.conventions import units
+from omniroll.conventions.log_files import LogTable, read_table
+from omniroll.errors import InvalidValueError, LogError
 
-MOST_BYTES = 50_000_000
-TIMES = ("t", "time", "stamp")
-TWISTS = (  # names that logs give to vx, vy and wz
+TWISTS = (  # names that logs give to vx, vy and wz, or the ends of such names
     ("vx", "vy", "wz"),
     ("linear.x", "linear.y", "angular.z"),
-    ("twist.linear.x", "twist.linear.y", "twist.angular.z"),
+    ("linear_x", "linear_y", "angular_z"),
 )
-WHEELS = {"torque": r"torque_(\d+)", "voltage": r"(?:motor_)?voltage_(\d+)"}
+TWIST_UNITS = ("m/s", "m/s", "rad/s")
+WHEELS = {  # kind, pattern of its names, unit
+    "torque": (r"torque_(\d+)", "N m"),
+    "voltage": (r"(?:motor_)?voltage_(\d+)", "V"),
+    "wheel_rate": (r"wheel_rate_(\d+)", "rad/s"),
+}
+COMMANDED = "cmd"  # what names of topics of commands have in them
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,69 +30,88 @@ class Log:
     """Commands over time; each holds until the next.
 
     times     (K,) in s, increasing
-    commands  "twist": (K, 3) vx, vy in m/s and wz in rad/s; "torque" in N m and "voltage" in V: (K, N), a column for
-              each wheel. A log has one of them or more
+    commands  "twist": (K, 3) vx, vy in m/s and wz in rad/s; "torque" in N m, "voltage" in V and "wheel_rate" in rad/s:
+              (K, N), a column for each wheel. A log has one of them or more
+    said      what was recognised in the file, in sentences
     """
 
     times: np.ndarray
     commands: dict[str, np.ndarray]
+    said: tuple[str, ...] = ()
 
 
-def read_log(path: str | PathLike) -> Log:
-    """A CSV file whose first line names its columns.
+def read_log(path: str | PathLike, columns: Mapping[str, str] | None = None) -> Log:
+    """A log of commands, as log_files.py reads it.
 
-    path  of the file, str or path
+    path     of the file
+    columns  names of the file's columns by the names that they shall have: {"time": "clock", "vx": "forward"}
 
-    The times are in a column t, time or stamp, in s. Commands are vx, vy, wz, or linear.x, linear.y, angular.z, also
-    with twist. before them; torque_1, torque_2 and so on; voltage_1 or motor_voltage_1 and so on, counted from 1. Other
-    columns are left alone, and what stands before a name's last slash is no part of it.
+    Commands are vx, vy, wz, or linear.x, linear.y, angular.z of a topic; torque_1, torque_2 and so on; voltage_1 or
+    motor_voltage_1; wheel_rate_1; counted from 1. Other columns are left alone. Of several topics with twists that of
+    commands is taken, whose name has cmd in it.
 
-    Raises InvalidValueError where the file is none of this, OSError where it cannot be read.
+    Raises InvalidValueError where the file is none of this, OSError where it cannot be read, MissingPackageError.
     """
-    path = validation.file_path("path", path)
-    if path.stat().st_size > MOST_BYTES:
-        raise InvalidValueError("path", str(path), f"must be of at most {MOST_BYTES} bytes")
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InvalidValueError("path", str(path), f"must be a CSV file: {error}") from None
-    names = [name.strip().rsplit("/", 1)[-1] for name in rows[0]] if rows else []
-    found = {kind: [names.index(name) for name in columns] for kind, columns in _columns(names).items()}
-    stamps = [name for name in TIMES if name in names]
-    if not stamps or not found:
-        wanted = f"a column {' or '.join(TIMES)} and commands: {', '.join(TWISTS[0])}; torque_1 ...; or voltage_1 ..."
-        raise InvalidValueError("path", str(path), f"must have {wanted}; it has {', '.join(names) or 'nothing'}")
-    times = _numbers(path, rows, [names.index(stamps[0])])[:, 0]
-    if not len(times) or (np.diff(times) <= 0).any():
-        raise InvalidValueError("path", str(path), "must have rows whose times increase")
-    return Log(times, {kind: _numbers(path, rows, places) for kind, places in found.items()})
+        table = read_table(path, columns)
+        said = list(table.said)
+        places = _columns(table)
+        if not places:
+            wanted = f"commands: {', '.join(TWISTS[0])}; torque_1 ...; voltage_1 ...; or wheel_rate_1 ..."
+            shown = ", ".join(list(table.columns)[:12]) or "nothing"
+            raise InvalidValueError("path", str(path), f"must have {wanted}; it has {shown}")
+        commands = {kind: _numbers(table, found, said) for kind, found in places.items()}
+    except LogError as error:
+        raise InvalidValueError("path", str(path), _bound(error)) from None
+    return Log(table.times, commands, tuple(said))
 
 
-def _columns(names: list[str]) -> dict[str, list[str]]:
-    """The names of the columns of each kind of command."""
+def _bound(error: LogError) -> str:
+    """What a LogError says behind the name of its file."""
+    return str(error).removeprefix(error.source).lstrip(":").strip()
+
+
+def _columns(table: LogTable) -> dict[str, list[tuple[str, str]]]:
+    """The names of the columns of each kind of command, and the units that they shall have."""
     found = {}
-    for twist in TWISTS:
-        if set(twist) <= set(names):
-            found["twist"] = list(twist)
-            break
-    for kind, pattern in WHEELS.items():
-        numbered = {int(match[1]): name for name in names if (match := re.fullmatch(pattern, name))}
+    plain = {name: name.replace("/", ".").lower() for name in table.columns}
+    if twist := _twist(plain):
+        found["twist"] = list(zip(twist, TWIST_UNITS, strict=True))
+    for kind, (pattern, unit) in WHEELS.items():
+        named = {name: re.fullmatch(pattern, text.rsplit(".", 1)[-1]) for name, text in plain.items()}
+        numbered = {int(match[1]): name for name, match in named.items() if match}
         if numbered and sorted(numbered) == list(range(1, len(numbered) + 1)):
-            found[kind] = [numbered[wheel] for wheel in sorted(numbered)]
+            found[kind] = [(numbered[wheel], unit) for wheel in sorted(numbered)]
     return found
 
 
-def _numbers(path: object, rows: list[list[str]], places: list[int]) -> np.ndarray:
-    """(K, columns) of the rows after the first."""
-    found = np.empty((len(rows) - 1, len(places)))
-    for number, row in enumerate(rows[1:]):
-        try:
-            found[number] = [float(row[place]) for place in places]
-        except (ValueError, IndexError):
-            bound = f"must have finite numbers; row {number + 1} after the names is {', '.join(row)[:80]!r}"
-            raise InvalidValueError("path", str(path), bound) from None
-    if not np.isfinite(found).all():
-        row = int(np.flatnonzero(~np.isfinite(found).all(axis=1))[0]) + 1
-        raise InvalidValueError("path", str(path), f"must have finite numbers; row {row} after the names has others")
-    return found
+def _twist(plain: Mapping[str, str]) -> list[str] | None:
+    """The columns of vx, vy and wz. Raises InvalidValueError where several topics have them."""
+    topics = {}
+    for ends in TWISTS:
+        for name, text in plain.items():
+            if text == ends[0] or text.endswith("." + ends[0]):
+                topic = text.removesuffix(ends[0])
+                columns = [next((n for n, t in plain.items() if t == topic + end), None) for end in ends]
+                if None not in columns:
+                    topics[topic] = columns
+    chosen = {topic: names for topic, names in topics.items() if COMMANDED in topic} or topics
+    if len(chosen) > 1:
+        shown = ", ".join(topic.strip(".") or "no topic" for topic in chosen)
+        bound = f"has twists of {shown}: choose by `columns`, such as columns.vx = {next(iter(chosen.values()))[0]!r}"
+        raise InvalidValueError("path", None, bound)
+    return next(iter(chosen.values()), None)
+
+
+def _numbers(table: LogTable, columns: list[tuple[str, str]], said: list[str]) -> np.ndarray:
+    """(K, columns) in the units of this project."""
+    found = []
+    for name, unit in columns:
+        given = table.units.get(name, unit)
+        factor = units.factor(given, unit)
+        if factor is None:
+            raise LogError(table.name, table.line_of_names, name, None, f"must be in {unit}; it is in {given}")
+        if factor != 1:
+            said.append(f"{name} is in {given}: times {factor:.9g}, in {unit}")
+        found.append(table.numbers(name) * factor)
+    return np.stack(found, axis=1)

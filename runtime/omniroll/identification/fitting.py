@@ -7,12 +7,13 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from omniroll import validation
+from omniroll.conventions import units
 from omniroll.effects.effect_set import EffectSet
 from omniroll.errors import InvalidValueError, LogError, SimulationStopped
 from omniroll.identification.answer import Fit
 from omniroll.identification.determination import LOOSE
 from omniroll.identification.first_guess import first_guess
-from omniroll.identification.log import ENTRIES, Log, suspected_unit
+from omniroll.identification.log import ENTRIES, Log
 from omniroll.identification.model import NEUTRAL, OF_INSTRUMENT, START, Free, Model, Number, checked_numbers
 from omniroll.identification.prediction import Prediction, Readings
 from omniroll.results.measurements import Instruments
@@ -148,7 +149,7 @@ def _compare(log: Log, name: str, wanted: np.ndarray) -> None:
     if given.shape != wanted.shape:
         raise LogError(log.name, log.line(-1), name, given.shape[1:], f"must have {wanted.shape[1:]} columns")
     alike = float((given * wanted).sum() / max((wanted**2).sum(), np.finfo(float).tiny))
-    unit = suspected_unit(ENTRIES[name].unit, alike)
+    unit = units.suspected(ENTRIES[name].unit, alike)
     if unit is not None:
         bound = f"reads {alike:.3g} times what the model does: {unit} in the place of {ENTRIES[name].unit}?"
         raise LogError(log.name, log.line(-1), name, None, bound)

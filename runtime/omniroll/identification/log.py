@@ -1,6 +1,5 @@
-"""Logs: what instruments on a robot have read over time, from CSV and Parquet files, arrays or data frames."""
+"""Logs: what instruments on a robot have read over time, from files, arrays or data frames."""
 
-import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from omniroll import extras, validation
+from omniroll import validation
+from omniroll.conventions import units
+from omniroll.conventions.bags import is_bag
+from omniroll.conventions.log_files import LogTable, read_table
 from omniroll.errors import InvalidValueError, LogError
-from omniroll.results.tables import EXTRA
 from omniroll.vocabulary import MEASUREMENTS, STATE, by_name
 
 TIME = "t"
@@ -21,21 +22,14 @@ ENTRIES = {name: entry for name, entry in by_name(MEASUREMENTS).items() if name 
 ENTRIES["pose"] = by_name(STATE)["pose"]  # of a tracker outside
 HEADER = re.compile(r"\s*([A-Za-z_]+?)(?:_(\d+))?\s*(?:[\[(]\s*(.*?)\s*[\])])?\s*")
 DRIVES = ("motor_voltage", "net_torque")
+NO_SUCH = f"no such reading; there are {TIME}, "
 GAP = 10.0  # steps of the usual length that may be missing in a row
-PARQUET = (".parquet", ".pq")  # ends of the names of such files
-OTHER_UNITS = {  # a reading in the unit of the first column, times the number, is one in that of the second
-    ("deg/s", "rad/s"): np.pi / 180,
-    ("rpm", "rad/s"): np.pi / 30,
-    ("turns/s", "rad/s"): 2 * np.pi,
-    ("deg", "rad"): np.pi / 180,
-    ("ms", "s"): 1e-3,
-    ("us", "s"): 1e-6,
-    ("mA", "A"): 1e-3,
-    ("mV", "V"): 1e-3,
-    ("g", "m/s^2"): 9.80665,
-    ("mm/s^2", "m/s^2"): 1e-3,
-    ("mN m", "N m"): 1e-3,
+ALIASES = {  # readings by the ends of names of ROS's messages
+    "angular_velocity.z": "gyro",
+    "linear_acceleration.x": "accelerometer_1",
+    "linear_acceleration.y": "accelerometer_2",
 }
+POSE = ("pose.position.x", "pose.position.y", "pose.orientation.z", "pose.orientation.w")  # of a tracker or odometry
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +47,9 @@ class Log:
              a scene with a Motor, or "net_torque", which stands for drive and bearings together; or None
     name     for messages
     gap      times of the usual step that may lie between two rows
-    first_line  of a file, in which the first row stands; None of arrays
+    lines    of a file, in which the rows stand; None of arrays
+    line_of_names  of a file
+    said     what was recognised in a file, in sentences; conversions of units are added
     readings  names of the readings that are taken beside `drive`; other columns are left alone. None: all are readings
 
     Raises LogError, an InvalidValueError with row and column: for names that are not known, times that do not
@@ -66,8 +62,10 @@ class Log:
     drive: str | None = None
     name: str = "log"
     gap: float = GAP
-    first_line: int | None = None  # of the rows in a file
+    lines: Sequence[int] | None = None
     readings: Sequence[str] | None = None
+    line_of_names: int | None = None
+    said: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -80,8 +78,9 @@ class Log:
         put("start", validation.mapping("start", self.start))
         if "start_time" in self.start:
             validation.real("start_time", self.start["start_time"])
-        if self.first_line is not None:
-            put("first_line", validation.integer("first_line", self.first_line, 1))
+        if self.lines is not None:
+            put("lines", tuple(validation.sequence("lines", self.lines, "must be lines of a file")))
+        put("said", validation.sequence("said", self.said, "must be sentences"))
         if self.readings is not None:
             chosen = validation.sequence("readings", self.readings, "must be a sequence of names of readings")
             put("readings", tuple(validation.choice("readings", name, tuple(ENTRIES)) for name in chosen))
@@ -90,35 +89,38 @@ class Log:
             validation.choice("drive", self.drive, tuple(name for name in DRIVES if name in self.data))
 
     @classmethod
-    def read(cls, path: str | PathLike, **others: Any) -> "Log":
-        """A log from a CSV file: a line of names, behind which units may stand in brackets, then a line for each time.
+    def read(cls, path: str | PathLike, columns: Mapping[str, str] | None = None, **others: Any) -> "Log":
+        """A log from a file.
 
-        path    of the file; one whose name ends with .parquet holds a data frame, and needs the extra `tables`
-        others  noise, start, drive, gap and readings as of a Log
+        path     of the file: CSV or other text, whose names may have units in brackets behind them; Parquet, which
+                 needs the extra `tables`; or a bag of ROS, which needs the extra `bags`
+        columns  names of the file's columns by the names that they shall have: {"time": "clock", "gyro": "imu/z"}
+        others   noise, start, drive, gap and readings as of a Log
+
+        Of rows of one time the last holds, and times since 1970 begin at 0; `said` tells what was recognised. Where
+        `columns` is given, and of a bag, other columns are left alone.
 
         Raises LogError with line and column; OSError where the file cannot be read; MissingPackageError.
         """
-        path = validation.file_path("path", path)
-        if path.suffix.lower() in PARQUET:
-            return cls(_frame(path), name=path.name, **others)
-        try:
-            with open(path, newline="", encoding="utf-8-sig") as file:
-                lines = [(reader.line_num, row) for reader in [csv.reader(file)] for row in reader if row]
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise LogError(path.name, None, None, None, f"must be a CSV file: {error}") from None
-        if len(lines) < 2:
-            raise LogError(path.name, None, None, None, "must have a line of names and lines of numbers")
-        (_, names), *rows = lines
-        columns: dict[str, list[float]] = {name.strip(): [] for name in names}
-        if len(columns) < len(names):
-            twice = next(name for name in names if names.count(name) > 1)
-            raise LogError(path.name, 1, twice, None, "stands there twice")
-        for line, row in rows:
-            if len(row) != len(names):
-                raise LogError(path.name, line, None, len(row), f"numbers; the line of names has {len(names)}")
-            for name, text in zip(columns, row, strict=True):
-                columns[name].append(_number(path.name, line, name, text))
-        return cls(columns, name=path.name, first_line=rows[0][0], **others)
+        table = read_table(path, columns)
+        found, said = _readings_of(table), list(table.said)
+        leaves = columns or is_bag(Path(path)) or others.get("readings") is not None
+        wanted = {title: name for title, name in found.items() if _known(title) or not leaves}
+        for title in wanted:
+            if not _known(title):
+                bound = f"{NO_SUCH}{', '.join(ENTRIES)}; `readings` leaves other columns alone"
+                raise LogError(table.name, table.line_of_names, title, None, bound)
+        data: dict[str, Any] = {TIME: table.times}
+        chosen = others.get("readings")
+        for title, name in wanted.items():
+            if chosen is None or _name_of(title) in (others.get("drive"), *chosen):
+                unit = table.units.get(name)
+                data[title if unit is None else f"{title} [{unit}]"] = table.numbers(name)
+        if chosen is None and (pose := _pose(table)) is not None:
+            data["pose"] = pose
+        return cls(
+            data, name=table.name, lines=tuple(table.lines), line_of_names=table.line_of_names, said=said, **others
+        )
 
     @property
     def t(self) -> np.ndarray:
@@ -143,7 +145,8 @@ class Log:
         Raises InvalidValueError.
         """
         rows = validation.integer("rows", rows, 2)
-        return replace(self, data={name: values[:rows] for name, values in self.data.items()})
+        lines = None if self.lines is None else self.lines[:rows]
+        return replace(self, data={name: values[:rows] for name, values in self.data.items()}, lines=lines)
 
     def _deviation(self, name: str, value: Any) -> float:
         validation.choice("noise", name, tuple(ENTRIES))
@@ -160,7 +163,7 @@ class Log:
         parts: dict[str, dict[int, np.ndarray]] = {}
         for column, values in given.items():
             name, place = self._place(column)
-            parts.setdefault(name, {})[place] = self._finite(column, values)
+            parts.setdefault(name, {})[place] = self._finite(column, values) * self._factor(column, name)
         if TIME not in parts:
             raise LogError(self.name, self.line(-1), TIME, None, "is missing: times in s")
         data = {name: self._together(name, columns) for name, columns in parts.items()}
@@ -174,18 +177,23 @@ class Log:
         return data
 
     def _place(self, column: str) -> tuple[str, int]:
-        """Name of the reading, and which of its columns, from 1; 0 where it is all of it. Checks the unit."""
+        """Name of the reading, and which of its columns, from 1; 0 where it is all of it."""
         match = HEADER.fullmatch(column)
         name = match[1] if match else column
         if match is None or name not in (TIME, *ENTRIES):
-            bound = f"no such reading; there are {TIME}, {', '.join(ENTRIES)}; `readings` leaves other columns alone"
-            raise LogError(self.name, self.line(-1), column, None, bound)
-        unit = "s" if name == TIME else ENTRIES[name].unit
-        if match[3] not in (None, unit):
-            factor = OTHER_UNITS.get((match[3], unit))
-            bound = f"must be in {unit}" + (f": multiply by {factor:.9g}" if factor else "")
+            bound = f"{NO_SUCH}{', '.join(ENTRIES)}; `readings` leaves other columns alone"
             raise LogError(self.name, self.line(-1), column, None, bound)
         return name, int(match[2] or 0)
+
+    def _factor(self, column: str, name: str) -> float:
+        """What turns a column into the unit of its reading."""
+        unit, given = "s" if name == TIME else ENTRIES[name].unit, HEADER.fullmatch(column)[3]
+        factor = 1.0 if given is None else units.factor(given, unit)
+        if factor is None:
+            raise LogError(self.name, self.line(-1), column, None, f"must be in {unit}")
+        if factor != 1:
+            self.said.append(f"{column}: times {factor:.9g}, in {unit}")
+        return factor
 
     def _finite(self, column: str, values: Any) -> np.ndarray:
         try:
@@ -233,17 +241,9 @@ class Log:
     def line(self, row: int) -> int | None:
         """The line of a file, or the row of arrays; -1 stands for the line of names, which arrays do not have."""
         row = validation.integer("row", row, -1)
-        if self.first_line is None:
+        if self.lines is None:
             return row if row >= 0 else None
-        return self.first_line + row if row >= 0 else 1
-
-
-def suspected_unit(unit: str, ratio: float) -> str | None:
-    """The unit that readings seem to have which are `ratio` times what they should be; None where none is near."""
-    for (other, wanted), factor in OTHER_UNITS.items():
-        if wanted == unit and ratio > 0 and abs(np.log(ratio * factor)) < 0.2:
-            return other
-    return None
+        return self.lines[row] if row >= 0 else self.line_of_names
 
 
 def columns_of(data: Any) -> dict[str, Any]:
@@ -260,26 +260,34 @@ def columns_of(data: Any) -> dict[str, Any]:
     return {f"{name} [{units[name]}]" if name in units else name: values for name, values in found.items()}
 
 
-def _frame(path: Path) -> Any:
-    """The data frame that a Parquet file holds. Raises LogError, MissingPackageError, OSError."""
-    extras.needed("pyarrow", EXTRA, f"a log in a file {path.suffix}")
-    pandas = extras.needed("pandas", EXTRA, f"a log in a file {path.suffix}")
-    try:
-        return pandas.read_parquet(path)
-    except OSError:
-        raise
-    except ValueError as error:  # pyarrow's error of files of other kinds
-        raise LogError(path.name, None, None, None, f"must be a Parquet file: {error}") from None
+def _readings_of(table: LogTable) -> dict[str, str]:
+    """Columns of a file by the names of readings; those of ROS's messages by their ends."""
+    found = {}
+    for name in table.columns:
+        plain = name.replace("/", ".")
+        end = next((end for end in ALIASES if plain == end or plain.endswith("." + end)), None)
+        title = ALIASES[end] if end else plain.rsplit(".", 1)[-1]
+        found[name if title in found or not _known(title) else title] = name
+    return found
+
+
+def _pose(table: LogTable) -> np.ndarray | None:
+    """(T, 3) of the first topic that has positions and quaternions; None where there is none."""
+    for name in table.columns:
+        if name.replace("/", ".").endswith(POSE[0]):
+            before = name[: -len(POSE[0])]
+            around = {column.replace("/", "."): column for column in table.columns}
+            ends = [around.get(before.replace("/", ".") + end) for end in POSE]
+            if None not in ends:
+                x, y, z, w = (table.numbers(column) for column in ends)
+                return np.stack([x, y, np.unwrap(2 * np.arctan2(z, w))], axis=1)
+    return None
+
+
+def _known(column: str) -> bool:
+    return _name_of(column) in ENTRIES
 
 
 def _name_of(column: str) -> str:
     match = HEADER.fullmatch(column)
     return match[1] if match else column
-
-
-def _number(path: str, line: int, column: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        bound = "must be a number" if text.strip() else "is empty: each line must have a number in each column"
-        raise LogError(path, line, column, text, bound) from None

@@ -50,12 +50,14 @@ class Scene:
     vehicle  the vehicle
     options  the other arguments of omniroll.simulate
     tables   the file's tables, checked, as plain data
+    said     of tables with logs: the table, and what was recognised in its file
     """
 
     name: str
     vehicle: Vehicle
     options: dict[str, Any] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
+    said: tuple[tuple[str, str], ...] = ()
 
     @property
     def title(self) -> str:
@@ -115,7 +117,7 @@ def load_scene(path: str | PathLike) -> Scene:
     _check_samples(tables.get("run", {}), findings)
     if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
         findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
-    replay_logs(tables, vehicle, path.parent, findings)
+    said = replay_logs(tables, vehicle, path.parent, findings)
     effects = effects_of(tables, findings)
     if vehicle is not None:
         vehicle = with_layout(vehicle, tables, findings)
@@ -129,7 +131,7 @@ def load_scene(path: str | PathLike) -> Scene:
         _check_whole(vehicle, options, tables, findings)
     if findings.problems:
         raise SceneError(path, findings.problems)
-    return Scene(_name(path), vehicle, options, tables)
+    return Scene(_name(path), vehicle, options, tables, tuple(said))
 
 
 def _name(path: Path) -> str:

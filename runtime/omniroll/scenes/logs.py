@@ -5,22 +5,32 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.conventions.log_files import columns_of_text
 from omniroll.conventions.logs import Log, read_log
 from omniroll.conventions.twists import nu_of_twist
-from omniroll.errors import InvalidValueError
+from omniroll.errors import InvalidValueError, MissingPackageError
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
 from omniroll.scenes.schema import MOTOR, OF_LOG
 from omniroll.vehicles.vehicle import Vehicle
 
+OF_FILE = ("log", "log_columns")
 MOTOR_NAMES = {"preset", *(key.name for key in MOTOR)}
 
 
-def replay_logs(tables: dict[str, dict[str, Any]], vehicle: Vehicle | None, folder: Path, findings: Findings) -> None:
-    """Put what their logs hold into [drive] and [controller]; what is wrong goes into `findings`."""
+def replay_logs(
+    tables: dict[str, dict[str, Any]], vehicle: Vehicle | None, folder: Path, findings: Findings
+) -> list[tuple[str, str]]:
+    """Put what their logs hold into [drive] and [controller]; what is wrong goes into `findings`.
+
+    Gives what was recognised in the files: the table, and a sentence.
+    """
+    said: list[tuple[str, str]] = []
     for name, given in OF_LOG.items():
         table = tables.get(name, {})
         if "log" not in table:
+            if "log_columns" in table:
+                findings.add(name, "log_columns", "needs log, whose columns it names")
             continue
         for key in given:
             if key in table:
@@ -28,15 +38,30 @@ def replay_logs(tables: dict[str, dict[str, Any]], vehicle: Vehicle | None, fold
         if findings.keys_in(name):
             continue
         try:
-            log = read_log(_beside(folder, table["log"]))
+            log = read_log(_beside(folder, table["log"]), columns_of_text(table.get("log_columns", "")))
             rows = _of_drive(table, log) if name == "drive" else _of_controller(vehicle, log)
         except InvalidValueError as error:
             findings.add(name, "log", error.bound, shown(table["log"]))
         except OSError as error:
             findings.add(name, "log", error.strerror or str(error), shown(table["log"]))
+        except MissingPackageError as error:
+            findings.add(name, "log", str(error))
         else:
+            said += [(name, words) for words in (*log.said, *_beside_the_run(log, tables.get("run", {})))]
             replayed = {"times": log.times.tolist(), "interpolation": "hold"} | rows
-            tables[name] = replayed | {key: value for key, value in table.items() if key != "log"}
+            tables[name] = replayed | {key: value for key, value in table.items() if key not in OF_FILE}
+    return said
+
+
+def _beside_the_run(log: Log, run: dict[str, Any]) -> list[str]:
+    """What looks wrong in a log that has no command during the run."""
+    begin = run.get("start_time", 0.0)
+    end = begin + run.get("duration", 0.0)
+    if log.times[0] > end:
+        return [f"begins at {log.times[0]:.6g} s, when the run is over: its first command holds all the time"]
+    if len(log.times) > 1 and log.times[-1] < begin:
+        return [f"ends at {log.times[-1]:.6g} s, before the run: its last command holds all the time"]
+    return []
 
 
 def _beside(folder: Path, name: str) -> Path:

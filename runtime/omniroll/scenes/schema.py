@@ -75,8 +75,15 @@ LOG = Entry(
     "log",
     Word(),
     "",
-    "name of a CSV file beside the scene, with commands over time",
+    "name of a CSV file or a bag beside the scene, with commands over time",
     note="Its rows hold until the next unless interpolation says otherwise; docs/conventions.md has the columns",
+)
+LOG_COLUMNS = Entry(
+    "log_columns",
+    Word(),
+    "",
+    "names of the log's columns, where they are others",
+    note='As in "time=clock [ms], vx=/base/forward"',
 )
 MOTOR_PRESET = Entry(
     "preset",
@@ -125,13 +132,13 @@ SCENE = (
         "positive torque raises `chi`. By (2.2) a wheel whose `chi` grows rolls against its direction of rolling, "
         "which is the axle's, pointing outwards, turned by a right angle against the clock seen from above; so equal "
         "positive torques on evenly spaced wheels turn the vehicle clockwise.",
-        (*DRIVE, LOG, *TORQUE, MOTOR_PRESET, *MOTOR),
+        (*DRIVE, LOG, LOG_COLUMNS, *TORQUE, MOTOR_PRESET, *MOTOR),
     ),
     Table(
         "controller",
         "A sampled controller that tracks speeds, one proportional and integral loop for each wheel. Its output is "
         "held between samples.",
-        (*vocabulary.CONTROLLER, LOG),
+        (*vocabulary.CONTROLLER, LOG, LOG_COLUMNS),
     ),
     Table(
         "function_controller",
