@@ -16,9 +16,10 @@ PACKAGE = Path(omniroll.__file__).parent
 # The order of the rooms, and of the modules that stand beside them: each imports only what stands before it. This is
 # the one place where the order is written down.
 ORDER = (
-    "errors", "extras", "validation", "progress", "durable", "interruption", "generated", "generated_data", "kinds",
-    "vocabulary", "vehicles", "codegen", "kernels", "effects", "robots", "results", "conventions", "exchange", "viewer",
-    "engine", "scenes", "identification", "studies", "gym", "omniroll", "commands", "cli", "__main__",
+    "errors", "extras", "validation", "progress", "durable", "json_texts", "interruption", "generated",
+    "generated_data", "kinds", "vocabulary", "vehicles", "codegen", "kernels", "effects", "robots", "results",
+    "conventions", "exchange", "viewer", "engine", "scenes", "identification", "studies", "gym", "omniroll", "commands",
+    "cli", "__main__",
 )  # fmt: skip
 OPTIONAL = {  # what the extras of pyproject.toml bring
     "control", "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow",

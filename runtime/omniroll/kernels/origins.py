@@ -26,8 +26,7 @@ from pathlib import Path
 
 from omniroll import generated_data
 from omniroll.errors import InvalidValueError
-
-from . import spellings
+from omniroll.kernels import spellings
 
 STATIONS = ("paper", "derivation", "data", "code", "engine")
 MOST_PLACES = {"paper": 3, "derivation": 5, "data": 1, "code": 3, "engine": 2}  # on one screen; the rest is counted
