@@ -204,7 +204,7 @@ RUN = (
         "memory that the steps of a run may take",
         "2^30",
         note="A run that would need far more is stopped while it is young; its trajectory, once it is read, takes some "
-        "four times as much",
+        "four times as much. A scene may lower it; who runs it may raise it, too",
     ),
 )
 ROLLER_MODEL = Entry(

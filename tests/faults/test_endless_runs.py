@@ -1,12 +1,15 @@
 """Runs that could not end, or would take more memory than there is: stopped while they are young, with the reason."""
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import omniroll
+from omniroll import cli
 from omniroll.commands import explain
 from omniroll.engine.control import made
 from omniroll.engine.outlook import Outlook, shown_bytes
@@ -217,6 +220,36 @@ def test_a_vehicle_whose_states_have_no_room_is_refused():
         omniroll.to_mjcf(many)
     with pytest.raises(omniroll.InvalidValueError, match="memory"):
         omniroll.simulate(PAPER, nu=(1, 0, 1), duration=1, memory=100)
+
+
+@pytest.mark.parametrize("ground", [[], [omniroll.Contact(law="coulomb", friction=0.3)]])
+def test_friction_that_sticks_in_very_many_places_is_refused(ground):
+    """Before anything is allocated for it: what couples 30000 rollers takes gigabytes."""
+    bearings = omniroll.Bearings(wheel_coulomb=1e-3, roller_coulomb=1e-5)
+    with pytest.raises(omniroll.InvalidValueError, match="friction may stick in 300[0-9]{2} places of 3 wheels") as said:
+        omniroll.simulate(omniroll.Vehicle.paper(3, 10_000), nu=(1, 0, 0), duration=1, effects=[bearings, *ground])
+    assert said.value.field == "memory"
+
+
+def test_rows_of_very_many_rollers_have_no_room_at_first():
+    many, runs = omniroll.Vehicle.paper(3, 30_000), []
+    for speed in (1, 2):  # the second one takes the buffers of the first
+        run = made(checked_task(many, nu=(speed, 0, 0), duration=1e-5), 1e-6)
+        assert sum(getattr(run.space, name).nbytes for name in ("rows", "steps", "switch_axial")) <= 2**28
+        runs.append(run.trajectory())
+    assert [run.nu[0, 0] for run in runs] == [1, 2] and runs[0].spins.shape[1:] == (3, 29_999)
+
+
+def test_a_scene_may_lower_the_bound_of_memory_and_its_caller_may_raise_it(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    text = re.sub(r"duration = .*", "duration = 0.1", Path("scenes/motion-3.toml").read_text())
+    path.write_text(text.replace("[run]", "[run]\nmemory = 1e15"))
+    with pytest.raises(omniroll.SceneError, match="must be at most 1073741824 in a scene"):
+        omniroll.load_scene(path)
+    path.write_text(text.replace("[run]", "[run]\nmemory = 5e4").replace("duration = 0.1", "duration = 60"))
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out")]) == 3
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--memory", "2e9"]) == 0
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--memory", "nan"]) == 2
 
 
 def test_samples_without_end_are_refused(tmp_path):

@@ -5,6 +5,7 @@ import sys
 import time
 import webbrowser
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stream", action="store_true",
         help="write the motion to the disk part by part, so that memory holds one part; without an error estimate",
     )  # fmt: skip
+    parser.add_argument(
+        "--memory", type=float, metavar="BYTES", help=f"what the run may take; default: the scene's, or {MEMORY:.3g}"
+    )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
@@ -50,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
     """0 where the simulation came to its end; 128 and the number of a signal that has ended it. Raises
     SimulationStopped. What was done has been kept then."""
     scene = load_scene(arguments.scene)
+    if arguments.memory is not None:
+        scene = replace(scene, options=scene.options | {"memory": arguments.memory})
     if arguments.plot:
         extras.needed("matplotlib", "plots", "--plot")
     if arguments.stream:

@@ -59,10 +59,10 @@ class Recorded:
         rows, switches = run.run.row_count, run.run.switch_count
         before = int(np.searchsorted(space.switches[:switches, 1], first, side="right")) if first else 0
         self.has_spins, self.first = run.kernel.has_spins, first
-        self.rows, self.steps = _kept(space.rows, first, rows), _kept(space.steps, first, rows)
-        self.switches = _kept(space.switches, before, switches)
+        self.rows, self.steps = _kept(space, "rows", first, rows), _kept(space, "steps", first, rows)
+        self.switches = _kept(space, "switches", before, switches)
         if self.has_spins:  # what the free rollers had after the last switch before these rows, and where that was
-            self.later_axial = _kept(space.switch_axial, before, switches)
+            self.later_axial = _kept(space, "switch_axial", before, switches)
             known = run.forgotten.and_of(run.task, space, before)
             self.axial_before = run.task.state.free_axial() if known.axial is None else known.axial
             self.row_before = known.row
@@ -117,9 +117,10 @@ class Recorded:
         return dense_polynomials(self.rows[:, 1 : self.columns.end], self.steps, self.step_rows[some], self.columns)
 
 
-def _kept(buffer: np.ndarray, first: int, end: int) -> np.ndarray:
+def _kept(space: workspace.Workspace, name: str, first: int, end: int) -> np.ndarray:
     """Entries of a buffer that is used again; or of one that a long run has made large, and that is not."""
-    return buffer[first:end].copy() if len(buffer) == workspace.ROWS else buffer[first:end]
+    buffer = getattr(space, name)
+    return buffer[first:end].copy() if len(buffer) == space.first else buffer[first:end]
 
 
 def dense_polynomials(y: np.ndarray, steps: np.ndarray, starts: np.ndarray, columns: Columns) -> np.ndarray:

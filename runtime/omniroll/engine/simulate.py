@@ -25,6 +25,8 @@ from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, do
 ENTRIES = by_name(RUN)
 NUMBERS_OF_A_WHEEL = 20  # in a row and in a step, where rollers need none; a step has 16 nodes
 LEAST_STATES = 100  # with free rollers each state has every roller's speed
+ROWS_OF_FRICTION = (("axle_sticking", 1), ("contact_coulomb", 2))  # that may stick, of a wheel
+COUPLINGS = 6  # matrices between all that may stick, in the compiled engine
 USUAL = 1e10  # numbers up to this, and down to its inverse, are far inside the number range
 
 
@@ -117,6 +119,7 @@ def checked_task(
         validation.function("progress", progress, "done", "duration")
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
+    _check_friction(bound, memory)
     task = Task(
         vehicle=vehicle,
         kernel=bound,
@@ -143,6 +146,21 @@ def _check_memory(vehicle: Vehicle, roller_model: str, memory: float) -> None:
         size = f"{vehicle.wheels} wheels of {vehicle.rollers_per_wheel} {roller_model} rollers"
         bound = f"must be at least {least:.3g} for {size}: {shown_bytes(least)}"
         raise InvalidValueError("memory", memory, bound)
+
+
+def _check_friction(bound: Kernel, memory: float) -> None:
+    """Refuse friction that sticks in so many places that what couples them has no room."""
+    rollers = 1 if bound.roller_model == "massless" else bound.rollers_per_wheel
+    rows = bound.wheels * sum(count for name, count in (*ROWS_OF_FRICTION, ("roller_sticking", rollers))
+                              if name in bound.effects)  # fmt: skip
+    least = 8 * COUPLINGS * float(rows) ** 2
+    if least > memory:
+        size = f"{bound.wheels} wheels of {bound.rollers_per_wheel} {bound.roller_model} rollers"
+        bound_text = (
+            f"must be at least {least:.3g} where friction may stick in {rows} places of {size}: {shown_bytes(least)}; "
+            "or give [bearings] a roller_speed"
+        )
+        raise InvalidValueError("memory", memory, bound_text)
 
 
 def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike, pose: ArrayLike) -> State:

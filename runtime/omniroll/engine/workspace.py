@@ -17,6 +17,8 @@ from omniroll.kernels.kernel import Kernel
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
+FIRST_BYTES = 2**28  # that the rows of a run have at first, if some rows do
+FEWEST = 32  # rows that they are at least
 GROWTH = 8  # times its rows has a buffer that grows: a page costs nothing before it is written to, and a copy much
 ALIGNMENT = 128  # bytes
 MOST_GUARDS = 256  # run.c
@@ -113,7 +115,7 @@ WHOLE_ARRAYS = ("contact", "passed", "leads_to")
 class Workspace:
     """The buffers of one run, and the struct that points to them. Runs of one set and one size take them by turns.
 
-    rows         room for so many rows at first
+    rows         room for so many rows at first; None: ROWS, or fewer of a vehicle with very many rollers
     keeps_steps  whether the polynomials of the steps are wanted
     """
 
@@ -121,8 +123,8 @@ class Workspace:
         self, kernel: Kernel, columns: "Columns", pool: "list[Workspace]", rows: int | None = None,
         keeps_steps: bool = True,
     ):  # fmt: skip
-        rows = ROWS if rows is None else rows
-        self.pool, self.ffi = pool, engine_of(kernel).ffi
+        rows = first_rows(kernel, columns) if rows is None else rows
+        self.first, self.pool, self.ffi = rows, pool, engine_of(kernel).ffi
         wheels, places = kernel.wheels, kernel.rollers_per_wheel - 1
         self.nu, self.chi, self.pose = np.zeros(3), np.zeros(wheels), np.zeros(3)
         self.axial = np.zeros((wheels, places) if kernel.has_spins else (1, 1))
@@ -135,7 +137,7 @@ class Workspace:
         self.contact = np.zeros(wheels, np.int64)
         self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
         self.rows = np.empty((rows, columns.width))
-        self.steps = np.empty((rows if keeps_steps else 1, 2 + NODES * (6 + wheels + columns.added)))
+        self.steps = np.empty((rows if keeps_steps else 1, step_width(kernel, columns)))
         self.switches = np.empty((rows, 2 + wheels))
         self.switch_axial = np.empty((rows, *self.axial.shape) if kernel.has_spins else (1, 1, 1))
         self.bytes_per_row = self.rows[0].nbytes + self.steps[0].nbytes + self.switch_axial[0].nbytes
@@ -175,8 +177,20 @@ class Workspace:
 
     def give_back(self) -> None:
         """To the runs that come; not where a long run has made the buffers large."""
-        if len(self.rows) == len(self.switches) == ROWS:
+        if len(self.rows) == len(self.switches) == self.first:
             self.pool.append(self)
+
+
+def step_width(kernel: Kernel, columns: "Columns") -> int:
+    """Numbers of a step's record: its length, its row, and the polynomial of what is integrated."""
+    return 2 + NODES * (6 + kernel.wheels + columns.added)
+
+
+def first_rows(kernel: Kernel, columns: "Columns") -> int:
+    """How many rows a run has room for at first."""
+    spins = kernel.wheels * (kernel.rollers_per_wheel - 1) if kernel.has_spins else 0
+    numbers = columns.width + step_width(kernel, columns) + spins
+    return min(ROWS, max(FEWEST, int(FIRST_BYTES / (8 * numbers))))
 
 
 class _OfThread(threading.local):

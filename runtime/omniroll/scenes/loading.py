@@ -10,6 +10,7 @@ import numpy as np
 
 from omniroll import validation
 from omniroll.effects.effect_set import EffectSet
+from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task, one_run, simulate
 from omniroll.errors import InvalidValueError
 from omniroll.results.measurements import Instruments
@@ -115,6 +116,7 @@ def load_scene(path: str | PathLike) -> Scene:
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
     }
     _check_samples(tables.get("run", {}), findings)
+    _check_memory(tables.get("run", {}), findings)
     if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
         findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
     said = replay_logs(tables, vehicle, path.parent, findings)
@@ -174,6 +176,13 @@ def _check_samples(run_table: dict[str, Any], findings: Findings) -> None:
         findings.add("run", "times", f"must lie within the run, {start!r} to {end!r} s", shown(run_table["times"]))
     if "step" in run_table and run_table["duration"] / run_table["step"] > MOST_SAMPLES:
         findings.add("run", "step", f"must leave at most {MOST_SAMPLES} samples of the run", shown(run_table["step"]))
+
+
+def _check_memory(run_table: dict[str, Any], findings: Findings) -> None:
+    """A scene may come from somebody else: it lowers the bound, and its caller alone raises it."""
+    if run_table.get("memory", 0) > MEMORY:
+        bound = f"must be at most {MEMORY:.0f} in a scene; who runs it may give more: omniroll run --memory"
+        findings.add("run", "memory", bound, shown(run_table["memory"]))
 
 
 def _stand_in(vehicle_table: dict[str, Any]) -> Vehicle | None:
