@@ -112,7 +112,7 @@ def test_a_run_s_own_samples_can_be_replayed(tmp_path):
         (TORQUES, SCENE + "torque = 1.0\n", "torque = 1.0: cannot stand beside log"),
         (TORQUES, SCENE + "torque_constant = 0.02\nresistance = 1.0\n", "must have columns voltage_1"),
         ("t,vx,vy,wz\n0,1,2,3\n", SCENE, "belongs to \\[controller\\]"),
-        (TORQUES, TRACKED, "must have columns vx, vy, wz"),
+        (TORQUES, TRACKED, "must have columns vx, vy, wz, or wheel_rate_1"),
         (TORQUES, SCENE.replace("log.csv", "other.csv"), "No such file"),
         (TORQUES, SCENE.replace("log.csv", "../log.csv"), "own folder"),
         (TORQUES, SCENE.replace("log.csv", "/etc/passwd"), "own folder"),
@@ -142,7 +142,7 @@ def test_a_scene_says_what_was_recognised_in_its_log(tmp_path):
     rows = "".join(f"{1732809600000 + 20 * k},0.1,0,0\n" for k in range(3))
     found = scene(tmp_path, "clock,ahead,vy,wz\n" + rows, text)
     assert found.tables["controller"]["times"] == [0.0, 0.02, 0.04]
-    assert [table for table, _ in found.said] == ["controller"]
+    assert [place for *place, _ in found.said] == [["controller", "log"]]
     assert any("since 1970" in str(lint) for lint in lints(found))
     late = scene(tmp_path, "t,vx,vy,wz\n100,1,0,0\n101,0,0,0\n", TRACKED)
     assert any("when the run is over" in str(lint) for lint in lints(late))

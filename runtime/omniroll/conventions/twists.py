@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -34,3 +35,22 @@ def twist_of_nu(vehicle: Vehicle, nu: ArrayLike) -> np.ndarray:
     Raises InvalidValueError for what is not such an array.
     """
     return validation.trailing("nu", nu, (3,)) * _per_nu(vehicle)
+
+
+def nu_of_wheel_rates(vehicle: Vehicle, rates: ArrayLike) -> np.ndarray:
+    """nu (..., 3) in 1/s that fits wheel rates best, by least squares over all wheels; exactly for three.
+
+    vehicle  Vehicle of three wheels or more
+    rates    (..., N) in rad/s, those of chi
+
+    Raises InvalidValueError for what is not such an array, and for wheels whose rates do not say how it moves.
+    """
+    rates, rows = validation.trailing("rates", rates, (vehicle.wheels,)), wheel_rows(vehicle)
+    if np.linalg.matrix_rank(rows) < 3:
+        raise InvalidValueError("wheels", vehicle.wheels, "must say by their rates how the vehicle moves: three or more")
+    return rates @ np.linalg.pinv(rows).T
+
+
+def wheel_rows(vehicle: Vehicle) -> np.ndarray:
+    """(N, 3) the wheels' rates in rad/s per nu, (2.2)."""
+    return kernel(vehicle, "massless", "python").wheel_rows

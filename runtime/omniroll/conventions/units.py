@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import Any
 
 FACTORS = {  # a number in the unit of the first column, times the factor, is one in that of the second
     ("deg/s", "rad/s"): math.pi / 180,
@@ -29,6 +30,7 @@ NAMES = {  # other ways to write a unit
     "m/s²": "m/s^2", "Nm": "N m", "N*m": "N m", "mNm": "mN m", "volts": "V", "amps": "A",
 }  # fmt: skip
 KNOWN = {unit for pair in FACTORS for unit in pair} | set(NAMES)
+WITH_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*)")
 IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]\s*")
 
 
@@ -46,6 +48,32 @@ def split(name: str) -> tuple[str, str | None]:
 def factor(unit: str, wanted: str) -> float | None:
     """What turns numbers in `unit` into those in `wanted`; None where that is not known."""
     return 1.0 if plain(unit) == wanted else FACTORS.get((plain(unit), wanted))
+
+
+def in_unit(value: Any, wanted: str) -> Any:
+    """Texts such as "45 deg" or "300 rpm" within a value as numbers in the unit that is wanted; the rest as it is.
+
+    wanted  one unit, or one for each entry of a list: "m, m, rad"
+
+    Raises ValueError for a unit that is not known.
+    """
+    if isinstance(value, list):
+        each = wanted.split(", ")
+        each = each * len(value) if len(each) == 1 else each
+        if len(each) != len(value) or any(isinstance(part, list) for part in value):
+            return [in_unit(part, wanted) for part in value]
+        return [in_unit(part, unit) for part, unit in zip(value, each, strict=True)]
+    found = WITH_UNIT.fullmatch(value.strip()) if isinstance(value, str) else None
+    if found is None:
+        return value
+    number = factor(found[2], wanted)
+    if number is None:
+        raise ValueError(f"must be in {wanted or 'no unit'}, or in a unit of {', '.join(_others(wanted)) or 'none'}")
+    return float(found[1]) * number
+
+
+def _others(wanted: str) -> list[str]:
+    return [unit for unit, into in FACTORS if into == wanted]
 
 
 def suspected(unit: str, ratio: float) -> str | None:

@@ -3,11 +3,12 @@
 from collections.abc import Iterable
 from typing import Any
 
+from omniroll.conventions.units import in_unit
 from omniroll.kinds import Sizes
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.problems import Problem, nearest, shown
 from omniroll.scenes.reading import Lines
-from omniroll.scenes.schema import OF_LOG, SCENE, TABLES, Table, keys
+from omniroll.scenes.schema import INSTEAD, OF_LOG, SCENE, TABLES, Table, keys
 
 PAPER_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
 
@@ -71,15 +72,27 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
     good = {}
     for key in table.keys:
         if key.name not in content:
-            if key.needed and not ("log" in content and key.name in OF_LOG.get(table.name, ())):
+            if key.needed and not _stands_for(table.name, key.name, content):
                 findings.add(table.name, key.name, f"is missing; {key.kind.expected(known)}{_unit(key.unit)}")
             continue
-        complaint = key.kind.complaint(content[key.name], known)
+        try:
+            value = in_unit(content[key.name], key.unit)
+        except ValueError as error:
+            findings.add(table.name, key.name, str(error), shown(content[key.name]))
+            continue
+        complaint = key.kind.complaint(value, known)
         if complaint is None:
-            good[key.name] = key.kind.plain(content[key.name])
+            good[key.name] = key.kind.plain(value)
         else:
             findings.add(table.name, key.name, complaint + _unit(key.unit), shown(content[key.name]))
     return good
+
+
+def _stands_for(table: str, key: str, content: dict[str, Any]) -> bool:
+    """Whether a table has another key that gives what a needed one would."""
+    if "log" in content and key in OF_LOG.get(table, ()):
+        return True
+    return any(name in content for name in INSTEAD.get((table, key), ()))
 
 
 def _unit(unit: str) -> str:

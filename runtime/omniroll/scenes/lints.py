@@ -21,7 +21,7 @@ def lints(scene: Scene, without_inertia: float | None = None) -> list[Lint]:
         *of_angles(scene.vehicle, scene.tables),
         *of_motion(scene),
         *of_ground(scene),
-        *(Lint(table, "log", words) for table, words in scene.said),
+        *(Lint(*said) for said in scene.said),
         *_of_choices(scene, without_inertia),
     ]
 

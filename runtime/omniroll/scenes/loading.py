@@ -22,6 +22,7 @@ from omniroll.scenes.logs import replay_logs
 from omniroll.scenes.problems import SceneError, shown
 from omniroll.scenes.reading import read
 from omniroll.scenes.schema import keys
+from omniroll.scenes.speeds import speeds_as_nu
 from omniroll.scenes.vehicles import vehicle_of
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INSTRUMENTS, KINDS_OF_ERROR, WITH_ERRORS
@@ -51,14 +52,14 @@ class Scene:
     vehicle  the vehicle
     options  the other arguments of omniroll.simulate
     tables   the file's tables, checked, as plain data
-    said     of tables with logs: the table, and what was recognised in its file
+    said     what is worth saying of logs and speeds: table, key and a sentence
     """
 
     name: str
     vehicle: Vehicle
     options: dict[str, Any] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
-    said: tuple[tuple[str, str], ...] = ()
+    said: tuple[tuple[str, str, str], ...] = ()
 
     @property
     def title(self) -> str:
@@ -112,14 +113,15 @@ def load_scene(path: str | PathLike) -> Scene:
     findings = Findings(lines)
     tables = checked_tables(tables, findings)
     vehicle = vehicle_of(tables["vehicle"], findings) if "vehicle" in tables else None
-    options = {
-        argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
-    }
     _check_samples(tables.get("run", {}), findings)
     _check_memory(tables.get("run", {}), findings)
     if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
         findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
-    said = replay_logs(tables, vehicle, path.parent, findings)
+    said = replay_logs(tables, path.parent, findings)
+    said += speeds_as_nu(tables, vehicle, findings)
+    options = {
+        argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
+    }
     effects = effects_of(tables, findings)
     if vehicle is not None:
         vehicle = with_layout(vehicle, tables, findings)

@@ -3,29 +3,23 @@
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from omniroll.conventions.log_files import columns_of_text
 from omniroll.conventions.logs import Log, read_log
-from omniroll.conventions.twists import nu_of_twist
 from omniroll.errors import InvalidValueError, MissingPackageError
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
 from omniroll.scenes.schema import MOTOR, OF_LOG
-from omniroll.vehicles.vehicle import Vehicle
 
 OF_FILE = ("log", "log_columns")
 MOTOR_NAMES = {"preset", *(key.name for key in MOTOR)}
 
 
-def replay_logs(
-    tables: dict[str, dict[str, Any]], vehicle: Vehicle | None, folder: Path, findings: Findings
-) -> list[tuple[str, str]]:
+def replay_logs(tables: dict[str, dict[str, Any]], folder: Path, findings: Findings) -> list[tuple[str, str, str]]:
     """Put what their logs hold into [drive] and [controller]; what is wrong goes into `findings`.
 
-    Gives what was recognised in the files: the table, and a sentence.
+    Gives what was recognised in the files: the table, the key, and a sentence.
     """
-    said: list[tuple[str, str]] = []
+    said: list[tuple[str, str, str]] = []
     for name, given in OF_LOG.items():
         table = tables.get(name, {})
         if "log" not in table:
@@ -39,7 +33,7 @@ def replay_logs(
             continue
         try:
             log = read_log(_beside(folder, table["log"]), columns_of_text(table.get("log_columns", "")))
-            rows = _of_drive(table, log) if name == "drive" else _of_controller(vehicle, log)
+            rows = _of_drive(table, log) if name == "drive" else _of_controller(log)
         except InvalidValueError as error:
             findings.add(name, "log", error.bound, shown(table["log"]))
         except OSError as error:
@@ -47,7 +41,7 @@ def replay_logs(
         except MissingPackageError as error:
             findings.add(name, "log", str(error))
         else:
-            said += [(name, words) for words in (*log.said, *_beside_the_run(log, tables.get("run", {})))]
+            said += [(name, "log", words) for words in (*log.said, *_beside_the_run(log, tables.get("run", {})))]
             replayed = {"times": log.times.tolist(), "interpolation": "hold"} | rows
             tables[name] = replayed | {key: value for key, value in table.items() if key not in OF_FILE}
     return said
@@ -83,10 +77,11 @@ def _of_drive(table: dict[str, Any], log: Log) -> dict[str, Any]:
     return {kind: log.commands[kind].tolist()}
 
 
-def _of_controller(vehicle: Vehicle | None, log: Log) -> dict[str, Any]:
-    """The target; at rest where the vehicle is not known, so that the other keys are checked all the same."""
-    if "twist" not in log.commands:
-        others = ", ".join(log.commands)
-        raise InvalidValueError("log", None, f"must have columns vx, vy, wz; it has {others}, which belong to [drive]")
-    twists = log.commands["twist"]
-    return {"target": (np.zeros_like(twists) if vehicle is None else nu_of_twist(vehicle, twists)).tolist()}
+def _of_controller(log: Log) -> dict[str, Any]:
+    """Twists, or rates of the wheels."""
+    for kind in ("twist", "wheel_rate"):
+        if kind in log.commands:
+            return {kind: log.commands[kind].tolist()}
+    others = ", ".join(log.commands)
+    bound = f"must have columns vx, vy, wz, or wheel_rate_1 and so on; it has {others}, which belong to [drive]"
+    raise InvalidValueError("log", None, bound)

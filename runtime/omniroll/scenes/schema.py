@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from omniroll import vocabulary
-from omniroll.kinds import Choice, Whole, Word
+from omniroll.kinds import Choice, Numbers, Whole, Word
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.vehicles.data_sheet import BODIES
 from omniroll.vocabulary import Entry
@@ -71,6 +71,7 @@ SHEET = vocabulary.DATA_SHEET
 # [drive] is one of two things; the first keys go with both.
 DRIVE = (vocabulary.ROW_TIMES, vocabulary.INTERPOLATION)
 # A log of commands stands for the rows of a table over time, and for their times.
+TWIST_UNITS = "m/s, m/s, rad/s"
 LOG = Entry(
     "log",
     Word(),
@@ -85,6 +86,19 @@ LOG_COLUMNS = Entry(
     "names of the log's columns, where they are others",
     note='As in "time=clock [ms], vx=/base/forward"',
 )
+# What people call a speed, in place of nu.
+TWIST = Entry(
+    "twist", vocabulary.THREE, TWIST_UNITS, "speed ahead, speed to the left and yaw rate", note="In place of nu"
+)
+TWISTS = replace(TWIST, kind=vocabulary.THREE_OVER_TIME, note="In place of target; with times a row for each time")
+WHEEL_RATE = Entry(
+    "wheel_rate",
+    Numbers(shapes=(("N",), ("K", "N"))),
+    "rad/s",
+    "rates of the wheels, those of chi, that are wanted",
+    note="In place of target; with times a row for each time",
+)
+INSTEAD = {("start", "nu"): ("twist",), ("controller", "target"): ("twist", "wheel_rate")}
 MOTOR_PRESET = Entry(
     "preset",
     Choice(tuple(name for name, robot in ROBOTS.items() if robot.motor_numbers)),
@@ -92,7 +106,7 @@ MOTOR_PRESET = Entry(
     "the paper's vehicle, or a robot of docs/robots.md",
     note="Its motors, where they are known; the other keys replace their numbers",
 )
-OF_LOG = {"drive": ("times", "torque", "voltage"), "controller": ("times", "target")}
+OF_LOG = {"drive": ("times", "torque", "voltage"), "controller": ("times", "target", "twist", "wheel_rate")}
 TORQUE = (vocabulary.TORQUE,)
 MOTOR = tuple(
     replace(entry, needed=False, note="It, or the three numbers of a data sheet, is needed with voltage")
@@ -117,7 +131,10 @@ SCENE = (
         needed=True,
     ),
     Table(
-        "start", "The state at the start; the first roller of every wheel has contact.", vocabulary.STATE, needed=True
+        "start",
+        "The state at the start; the first roller of every wheel has contact.",
+        (vocabulary.STATE[0], TWIST, *vocabulary.STATE[1:]),
+        needed=True,
     ),
     Table("run", "What is wanted back.", vocabulary.RUN + SAMPLES, needed=True),
     Table("rollers", "How the rollers are modelled.", (replace(vocabulary.ROLLER_MODEL, name="model"),)),
@@ -138,7 +155,7 @@ SCENE = (
         "controller",
         "A sampled controller that tracks speeds, one proportional and integral loop for each wheel. Its output is "
         "held between samples.",
-        (*vocabulary.CONTROLLER, LOG, LOG_COLUMNS),
+        (vocabulary.CONTROLLER[0], TWISTS, WHEEL_RATE, *vocabulary.CONTROLLER[1:], LOG, LOG_COLUMNS),
     ),
     Table(
         "function_controller",
