@@ -21,7 +21,8 @@ say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
 .PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test test-long bench \
-	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-extras clean help
+	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-extras lines test-times flips \
+	clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -182,6 +183,16 @@ test-extras: build ## install each extra alone, into out/extras/, and run what i
 	$(call say,extras -> out/extras/)
 	@rm -rf out/extras && $(PIP) wheel --no-deps --no-build-isolation --wheel-dir out/extras .
 	@$(BIN)/python tests/packaging/extras.py out/extras/*.whl out/extras $(EXTRAS)
+
+lines: ## count lines by room beside their budgets, and what the preprocessor is asked in csrc
+	@$(PYTHON) tests/lines.py
+
+test-times: ## print the processor time that tests took, by folder beside their budgets
+	@$(PYTHON) tests/processor_time.py
+
+flips: $(DEPS_STAMP) ## ask each proof with a changed sign: none may hold
+	$(call say,flips: each proof asked with a changed sign)
+	@$(BIN)/python tests/flips.py
 
 clean: ## remove all that make has written, .venv too
 	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) viewer/node_modules docs/site/node_modules build dist out runtime/*.egg-info *.egg-info $(BUILT)

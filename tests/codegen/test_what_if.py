@@ -67,11 +67,11 @@ def changed(told: str) -> set[str]:
 @pytest.mark.long
 def test_one_changed_term_of_the_kinetic_energy(asked):
     told, tex = asked(
-        "paper/kinetic_energy.mac", "spin^2 + 2*dot(carrier, axis)*spin", "spin^2 + dot(carrier, axis)*spin"
-    )
+        "paper/kinetic_energy.mac", "spin^2 + 2*dot(carrier, axis)*spin", "spin^2 + dot(carrier, axis)*spin",
+        "--only-paper",
+    )  # fmt: skip
     assert "free roller, first integral (paper/free_rollers.mac)" in told and "leaves" in told
     assert {"7.1:13", "7.1:23", "PP12", "3.4:wheel:1"} <= changed(told) and "7.1:11" not in changed(told)
-    assert "massless, forward_dynamics" not in told, "what does not depend on the change still holds"
     assert tex.read_text().count("old: ") == tex.read_text().count("new: ") == len(changed(told))
     compiled(tex)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from costs.contacts import ALL_STICK, measured
+from costs.contacts import ALL_STICK, MODELS, STICKING
 from costs.counting import counted, missing
 
 from omniroll import Contact, Motor, Vehicle, simulate
@@ -44,35 +44,24 @@ def test_set_valued_friction_against_the_bare_vehicle(friction):
 
 @pytest.mark.long
 @pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-def test_set_valued_friction_against_the_instructions_of_rolling():
-    """Free rollers, whose slips turn on the way to rest: their directions are solved for beside the rates."""
-    frictions = ("0.1", "0.3", "1")
-    rolling, *slipping = counted(
-        "costs.contacts", ["free||", *(f"free|coulomb, friction {friction}|static loads" for friction in frictions)]
-    ).values()
-    for count in slipping:
-        assert 1e5 < rolling.instructions < count.instructions <= 10 * rolling.instructions
-        assert count.rejected_steps <= count.steps / 4
-
-
-@pytest.mark.long
-@pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-def test_bearings_that_stick_beside_contacts_against_the_instructions_of_contacts_alone():
-    """At each event all bearings are decided with the contacts, and in each step the least use is looked at."""
-    ground = "free|coulomb, friction 0.3|static loads"
-    alone, beside = counted("costs.contacts", [ground, ground + ALL_STICK]).values()
-    assert alone.instructions < beside.instructions <= 5 * alone.instructions
-
-
-@pytest.mark.long
-@pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-def test_contacts_that_stick_against_the_instructions_of_rolling():
-    """Between switches."""
-    for model, counts in measured().items():
-        rolling = counts["rolling"]
-        sticking = counts["static loads"]
-        assert rolling.switches == sticking.switches == 0
-        assert 1e5 < rolling.instructions <= sticking.instructions <= 2 * rolling.instructions, model
+def test_instructions_against_those_of_rolling():
+    """One process counts all: where contacts slip, free rollers' directions are solved for beside the rates; where
+    bearings stick beside them, all are decided together; where all contacts stick, nothing switches."""
+    slips = {friction: f"free|coulomb, friction {friction}|static loads" for friction in ("0.1", "0.3", "1")}
+    beside = slips["0.3"] + ALL_STICK
+    resting = {model: [f"{model}|sticking|{ground}" for ground in STICKING] for model in MODELS}
+    names = ["free||", *slips.values(), beside, *(name for pair in resting.values() for name in pair)]
+    found = counted("costs.contacts", names)
+    rolling = found["free||"].instructions
+    for name in slips.values():
+        assert 1e5 < rolling < found[name].instructions <= 10 * rolling
+        assert found[name].rejected_steps <= found[name].steps / 4
+    alone = found[slips["0.3"]].instructions
+    assert alone < found[beside].instructions <= 5 * alone
+    for model, pair in resting.items():
+        rolls, sticks = (found[name] for name in pair)
+        assert rolls.switches == sticks.switches == 0
+        assert 1e5 < rolls.instructions <= sticks.instructions <= 2 * rolls.instructions, model
 
 
 def test_rates_that_a_decision_finds_serve_the_step_behind_it_alone():
