@@ -1,4 +1,7 @@
-"""The command `omniroll`. omniroll.commands says what a command is, and which exit codes there are."""
+"""The command `omniroll`. omniroll.commands says what a command is, and which exit codes there are.
+
+What takes long to import is imported once main() runs, which says in a line that it was interrupted.
+"""
 
 import argparse
 import importlib
@@ -6,13 +9,13 @@ import io
 import os
 import pkgutil
 import sys
+import warnings
 from collections.abc import Sequence
 
 import omniroll
 from omniroll import commands
 from omniroll.commands import BAD_CALL, CLOSED, FAILED, INTERRUPTED, STOPPED
 from omniroll.errors import InvalidValueError, OmnirollError, SimulationStopped
-from omniroll.scenes import SceneError
 
 EXIT_CODES = (
     "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 130 interrupted, 141 output closed, "
@@ -49,6 +52,18 @@ def _epilog(examples: Sequence[tuple[str, str]]) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; its exit code."""
+    formatted = warnings.formatwarning
+    warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"  # without a line of source
+    try:
+        return _run(arguments)
+    except KeyboardInterrupt:
+        print("omniroll: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    finally:
+        warnings.formatwarning = formatted
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's encoding has not is no reason to end
             stream.reconfigure(errors="backslashreplace")
@@ -58,18 +73,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = given.run(given)
         sys.stdout.flush()
         return code
-    except SceneError as error:  # each of its lines begins with the file's name
-        print(error, file=sys.stderr)
-        return BAD_CALL
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what Python writes at its own end
         return CLOSED
     except (OmnirollError, OSError) as error:
+        if isinstance(error, omniroll.SceneError):  # each of its lines begins with the file's name
+            print(error, file=sys.stderr)
+            return BAD_CALL
         print(f"omniroll: {error}", file=sys.stderr)
         return next((code for kind, code in CODES.items() if isinstance(error, kind)), FAILED)
-    except KeyboardInterrupt:
-        print("omniroll: interrupted", file=sys.stderr)
-        return INTERRUPTED
 
 
 def _import(modules: Sequence[str]) -> None:

@@ -31,7 +31,7 @@ def whole_file(path: str | os.PathLike, mode: str = "w") -> Iterator[IO]:
     target = Path(os.path.realpath(path))  # a link stays a link
     beside = target.with_name(f".{target.name}.{os.getpid()}.{next(_NUMBER)}.part")
     try:
-        with open(beside, mode, **kind) as file:
+        with naming(target), open(beside, mode, **kind) as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
@@ -40,6 +40,17 @@ def whole_file(path: str | os.PathLike, mode: str = "w") -> Iterator[IO]:
         beside.unlink(missing_ok=True)
         raise
     sync(target.parent)
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """For `with`: an error of the system that names no file, as that of a full disk, names this one."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None or error.filename is not None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def sync(path: Path) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from omniroll import Vehicle
+from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building, sets
 from omniroll.kernels.kernel import CompiledKernel, kept_kernel, kernel
 
@@ -201,3 +202,14 @@ def test_a_cut_off_checksum_is_no_checksum(fresh_cache):
     place, file = sets._pair("locked", ("slope",), "double")
     os.truncate(building.checksum(place / file), 10)
     assert not building.is_whole(place / file)
+
+
+def test_what_is_compiled_needs_no_compiler_any_more(fresh_cache, monkeypatch):
+    """A new process finds it; what is not compiled is refused with the reason."""
+    place = sets.c_folder("locked", ("slope",))
+    (place / "kept.so").write_bytes(b"compiled")
+    monkeypatch.setattr(sets.building, "is_whole", Path.exists)
+    monkeypatch.setattr(shutil, "which", lambda _: None)
+    assert sets._made("locked", ("slope",), ["kept.so"], lambda _: pytest.fail("it is compiled")) == (place, "kept.so")
+    with pytest.raises(KernelsMissingError, match="no C compiler"):
+        sets._made("locked", ("slope",), ["other.so"], lambda _: pytest.fail("it is compiled"))

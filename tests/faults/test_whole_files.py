@@ -1,5 +1,6 @@
 """Files that appear whole or not at all, and what is no file and stays what it is."""
 
+import errno
 import os
 import stat
 import threading
@@ -28,3 +29,13 @@ def test_a_pipe_is_written_to_and_stays_a_pipe(tmp_path):
     reader.join(timeout=10)
     assert read == ["through"] and stat.S_ISFIFO(pipe.stat().st_mode)
     assert list(tmp_path.iterdir()) == [pipe]
+
+def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
+    """The system's error has no name where a file that is open is written to."""
+
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match=r"No space left on device: '.*/kept.txt'"), whole_file(tmp_path / "kept.txt"):
+        pass

@@ -5,6 +5,7 @@ import pkgutil
 import shlex
 import subprocess
 import sys
+import warnings
 
 import pytest
 
@@ -68,3 +69,22 @@ def test_bash_offers_commands_and_files(tmp_path):
     (tmp_path / "robot.toml").touch()
     assert set(MODULES) <= set(completed("omniroll", tmp_path))
     assert "robot.toml" in completed("omniroll run", tmp_path)
+
+
+def test_an_interruption_while_commands_are_imported_is_one_line(monkeypatch, capsys):
+    def parser():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "parser", parser)
+    assert cli.main([]) == 130
+    assert capsys.readouterr().err == "omniroll: interrupted\n"
+    light = "import sys, omniroll.cli; sys.exit('numpy' in sys.modules)"  # what comes before main() takes no time
+    assert subprocess.run([sys.executable, "-c", light]).returncode == 0
+
+
+def test_a_warning_is_one_line(monkeypatch, capsys):
+    """Without the line of source that gave it."""
+    monkeypatch.setattr(cli, "_run", lambda _: print(warnings.formatwarning("odd", RuntimeWarning, "a.py", 3)))
+    cli.main([])
+    assert capsys.readouterr().out == "warning: odd\n\n"
+    assert "a.py:3" in warnings.formatwarning("odd", RuntimeWarning, "a.py", 3)

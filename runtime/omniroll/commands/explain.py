@@ -117,6 +117,8 @@ def _prices(prices: list[dict[str, Any]]) -> list[str]:
         shown = "not known: the scene does not run without it, or not in time"
         if price["microseconds"] is not None:
             shown = f"{price['microseconds']:.3g} us per simulated s, {price['percent']:.0f} % of the whole"
+            if price["microseconds"] < 0:
+                shown = "none that can be measured: less than the noise, or it saves switches"
         if price["setting"]:
             shown += f", where wheels could slip ({price['setting']})"
         lines.append(f"  {price['effect']:<14} {shown}")

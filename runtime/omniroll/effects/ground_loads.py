@@ -232,9 +232,11 @@ class Loads:
         """Raises GroundFailsError: loads and friction `what`."""
         wheel = int(np.argmax(np.abs(found.compression)))
         load = f"wheel {wheel} would carry {found.compression[wheel]:.6g} N"
+        if not np.isfinite(found.compression).all():
+            load = f"no load of wheel {wheel} is found"
         determinant = f"the determinant of the coupled matrix is {float(found.determinant):.3g}"
         in_one = "in one of them " if what == SEVERAL else ""
-        asked = "" if what == SEVERAL else " (it must stay positive)"
+        asked = " (it must stay positive)" if found.determinant <= 0 else ""
         reason = (
             f"loads and friction {what}: {in_one}{load}, the vehicle weighs {self.weight:.6g} N, and {determinant}"
             f"{asked}; a lower centre of mass or less friction gives one solution"

@@ -243,10 +243,10 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
             _say(f"{built / file} is damaged; it is compiled anew beside the user's other kernels")
     with MAKING:
         try:
-            building.find_compiler()
             place = c_folder(base, effects)
             with cache_folder.lock(place / "libraries"):
-                if not building.is_whole(place / files[0]):
+                if not building.is_whole(place / files[0]):  # what is compiled needs no compiler any more
+                    building.find_compiler()
                     if (place / files[0]).exists():
                         _say(f"{place / files[0]} is damaged, or its making was cut off; it is compiled anew")
                     for left in place.glob("tmp*"):  # by a compiler that was killed

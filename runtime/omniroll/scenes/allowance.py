@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from omniroll.engine.runs import Task
 
-LONGEST = 5.0  # s that a run may take which is made for an estimate or a price
+LONGEST = 1.5  # s of processor time that a run may take which is made for an estimate
+WAITING = 0.1  # of the time that passes counts as work: a compiler's, which is another process
 
 
 class Allowance:
@@ -31,10 +32,16 @@ class Allowance:
         return False
 
 
-class Limit:
-    """Ends a run some seconds after the run has first asked: kernels that are made for it take no part."""
+def working_clock() -> Callable[[], float]:
+    """A clock of the work of this process in s, by which neither other programs nor compilers take much."""
+    began, worked = time.monotonic(), time.process_time()
+    return lambda: max(time.process_time() - worked, WAITING * (time.monotonic() - began))
 
-    def __init__(self, seconds: float, clock: Callable[[], float] = time.monotonic):
+
+class Limit:
+    """Ends a run some seconds of work after the run has first asked: kernels that are made for it take no part."""
+
+    def __init__(self, seconds: float, clock: Callable[[], float] = time.process_time):
         self.seconds, self.clock = seconds, clock
         self.end = math.inf
 
@@ -45,6 +52,6 @@ class Limit:
         return f"it takes more than {self.seconds:g} s" if now > self.end else ""
 
 
-def limited(task: Task) -> Task:
-    """The task, which is stopped after LONGEST."""
-    return replace(task, interrupted=Limit(LONGEST))
+def limited(task: Task, seconds: float | None = None) -> Task:
+    """The task, which is stopped after some seconds of work; None: LONGEST."""
+    return replace(task, interrupted=Limit(LONGEST if seconds is None else seconds))

@@ -30,6 +30,7 @@ NOTHING = 1e-6  # and of this a part in which only what every call takes is seen
 OFTEN = 50  # so short a run is timed again this often
 REPEATS = 5  # the longest run is timed again at most this often,
 ENOUGH = 1.0  # and no longer than so many s in all
+LONGEST_RUN = 1.0  # s of work that a run may take whose time is measured
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ def _moving(scene: Scene, effects: Sequence[Effect]) -> Task:
 
 def _of_duration(task: Task, duration: float) -> float:
     """Microseconds per simulated second, without what a call costs whatever it simulates."""
-    longer = made(limited(replace(task, duration=duration)), task.accuracy)
+    longer = made(limited(replace(task, duration=duration), LONGEST_RUN), task.accuracy)
     if not longer.done:
         raise longer.stop
     took, _ = _least(replace(task, duration=duration), OFTEN)
@@ -153,12 +154,12 @@ def _long_enough(task: Task) -> Task:
     task = replace(task, progress=None, duration=SHORTEST * task.duration)
     for _ in range(DOUBLINGS if task.duration > 0 else 0):
         longer = replace(task, duration=2 * task.duration)
-        began = time.perf_counter()
-        run = made(limited(longer), longer.accuracy)
+        began = time.process_time()
+        run = made(limited(longer, LONGEST_RUN), longer.accuracy)
         if not run.done:
             break
         task = longer
-        if run.stats()["evaluations"] >= many or time.perf_counter() - began > ENOUGH:
+        if run.stats()["evaluations"] >= many or time.process_time() - began > ENOUGH:
             break
     return task
 
@@ -166,9 +167,9 @@ def _long_enough(task: Task) -> Task:
 def _least(task: Task, repeats: int | None = None) -> tuple[float, int]:
     """The least time in s of some runs, and their evaluations."""
     took, evaluations = _timed(task)
-    began = time.perf_counter()
+    began = time.process_time()
     for _ in range(repeats or REPEATS):
-        if time.perf_counter() - began + took > ENOUGH:
+        if time.process_time() - began + took > ENOUGH:
             break
         took = min(took, _timed(task)[0])
     return took, evaluations
@@ -176,8 +177,8 @@ def _least(task: Task, repeats: int | None = None) -> tuple[float, int]:
 
 def _timed(task: Task) -> tuple[float, int]:
     """Seconds of a run, as far as it came, and its evaluations."""
-    start = time.perf_counter()
-    run = made(limited(task), task.accuracy)
-    took, evaluations = time.perf_counter() - start, run.stats()["evaluations"]
+    start = time.process_time()
+    run = made(limited(task, LONGEST_RUN), task.accuracy)
+    took, evaluations = time.process_time() - start, run.stats()["evaluations"]
     run.release()
     return took, evaluations

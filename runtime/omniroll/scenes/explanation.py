@@ -10,7 +10,7 @@ from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.acting import MAKERS
-from omniroll.scenes.allowance import Allowance
+from omniroll.scenes.allowance import Allowance, working_clock
 from omniroll.scenes.costs import nanoseconds, operations, prices
 from omniroll.scenes.estimates import FELT, estimates
 from omniroll.scenes.lints import lints
@@ -20,14 +20,14 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, STATE, Entry, by_name
 
 JOINTS = "joints of rollers: the contact passes to the next one"
-ALLOWED = 60.0  # s for estimates and prices together
+ALLOWED = 5.0  # s of work for estimates and prices together, so that all is said within 10 s
 UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
 
 
 def explained(scene: Scene) -> dict[str, Any]:
     """All of it in plain Python types. Runs the scene for a short time, and takes some ALLOWED s for that."""
     task = checked_task(scene.vehicle, **scene.options)
-    allowance = Allowance(ALLOWED)
+    allowance = Allowance(ALLOWED, working_clock())
     compared, off = estimates(scene, allowance)
     on = effects_on(scene, task)
     by_effect = {estimate.effect: estimate for estimate in off if estimate.effect not in on}

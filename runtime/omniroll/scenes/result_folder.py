@@ -86,7 +86,8 @@ class ResultFolder:
     def _keep(self, write: Callable[[Path], None], summary: dict[str, Any], before: dict[str, str]) -> dict[str, Any]:
         self._begin()
         try:
-            write(self.new)
+            with durable.naming(self.path):
+                write(self.new)
             files = {name: durable.digest(self.new / name) for name in self.names if (self.new / name).exists()}
             for name in files:
                 durable.sync(self.new / name)
