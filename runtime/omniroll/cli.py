@@ -18,8 +18,8 @@ from omniroll.commands import BAD_CALL, CLOSED, FAILED, INTERRUPTED, STOPPED
 from omniroll.errors import InvalidValueError, OmnirollError, SimulationStopped
 
 EXIT_CODES = (
-    "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 130 interrupted, 141 output closed, "
-    "143 terminated."
+    "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 4 a fit of another model, "
+    "130 interrupted, 141 output closed, 143 terminated."
 )
 CODES = {InvalidValueError: BAD_CALL, SimulationStopped: STOPPED}
 

@@ -18,7 +18,8 @@ NAMES = ["linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.
 def table(names, times, rows, separator=",", before=(), after=(), point="."):
     lines = [*before, separator.join(names), *after]
     for time, row in zip(times, rows, strict=True):
-        lines.append(separator.join(str(cell).replace(".", point) if point != "." else str(cell) for cell in (time, *row)))
+        cells = (str(cell) for cell in (time, *row))
+        lines.append(separator.join(cell if point == "." else cell.replace(".", point) for cell in cells))
     return "\n".join(lines) + "\n"
 
 
@@ -57,7 +58,7 @@ FILES = {
         full(TWISTS),
     ),
     "PlotJuggler beside odometry": table(
-        ["__time", *(f"/{topic}/{n.replace('.', '/')}" for topic in ("odom/twist/twist", "cmd_vel/twist") for n in NAMES)],
+        ["__time", *(f"/{topic}/{n.replace('.', '/')}" for topic in ("odom/twist", "cmd_vel/twist") for n in NAMES)],
         [EPOCH + time for time in TIMES],
         [(*[5.0] * 6, *row) for row in full(TWISTS)],
     ),

@@ -24,7 +24,8 @@ def two_robots():
     body = second[second.index("<body") : second.index("</worldbody>")]
     for name in ("platform", "wheel", "roller"):
         body = body.replace(f'name="{name}', f'name="other_{name}')
-    ball = '<body name="ball" pos="1 0 0"><freejoint/><inertial pos="0 0 0" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/></body>'
+    inertial = '<inertial pos="0 0 0" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>'
+    ball = f'<body name="ball" pos="1 0 0"><freejoint/>{inertial}</body>'
     return first.replace("</worldbody>", f"{body}{ball}</worldbody>")
 
 

@@ -12,5 +12,6 @@ Its name is the command's. The exit codes are below; omniroll.cli makes them of 
 FAILED = 1  # something that the work needs is missing or cannot be written
 BAD_CALL = 2  # the call or the scene makes no sense
 STOPPED = 3  # the simulation stopped before its end
+NOT_THIS_MODEL = 4  # a fit came to an end, and its residuals say that the model is none of the log's
 CLOSED = 141  # whoever reads the output has closed it, as `head` does: 128 and the number of SIGPIPE
 INTERRUPTED = 130  # by Ctrl-C; a run that another signal ended gives 128 and the signal's number, 143 for SIGTERM

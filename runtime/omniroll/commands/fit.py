@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 from shtab import DIRECTORY, FILE
 
 from omniroll import extras
+from omniroll.commands import NOT_THIS_MODEL
 from omniroll.errors import InvalidValueError
+from omniroll.interruption import Interruption
 from omniroll.scenes import load_scene
 
 if TYPE_CHECKING:
@@ -42,8 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="standard deviation of a reading's noise: gyro=0.01; default: the scene's, or what the fit leaves over",
     )  # fmt: skip
     parser.add_argument(
-        "--drive", choices=("motor_voltage", "net_torque"), help="what the log says drives the model, not the scene"
-    )
+        "--drive", choices=("motor_voltage", "motor_current", "torque", "net_torque"),
+        help="what the log says drives the model, not the scene",
+    )  # fmt: skip
     parser.add_argument(
         "--readings", metavar="NAMES", help="the columns that are taken: wheel_rate,gyro; default: all must be readings"
     )
@@ -62,7 +65,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """0 where the numbers were fitted. Raises SceneError, LogError, InvalidValueError, SimulationStopped, OSError."""
+    """0 where the numbers were fitted; 128 and the number of a signal that has ended the fit; 4 where the
+    residuals say that the model is none of the logs'.
+
+    Raises SceneError, LogError, InvalidValueError, SimulationStopped, OSError.
+    """
     from omniroll.conventions.log_files import columns_of_text
     from omniroll.identification.fitting import fit
     from omniroll.identification.log import Log
@@ -76,8 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
     logs = [Log.read(path, columns, noise=noise, drive=arguments.drive, readings=readings) for path in arguments.logs]
     for log in logs:
         for words in log.said:
-            print(f"omniroll: {log.name}: {words}", file=sys.stderr)
-    found = fit(scene, logs, _numbers(arguments), loss=arguments.loss)
+            _say(f"{log.name}: {words}")
+    with Interruption() as interruption:
+        found = fit(scene, logs, _numbers(arguments), loss=arguments.loss, report=_say, interrupted=interruption)
     folder = arguments.output or Path("out/fit") / scene.name
     folder.mkdir(parents=True, exist_ok=True)
     files = [found.save(folder / "fitted.toml")]
@@ -87,7 +95,13 @@ def run(arguments: argparse.Namespace) -> int:
     for experiment in found.experiments() if arguments.experiments else ():
         print(f"\n{experiment}")
     print(f"\n{folder}: {', '.join(path.name for path in files)}")
-    return 0
+    if found.is_ended:
+        return interruption.exit_code
+    return NOT_THIS_MODEL if found.misses else 0
+
+
+def _say(words: str) -> None:
+    print(f"omniroll: {words}", file=sys.stderr)
 
 
 def _names(text: str) -> list[str]:

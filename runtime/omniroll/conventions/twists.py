@@ -47,7 +47,8 @@ def nu_of_wheel_rates(vehicle: Vehicle, rates: ArrayLike) -> np.ndarray:
     """
     rates, rows = validation.trailing("rates", rates, (vehicle.wheels,)), wheel_rows(vehicle)
     if np.linalg.matrix_rank(rows) < 3:
-        raise InvalidValueError("wheels", vehicle.wheels, "must say by their rates how the vehicle moves: three or more")
+        bound = "must say by their rates how the vehicle moves: three or more"
+        raise InvalidValueError("wheels", vehicle.wheels, bound)
     return rates @ np.linalg.pinv(rows).T
 
 

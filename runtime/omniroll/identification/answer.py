@@ -12,6 +12,7 @@ from scipy.special import stdtrit
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.errors import InvalidValueError
+from omniroll.identification.arrangements import better_arrangement
 from omniroll.identification.determination import LOOSE, undetermined
 from omniroll.identification.experiments import Experiment, experiments
 from omniroll.identification.log import Log
@@ -23,6 +24,8 @@ from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
 NEAR = 1e-3  # of a number's deviation and size: so near it is on its bound, which a search need not reach exactly
+MISSED = 0.1  # of the size of a reading that residuals may have, and
+TOGETHER = 0.5  # how much each may go with the one before it, until the model is none of the log's
 ODD = 4.0  # deviations from which on a residual's size or correlation is no chance
 
 
@@ -42,6 +45,8 @@ class Fit:
     noise       for each log the standard deviation of each reading's noise
     estimated   names of the readings whose noise is what the fit left over
     differenced names of the numbers by which the Jacobian has differences of runs; its other columns are exact
+    start       the model before the fit
+    is_ended    whether somebody has ended the fit: these are the best numbers that it had found
     """
 
     what: Scene | Vehicle
@@ -56,6 +61,8 @@ class Fit:
     noise: tuple[dict[str, float], ...]
     estimated: tuple[str, ...]
     differenced: tuple[str, ...] = ()
+    is_ended: bool = False
+    start: Model | None = None
 
     def __getitem__(self, name: str) -> float:
         """The value of a number by its name."""
@@ -148,6 +155,18 @@ class Fit:
             for doubt in _doubts(f"{log.name}, {name}", value / noise[name], name in self.estimated)
         )
 
+    @cached_property
+    def misses(self) -> tuple[str, ...]:
+        """Where the model does not read what the logs do at all: not this model, or not these columns."""
+        found = [
+            f"{log.name}, {name}: the fitted model leaves {100 * share:.2g} % of it, which is no noise: not this model"
+            for log, left in zip(self.logs, self.residuals, strict=True)
+            for name, value in left.items()
+            if (share := _share(value, log.data[name])) > MISSED and _alike(value) > TOGETHER
+        ]
+        other = better_arrangement(self.start, self.logs) if found and self.start is not None else None
+        return (*found, *([other] if other else []))
+
     def save(self, path: str | PathLike) -> Path:
         """Write the scene with the fitted numbers as a TOML file; its path. Raises InvalidValueError of a Vehicle."""
         if not isinstance(self.what, Scene):
@@ -168,10 +187,23 @@ class Fit:
             low, high = self.interval(name)
             lines.append(f"{name:<{width}}  {value:.6g}  95 %: {low:.6g} ... {high:.6g}")
         how = [f"{', '.join(self.differenced)}: derivatives by differences of runs"] if self.differenced else []
-        return "\n".join([*lines, *self.on_bounds, *self.undetermined, *self.doubts, *how])
+        if self.is_ended:
+            how.append("ended before it was done: these are the best numbers so far, and their intervals are no answer")
+        return "\n".join([*lines, *self.on_bounds, *self.undetermined, *self.doubts, *self.misses, *how])
 
     def _place(self, name: str) -> int:
         return self.names.index(validation.choice("name", name, self.names))
+
+
+def _share(left: np.ndarray, read: np.ndarray) -> float:
+    """The size of residuals over that of what was read, about its mean."""
+    size = float(np.sqrt(np.mean((read - read.mean(axis=0)) ** 2)))
+    return float(np.sqrt(np.mean(left**2))) / size if size else 0.0
+
+
+def _alike(left: np.ndarray) -> float:
+    """How much each residual goes with the one before it, between -1 and 1."""
+    return float(np.sum(left[1:] * left[:-1]) / np.sum(left**2)) if np.any(left) else 0.0
 
 
 def _doubts(place: str, left: np.ndarray, is_estimated: bool) -> list[str]:
@@ -180,7 +212,7 @@ def _doubts(place: str, left: np.ndarray, is_estimated: bool) -> list[str]:
     size = float(np.mean(left**2))
     if not is_estimated and (size - 1) * np.sqrt(count / 2) > ODD:
         found.append(f"{place}: residuals are {np.sqrt(size):.3g} times the noise")
-    alike = float(np.sum(left[1:] * left[:-1]) / np.sum(left**2)) if np.any(left) else 0.0
+    alike = _alike(left)
     if abs(alike) * np.sqrt(count) > ODD:
         found.append(f"{place}: each residual goes with the one before it, correlation {alike:.2f}")
     return found

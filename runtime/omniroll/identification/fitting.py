@@ -1,6 +1,6 @@
 """fit(): the numbers of a model from what a robot has recorded."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from omniroll.identification.first_guess import first_guess
 from omniroll.identification.log import ENTRIES, Log
 from omniroll.identification.model import NEUTRAL, OF_INSTRUMENT, START, Free, Model, Number, checked_numbers
 from omniroll.identification.prediction import Prediction, Readings
+from omniroll.identification.watching import Ended, Watch
 from omniroll.results.measurements import Instruments
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
@@ -31,6 +32,10 @@ PARTS = (1 / 16, 1 / 4)  # of the logs' time, to which numbers are fitted before
 LEAST_ROWS = 50  # of such a part
 HELD = 1.0  # sizes of a number that it may leave its start for nothing there
 SETTLED = 0.3  # length of a step in deviations; the jumps make the last ones some 0.2 long
+NO_PART = {  # numbers of motors that do not matter to what drives a log
+    "motor_current": ("resistance", "back_emf"),
+    "torque": ("resistance", "back_emf", "torque_constant"),
+}
 REFUSED = 1e8  # residual of numbers that no vehicle can have
 
 
@@ -41,6 +46,8 @@ def fit(
     *,
     loss: str = "linear",
     instruments: Instruments | None = None,
+    report: Callable[[str], Any] | None = None,
+    interrupted: Callable[[], Any] | None = None,
     **options: Any,
 ) -> Fit:
     """Fit numbers of a model to logs, by output error: what a run of the model reads less what was read.
@@ -53,6 +60,8 @@ def fit(
                  ago) + bias, within 0.2 s
     loss         "linear", or for logs with outliers one of "soft_l1", "huber", "cauchy", "arctan"
     instruments  Instruments, for their places, counts and noise; those of the scene where they are not given
+    report       called with a sentence at the start, and then not more than once a second
+    interrupted  called after each prediction; where it gives true, the fit ends with the best so far, and says so
     options      arguments of omniroll.simulate in the place of the scene's: start, roller_model, switching, effects,
                  engine, memory
 
@@ -71,7 +80,12 @@ def fit(
     neutral = {n.name: NEUTRAL[n.name.rpartition("_")[2]] for n in numbers if OF_INSTRUMENT.fullmatch(n.name)}
     model = Model(model.vehicle, model.options, model.instruments, neutral)
     model = model.with_values({number.name: number.start for number in numbers})
+    if report is not None:
+        rows = ", ".join(f"{log.name} of {len(log.t)} rows" for log in logs)
+        report(f"{len(numbers)} numbers from {rows}")
+    start = model
     _check_starts(numbers, logs)
+    _check_drives(numbers, logs)
     found = _compared(model, logs)
     noise = [_known_noise(log, model.instruments) for log in logs]
     estimated = [name for log, known in zip(logs, noise, strict=True) for name in log.fitted if name not in known]
@@ -79,12 +93,17 @@ def fit(
         {name: known.get(name) or _rough(log.data[name] - values[name]) for name in log.fitted}
         for log, known, values in zip(logs, noise, found.readings, strict=True)
     ]
-    found = _in_parts(_better(found, numbers, noise), numbers, noise, loss)
-    for _ in range(ROUNDS if estimated else 1):
-        found = _Problem(found, numbers, noise).solved(loss)
-        for log, sizes, read in zip(logs, noise, found.readings, strict=True):
-            for name in set(estimated) & set(log.fitted):
-                sizes[name] = _rough(log.data[name] - read[name])
+    watch = Watch(report, interrupted)
+    try:
+        found = _in_parts(_better(found, numbers, noise), numbers, noise, loss, watch)
+        for _ in range(ROUNDS if estimated else 1):
+            watch.begin()
+            found = _Problem(found, numbers, noise, watch).solved(loss)
+            _estimate(noise, estimated, found)
+        is_ended = False
+    except Ended:
+        found, is_ended = watch.best or found, True
+        _estimate(noise, estimated, found)
     problem = _Problem(found, numbers, noise)
     jacobian = problem.jacobian(np.zeros(len(numbers)))
     left = [
@@ -94,7 +113,7 @@ def fit(
     bounds = np.array([(number.least, number.most) for number in numbers])
     return Fit(
         what, found.model, tuple(problem.names), problem.values, problem.sizes, bounds, jacobian, logs, tuple(left),
-        tuple(map(dict, noise)), tuple(dict.fromkeys(estimated)), problem.differenced,
+        tuple(map(dict, noise)), tuple(dict.fromkeys(estimated)), problem.differenced, is_ended, start,
     )  # fmt: skip
 
 
@@ -127,6 +146,14 @@ def _check_starts(numbers: Sequence[Free], logs: Sequence[Log]) -> None:
         if match and (len(logs) > 1 or match[1] in logs[0].start):
             bound = "of the start can be free with one log, where its start does not give it"
             raise InvalidValueError("free", number.name, bound)
+
+
+def _check_drives(numbers: Sequence[Free], logs: Sequence[Log]) -> None:
+    """Numbers of motors that have no part in what drives a log."""
+    for number in numbers:
+        for log in logs:
+            if number.name in NO_PART.get(log.drive or "", ()):
+                raise InvalidValueError("free", number.name, f"has no part in a motion that {log.drive} drives")
 
 
 def _compared(model: Model, logs: Sequence[Log]) -> Prediction:
@@ -163,6 +190,13 @@ def _known_noise(log: Log, instruments: Instruments) -> dict[str, float]:
     return {"encoder_count": HALF_STEP} | found | dict(log.noise)
 
 
+def _estimate(noise: Sequence[dict[str, float]], estimated: Sequence[str], found: Prediction) -> None:
+    """Take what a prediction leaves over for the noise that nobody knows."""
+    for log, sizes, read in zip(found.logs, noise, found.readings, strict=True):
+        for name in set(estimated) & set(log.fitted):
+            sizes[name] = _rough(log.data[name] - read[name])
+
+
 def _rough(left: np.ndarray) -> float:
     """The size of residuals; not 0."""
     return float(np.sqrt(np.mean(left**2))) or 1.0
@@ -187,7 +221,9 @@ def _best(predictions: Sequence[Prediction], numbers: Sequence[Free], noise: Seq
     return predictions[int(np.argmin(costs))]
 
 
-def _in_parts(found: Prediction, numbers: Sequence[Free], noise: Sequence[dict], loss: str) -> Prediction:
+def _in_parts(
+    found: Prediction, numbers: Sequence[Free], noise: Sequence[dict], loss: str, watch: Watch
+) -> Prediction:
     """The prediction with numbers that were fitted to the beginnings of the logs, where those read better.
 
     A small error of a number grows along a motion: over a short time readings change nearly linearly with the numbers.
@@ -196,7 +232,7 @@ def _in_parts(found: Prediction, numbers: Sequence[Free], noise: Sequence[dict],
     for part in PARTS:
         logs = [log.beginning(max(LEAST_ROWS, int(part * len(log.t)))) for log in found.logs]
         if all(len(short.t) < len(log.t) for short, log in zip(logs, found.logs, strict=True)):
-            model = _Problem(Prediction(model, logs), numbers, noise).solved(loss, HELD).model
+            model = _Problem(Prediction(model, logs), numbers, noise, watch, False).solved(loss, HELD).model
     return found if model is found.model else _best((found, Prediction(model, found.logs)), numbers, noise)
 
 
@@ -206,9 +242,18 @@ class _Problem:
     start        Prediction of the model
     last, place  Prediction that was used last, and its z: residuals and derivatives are asked for at the same places
     differenced  the numbers by which the last derivatives were differences of runs
+    watch        sees each prediction; is_whole says whether the logs are whole
     """
 
-    def __init__(self, start: Prediction, numbers: Sequence[Free], noise: Sequence[Mapping]):
+    def __init__(
+        self,
+        start: Prediction,
+        numbers: Sequence[Free],
+        noise: Sequence[Mapping],
+        watch: Watch | None = None,
+        is_whole: bool = True,
+    ):
+        self.watch, self.is_whole = watch, is_whole
         self.model, self.logs, self.numbers, self.noise = start.model, start.logs, numbers, noise
         self.last, self.place = start, np.zeros(len(numbers))
         self.differenced: tuple[str, ...] = ()
@@ -234,7 +279,10 @@ class _Problem:
             found = self.prediction(z).readings
         except (InvalidValueError, SimulationStopped):
             return np.full(self._rows(), REFUSED)
-        return np.concatenate([self._of_logs(found), self._of_priors(z)])
+        left = np.concatenate([self._of_logs(found), self._of_priors(z)])
+        if self.watch is not None:
+            self.watch.note(self.last, left, self.is_whole)
+        return left
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         found = self.prediction(z).slopes(self.names, self.sizes)

@@ -14,14 +14,15 @@ from omniroll.conventions import units
 from omniroll.conventions.bags import is_bag
 from omniroll.conventions.log_files import LogTable, read_table
 from omniroll.errors import InvalidValueError, LogError
-from omniroll.vocabulary import MEASUREMENTS, STATE, by_name
+from omniroll.vocabulary import MEASUREMENTS, STATE, TORQUE, by_name
 
 TIME = "t"
 WITHOUT = ("odometry", "contact_roller")  # readings that no model is fitted to
 ENTRIES = {name: entry for name, entry in by_name(MEASUREMENTS).items() if name not in WITHOUT}
 ENTRIES["pose"] = by_name(STATE)["pose"]  # of a tracker outside
 HEADER = re.compile(r"\s*([A-Za-z_]+?)(?:_(\d+))?\s*(?:[\[(]\s*(.*?)\s*[\])])?\s*")
-DRIVES = ("motor_voltage", "net_torque")
+DRIVES = ("motor_voltage", "motor_current", "net_torque", "torque")
+DRIVE_ONLY = by_name((TORQUE,))  # what drives, and is no reading
 NO_SUCH = f"no such reading; there are {TIME}, "
 GAP = 10.0  # steps of the usual length that may be missing in a row
 ALIASES = {  # readings by the ends of names of ROS's messages
@@ -43,8 +44,9 @@ class Log:
     noise    standard deviation of the noise of a reading by its name, in its unit; that of the scene's instruments, or
              what the fit leaves over, where it is not given
     start    arguments of omniroll.simulate that hold for this log alone, such as nu, chi, pose and effects
-    drive    reading that drives the model in the place of the scene's drive, and that is not fitted: "motor_voltage" of
-             a scene with a Motor, or "net_torque", which stands for drive and bearings together; or None
+    drive    reading that drives the model in the place of the scene's drive, and that is not fitted: "motor_voltage" or
+             "motor_current" of a scene with a Motor; "torque", at the axles; "net_torque", which stands for drive and
+             bearings together; or None
     name     for messages
     gap      times of the usual step that may lie between two rows
     lines    of a file, in which the rows stand; None of arrays
@@ -172,6 +174,8 @@ class Log:
             if len(values) != len(data[TIME]):
                 bound = f"must have {len(data[TIME])} rows, as t"
                 raise LogError(self.name, None, name, len(values), bound)
+        if self.drive == "motor_current" and data.pop("motor_voltage", None) is not None:
+            self.said.append("motor_voltage is left alone: the currents drive the model, whatever they take")
         if len(data) < 2:
             raise LogError(self.name, None, None, None, f"has no reading; there are {', '.join(ENTRIES)}")
         return data
@@ -180,14 +184,18 @@ class Log:
         """Name of the reading, and which of its columns, from 1; 0 where it is all of it."""
         match = HEADER.fullmatch(column)
         name = match[1] if match else column
-        if match is None or name not in (TIME, *ENTRIES):
+        if name in DRIVE_ONLY and self.drive != name:
+            bound = f"drives the model: drive (--drive) must be {name!r}"
+            raise LogError(self.name, self.line(-1), column, None, bound)
+        if match is None or name not in (TIME, *ENTRIES, *DRIVE_ONLY):
             bound = f"{NO_SUCH}{', '.join(ENTRIES)}; `readings` leaves other columns alone"
             raise LogError(self.name, self.line(-1), column, None, bound)
         return name, int(match[2] or 0)
 
     def _factor(self, column: str, name: str) -> float:
         """What turns a column into the unit of its reading."""
-        unit, given = "s" if name == TIME else ENTRIES[name].unit, HEADER.fullmatch(column)[3]
+        unit = "s" if name == TIME else (ENTRIES | DRIVE_ONLY)[name].unit
+        given = HEADER.fullmatch(column)[3]
         factor = 1.0 if given is None else units.factor(given, unit)
         if factor is None:
             raise LogError(self.name, self.line(-1), column, None, f"must be in {unit}")
@@ -285,7 +293,7 @@ def _pose(table: LogTable) -> np.ndarray | None:
 
 
 def _known(column: str) -> bool:
-    return _name_of(column) in ENTRIES
+    return _name_of(column) in ENTRIES or _name_of(column) in DRIVE_ONLY
 
 
 def _name_of(column: str) -> str:

@@ -13,6 +13,7 @@ from omniroll.effects.effect import Effect
 from omniroll.effects.motor import Motor
 from omniroll.effects.torque import Drive, TorqueTable
 from omniroll.engine.simulate import simulate
+from omniroll.errors import InvalidValueError
 from omniroll.identification.exact import exact_slopes
 from omniroll.identification.late import by_delay, read_times
 from omniroll.identification.log import Log
@@ -23,6 +24,12 @@ from omniroll.results.trajectory import Trajectory
 ACCURACY = 1e-11
 STEP = 1e-6  # of central differences, in sizes of a number: the errors of runs are 1e-5 of the differences
 HALF_A_COUNT = 0.5  # whole counts are rounded down
+
+OF_MOTORS: dict[str, dict[str, float | None]] = {  # drives by the name of a reading, and what motors are for them
+    "motor_voltage": {},
+    # A motor of 1 ohm that induces nothing takes as many amperes as it is given volts.
+    "motor_current": {"resistance": 1.0, "back_emf": 0.0, "current_limit": None},
+}
 
 Readings = dict[str, np.ndarray]
 
@@ -157,10 +164,24 @@ def _driven(effects: Sequence[Effect], log: Log) -> tuple[Effect, ...]:
     if log.drive is None:
         return tuple(effects)
     rows = {"times": log.t, "interpolation": "linear"}
-    if log.drive == "motor_voltage":
-        return tuple(replace(e, voltage=log.data[log.drive], **rows) if isinstance(e, Motor) else e for e in effects)
+    if log.drive in OF_MOTORS:
+        if not any(isinstance(effect, Motor) for effect in effects):
+            raise InvalidValueError("drive", log.drive, "needs a Motor, [drive] with voltage, whose numbers it takes")
+        rows |= {"voltage": log.data[log.drive]} | OF_MOTORS[log.drive]
+        return tuple(replace(e, **rows) if isinstance(e, Motor) else e for e in effects)
+    if log.drive == "torque" and any(isinstance(effect, Motor) for effect in effects):
+        return tuple(_giving(e, log) if isinstance(e, Motor) else e for e in effects)
     table = TorqueTable(log.t, log.data[log.drive])
-    return (table, *(effect for effect in effects if not isinstance(effect, Drive | Bearings)))
+    replaced = Drive | Bearings if log.drive == "net_torque" else Drive
+    return (table, *(effect for effect in effects if not isinstance(effect, replaced)))
+
+
+def _giving(motor: Motor, log: Log) -> Motor:
+    """A motor that gives the torques of a log at the axles; its rotor turns with the wheel all the same."""
+    ratio = motor.gear_ratio
+    volts = np.sign(ratio) * log.data["torque"]
+    rows = {"times": log.t, "interpolation": "linear", "voltage": volts, "torque_constant": 1 / abs(ratio)}
+    return replace(motor, **rows | OF_MOTORS["motor_current"])
 
 
 def _cores() -> int:
