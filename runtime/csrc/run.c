@@ -22,6 +22,16 @@
 
 #include "parts.c"
 #include "linear.c"
+#define SET_DECIDES (SET_GRIPS || SET_HOLDS || SET_DISKS_STICK)     /* what rests may stick */
+#if SET_DECIDES
+#define FRICTION_LINKAGE static inline
+#include "friction/elimination.c"
+#include "friction/balls.c"
+#include "friction/interior.c"
+#include "friction/active_set.c"
+#include "friction/elements.c"
+#endif
+#include "run/elements_at_rest.c"
 #if SET_HOLDS || SET_STANDS
 #include "bearings/complementarity.c"
 #endif
@@ -38,9 +48,6 @@
 #include "ground/standing_events.c"
 #include "ground/least_use.c"
 #include "ground/use_events.c"
-#if SET_GRIPS
-#include "ground/cones.c"
-#endif
 #include "run/rows.c"
 #include "run/instant.c"
 #include "bearings/own_bearings.c"

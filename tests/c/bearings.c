@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #define MOST_WHEELS 64
 #define SET_BEARINGS 1
@@ -13,7 +14,16 @@
 #define EPS 2.220446049250313e-16
 #define PASSED 16
 
+#define SET_DECIDES 1
+#define FRICTION_LINKAGE static inline
+
 #include "linear.c"
+#include "friction/elimination.c"
+#include "friction/balls.c"
+#include "friction/interior.c"
+#include "friction/active_set.c"
+#include "friction/elements.c"
+#include "run/elements_at_rest.c"
 #include "bearings/complementarity.c"
 
 static void read(double *numbers, int count)
@@ -29,8 +39,25 @@ static void show(const double *numbers, int count)
         printf("%.17g ", numbers[k]);
 }
 
+/* Room for the problem of so many bearings. */
+static elements_t room_for_bearings(void)
+{
+    enum { MOST = MOST_WHEELS };
+    static double matrix[MOST*MOST], vectors[6][MOST], equality[3*MOST], wanted[3], powers[2*MOST];
+    static friction_element_t element[MOST];
+    static int state[MOST];
+    static char memory[4000000];
+    return (elements_t){
+        .width = 1, .matrix = matrix, .given = vectors[0], .reach = vectors[1], .force = vectors[2], .rate = vectors[3],
+        .pull = vectors[4], .yaw_rows = vectors[5], .equality = equality, .wanted = wanted, .element = element,
+        .powers = powers, .state = state, .memory = friction_memory(MOST, MOST, 0, 3) < sizeof memory ? memory : 0,
+    };
+}
+
 int main(void)
 {
+    elements_t problem = room_for_bearings();
+    (void)directions_allowed;           /* of a run */
     static bearings_t bearings;
     static facet_t facets[MOST_WHEELS*(MOST_WHEELS + 1)];
     while (scanf("%d", &bearings.count) == 1) {
@@ -41,7 +68,7 @@ int main(void)
         read(mass[0], 9);
         read(force, 3);
         read(held, 3);
-        nearest_force((const vector3_t *)mass, force, &bearings, facets, nu_dot, torques);
+        nearest_force((const vector3_t *)mass, force, &bearings, &problem, nu_dot, torques);
         show(nu_dot, 3);
         show(torques, bearings.count);
         const int count = facets_of(&bearings, facets);
@@ -49,7 +76,7 @@ int main(void)
             most = fmax(most, dot3(facets[k].normal, held)/facets[k].reach);
         show(&most, 1);
         for (int larger = 0; larger < 2; larger++) {
-            least_torques(&bearings, held, torques);
+            least_torques(&bearings, held, &problem, torques);
             show(torques, bearings.count);
             for (int k = 0; k < 3; k++)
                 held[k] *= 1 + 256*EPS;

@@ -59,6 +59,17 @@ def test_a_growing_torque_breaks_wheels_away(model):
     assert np.abs(run.ground_force[-1, :, 1]) == pytest.approx([friction * load] * 2, rel=1e-12)
 
 
+@pytest.mark.parametrize("friction", [0.0681292, 0.1])
+def test_wheels_that_reach_their_bounds_together_break_away_together(friction):
+    """The paper's vehicle drives straight ahead by two of its wheels, which ask the ground for the same."""
+    drives = TorqueTable((0.0, 1.0), ((0, 0, 0), tuple(0.5 * np.sin(PAPER.wheel_angles))))
+    ground = Contact(law="coulomb", friction=friction)
+    run = simulate(PAPER, nu=(0, 0, 0), duration=0.3, roller_model="free", effects=[ground, drives], control=False)
+    [one], [other] = instants(run, 1, False), instants(run, 2, False)
+    assert one == other and instants(run, 0, False).size == 0
+    assert run.slip[-1, 1, 1] == pytest.approx(-run.slip[-1, 2, 1], rel=1e-9) and len(run.t) < 60
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_a_vehicle_on_a_ramp_slides_or_rolls(model):
     """Down the slope across both axles: rolling asks each contact for J a/l^2 with a = g sin/(1 + 2 J/(M l^2))."""

@@ -103,6 +103,7 @@ def test_a_strip_alone(built):
     ):
         found = solve(built, Problem([element], np.eye(2), np.array(push)))
         assert found.state[0] == state
+        assert found.pull.sum() == pytest.approx(-found.acceleration @ found.force, rel=1e-15)
         if force is not None:
             assert np.allclose(found.force, force, rtol=0, atol=1e-15)
         else:

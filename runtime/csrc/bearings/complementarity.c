@@ -8,8 +8,8 @@
 #define MOST_BEARINGS (SET_BEARINGS*MOST_WHEELS)
 #endif
 #define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
+#define SAME_TORQUE 1e-7            /* of its bound: by so much a torque may differ that is found in another form */
 #define LEAST_REACH 1e-14           /* of the largest: for bearings that take no torque                      */
-#define TIE 1e-12                   /* of the largest rates: those that come to rest together               */
 
 typedef double vector3_t[3];
 
@@ -255,6 +255,7 @@ ALWAYS_INLINE double clipped(double x, double bound)
     return fmax(fmin(x, bound), -bound);
 }
 
+#if !SET_STANDS_BOTH_WAYS            /* else least_use.c                                                    */
 ALWAYS_INLINE double middle_of(const bearings_t *bearings, int i)
 {
 #if SET_STANDS
@@ -271,205 +272,125 @@ ALWAYS_INLINE double cut(const bearings_t *bearings, int i, double torque)
     return middle_of(bearings, i) + clipped(torque - middle_of(bearings, i), bearings->bounds[i]);
 }
 
-/* How far a line of length 1 may be followed from z so that the torques, rows z cut off at their bounds, give the force
- * along it: the zero of a function that grows and is linear between the places where a torque meets its bound. The last
- * of these where there is no zero. */
-static double length_along(const bearings_t *bearings, const double *force, const double *z, const double *line)
+/* Torques at their bounds as the solver has found them; the others once more from what these leave of the force. */
+static void take_least(const bearings_t *bearings, const double *force, const elements_t *problem, double *torques)
 {
-    const double wanted = dot3(force, line);
-    double before = 0, value_before = 0, place = 0;
-    for (int round = 0; round <= 2*bearings->count + 1; round++) {
-        double value = -wanted, next = INFINITY;
-        for (int i = 0; i < bearings->count; i++) {
-            const double start = dot3(bearings->rows[i], z), rate = moved_by(bearings->rows[i], line);
-            value += cut(bearings, i, start + place*rate)*rate;
-            for (int side = -1; side <= 1 && rate != 0; side += 2) {
-                const double meets = (middle_of(bearings, i) + side*bearings->bounds[i] - start)/rate;
-                if (meets > place && meets < next)
-                    next = meets;
-            }
-        }
-        if (value >= 0)
-            return round == 0 ? 0 : before + (place - before)*(value_before/(value_before - value));
-        if (next == INFINITY)
-            return place;
-        before = place, value_before = value, place = next;
-    }
-    return place;
-}
-
-/* The torques rows z, cut off at their bounds; the bearings that are not cut off and their places, and what is left of
- * the force when those at their bounds, or all, have given theirs. Returns the sum of the sizes of what this is made
- * of. */
-static double cut_off(const bearings_t *bearings, const double *force, const double *z, int all, double *torques,
-                      bearings_t *free, int *places, double *rest)
-{
-    double sizes = length3(force);
-    free->count = 0;
-    memcpy(rest, force, sizeof(vector3_t));
-    for (int i = 0; i < bearings->count; i++) {
-        const double asked = dot3(bearings->rows[i], z);
-        const int inside = fabs(asked - middle_of(bearings, i)) < bearings->bounds[i];
-        torques[i] = cut(bearings, i, asked);
-        if (all || !inside) {
-            add3(rest, -torques[i], bearings->rows[i]);
-            sizes += fabs(torques[i])*length3(bearings->rows[i]);
-        }
-        if (inside) {
-            places[free->count] = i;
-            memcpy(free->rows[free->count++], bearings->rows[i], sizeof(vector3_t));
-        }
-    }
-    return sizes;
-}
-
-/* The z for which rows z, cut off at the bounds, give the force: a convex function of z is least, piecewise quadratic.
- * Newton's rule with a search along the line. */
-static void find_z(const bearings_t *bearings, const double *force, double *z)
-{
-    bearings_t free;
-    vector3_t basis[3], rest, line;
-    double torques[MOST_BEARINGS];
-    int places[MOST_BEARINGS];
-    memset(z, 0, sizeof(vector3_t));
-    for (int trial = 0; trial < 20*(1 + bearings->count); trial++) {
-        const double rounding = 8*EPS*cut_off(bearings, force, z, 1, torques, &free, places, rest);
-        if (!(length3(rest) > rounding))
-            return;
-        const int rank = span_of(&free, basis);
-        memcpy(line, rest, sizeof line);
-        take_across(rank, (const vector3_t *)basis, line);
-        /* What no free torque gives, some at their bounds do. */
-        if (rank == 3 || length3(line) <= rounding)
-            least_norm(&free, rest, 0, line);
-        normalise3(line);
-        const double length = length_along(bearings, force, z, line);
-        if (!(length > 0))
-            return;
-        add3(z, length, line);
-    }
-}
-
-/* The torques of least norm within the bounds that give the force, which some do. */
-static void least_torques(const bearings_t *bearings, const double *force, double *torques)
-{
-    int inside = 1;
-    least_norm(bearings, force, torques, 0);
-    for (int i = 0; i < bearings->count; i++)
-        inside &= fabs(torques[i] - middle_of(bearings, i)) <= bearings->bounds[i];
-    if (inside)
-        return;
-    bearings_t free;
-    vector3_t z, rest;
-    int places[MOST_BEARINGS];
+    bearings_t free = {.count = 0};
+    vector3_t rest = {force[0], force[1], force[2]};
     double found[MOST_BEARINGS];
-    find_z(bearings, force, z);
-    cut_off(bearings, force, z, 0, torques, &free, places, rest);
-    least_norm(&free, rest, found, 0);          /* the free ones once more, without z in their digits         */
+    int places[MOST_BEARINGS], same = 1;
+    for (int i = 0; i < bearings->count; i++) {
+        torques[i] = cut(bearings, i, middle_of(bearings, i) + problem->force[i]);
+        if (problem->state[i] != FRICTION_RESTS) {
+            add3(rest, -torques[i], bearings->rows[i]);
+            continue;
+        }
+        places[free.count] = i;
+        memcpy(free.rows[free.count++], bearings->rows[i], sizeof(vector3_t));
+    }
+    least_norm(&free, rest, found, 0);
     for (int k = 0; k < free.count; k++)
+        same &= fabs(found[k] - torques[places[k]]) <= SAME_TORQUE*bearings->bounds[places[k]];
+    for (int k = 0; k < free.count && same; k++)
         torques[places[k]] = cut(bearings, places[k], found[k]);
 }
 
+/* The torques of least norm within the bounds that give the force, which some do. */
+static void least_torques(const bearings_t *bearings, const double *force, elements_t *problem, double *torques)
+{
+    const int count = bearings->count;
+    friction_solution_t found;
+    int inside = 1;
+    least_norm(bearings, force, torques, 0);
+    for (int i = 0; i < count; i++)
+        inside &= fabs(torques[i] - middle_of(bearings, i)) <= bearings->bounds[i];
+    if (inside)
+        return;
+    problem->count = count, problem->wide = problem->apart = 0, problem->equalities = 3;
+    for (int k = 0; k < 3; k++) {
+        problem->wanted[k] = force[k];
+        for (int i = 0; i < count; i++) {
+            problem->equality[k*count + i] = bearings->rows[i][k];
+            problem->wanted[k] -= bearings->rows[i][k]*middle_of(bearings, i);
+        }
+    }
+    for (int i = 0; i < count; i++)
+        problem->reach[i] = bearings->bounds[i], problem->given[i] = middle_of(bearings, i);
+    const friction_problem_t norm = problem_of(problem, &found);
+    friction_least_norm(&norm, problem->memory, &found);
+    take_least(bearings, force, problem, torques);
+}
+#endif
+
 #if SET_HOLDS
-/* The facet that a holding force passes by the most roundings; null where none is passed. */
-static const facet_t *passed_facet(const facet_t *facets, int count, const double *force, const double *size)
+/* L with L L^T = mass, lower; a pivot that rounding has left without its smallest part is that rounding. */
+static void root_of(const vector3_t *mass, vector3_t *root)
 {
-    const facet_t *found = 0;
-    double most = PASSED;
-    for (int k = 0; k < count; k++) {
-        double rounding;
-        const double value = excess(facets + k, facets[k].reach, force, size, &rounding);
-        if (rounding > 0 && value/rounding > most) {
-            most = value/rounding;
-            found = facets + k;
-        }
-    }
-    return found;
-}
-
-/* The motion in which bearings with signs take their bounds against them and the others rest, the forces that act in it
- * and the sizes of their terms. resting: those that rest, and their places. */
-static void motion_with(const vector3_t *mass, const double *force, const bearings_t *bearings, const int *signs,
-                        bearings_t *resting, int *places, double *nu_dot, double *given, double *size)
-{
-    double directions[9], absent[3];
-    resting->count = 0;
+    memset(root, 0, 3*sizeof *root);
     for (int k = 0; k < 3; k++)
-        nu_dot[k] = 0, given[k] = force[k], size[k] = fabs(force[k]);
-    for (int i = 0; i < bearings->count; i++) {
-        add3(given, -signs[i]*bearings->bounds[i], bearings->rows[i]);
-        for (int k = 0; k < 3; k++)
-            size[k] += fabs(bearings->bounds[i]*bearings->rows[i][k]);
-        if (signs[i] == 0 && bearings->bounds[i] > 0) {
-            places[resting->count] = i;
-            resting->bounds[resting->count] = bearings->bounds[i];
-            memcpy(resting->rows[resting->count++], bearings->rows[i], sizeof(vector3_t));
+        for (int l = 0; l <= k; l++) {
+            double left = mass[k][l];
+            for (int m = 0; m < l; m++)
+                left -= root[k][m]*root[l][m];
+            root[k][l] = l < k ? left/root[l][l] : sqrt(fmax(left, EPS*mass[k][k]));
         }
-    }
-    const int moving = directions_allowed(resting, mass, directions, absent);
-    for (int c = 0; c < moving; c++) {
-        const vector3_t column = {directions[c], directions[3 + c], directions[6 + c]};
-        add3(nu_dot, dot3(column, given), column);
-    }
 }
 
-/* The part of the way from one motion to another until a bearing with a sign comes to rest; 1: none does. */
-static double way_to_rest(const bearings_t *bearings, const int *signs, const double *from, const double *to)
+/* L^-1 a, and L^-T a. */
+ALWAYS_INLINE void under_root(const vector3_t *root, const double *a, double *to)
 {
-    double part = 1;
-    for (int i = 0; i < bearings->count; i++) {
-        const double here = fmax(signs[i]*dot3(bearings->rows[i], from), 0);
-        const double then = signs[i]*dot3(bearings->rows[i], to);
-        if (then < 0)
-            part = fmin(part, here/(here - then));
+    for (int k = 0; k < 3; k++) {
+        to[k] = a[k];
+        for (int l = 0; l < k; l++)
+            to[k] -= root[k][l]*to[l];
+        to[k] /= root[k][k];
     }
-    return part;
 }
 
-/* nu' where M nu' = force + rows^T torques obeys the law with one bound for rest and motion, and such torques: the
- * least of a convex function. From rest, whenever the bearings at rest cannot be held the motion along a facet's normal
- * is added; whenever one comes to rest on the way to the least, it stays at rest. The function falls with each step.
- *
- * facets: scratch, most_facets() of them. */
-static void nearest_force(const vector3_t *mass, const double *force, const bearings_t *bearings, facet_t *facets,
+ALWAYS_INLINE void behind_root(const vector3_t *root, const double *a, double *to)
+{
+    for (int k = 2; k >= 0; k--) {
+        to[k] = a[k];
+        for (int l = k + 1; l < 3; l++)
+            to[k] -= root[l][k]*to[l];
+        to[k] /= root[k][k];
+    }
+}
+
+/* nu' where M nu' = force + rows^T torques obeys the law with one bound for rest and motion, and such torques. The
+ * problem has the free rollers at rest already, apart: their accelerations where nu' is zero. */
+static void nearest_force(const vector3_t *mass, const double *force, const bearings_t *bearings, elements_t *problem,
                           double *nu_dot, double *torques)
 {
     const int count = bearings->count;
-    int signs[MOST_BEARINGS] = {0}, places[MOST_BEARINGS];
-    double held[MOST_BEARINGS];
-    bearings_t resting = {.count = 0};
-    vector3_t there, given, size, asked = {0, 0, 0};
-    memset(nu_dot, 0, sizeof(vector3_t));
-    for (int trial = 0; trial < 20*(1 + count); trial++) {
-        motion_with(mass, force, bearings, signs, &resting, places, there, given, size);
-        const double part = way_to_rest(bearings, signs, nu_dot, there);
-        const double longest = fmax(length3(nu_dot), length3(there));
-        for (int k = 0; k < 3; k++) {
-            nu_dot[k] = part < 1 ? nu_dot[k] + part*(there[k] - nu_dot[k]) : there[k];
-            asked[k] = dot3(mass[k], there) - given[k];
-        }
-        if (part < 1) {
-            for (int i = 0; i < count; i++)
-                if (signs[i]*dot3(bearings->rows[i], nu_dot) <= TIE*length3(bearings->rows[i])*longest)
-                    signs[i] = 0;
-            continue;
-        }
-        const facet_t *const facet = passed_facet(facets, facets_of(&resting, facets), asked, size);
-        if (!facet)
-            break;
-        for (int k = 0; k < resting.count; k++)
-            signs[places[k]] = breaks_away(resting.rows[k], facet);
+    const vector3_t third = {0, 0, 1};
+    vector3_t root[3], rows[MOST_BEARINGS], pushed, yaw, unheld;
+    root_of(mass, root);
+    under_root((const vector3_t *)root, force, pushed);
+    under_root((const vector3_t *)root, third, yaw);
+    behind_root((const vector3_t *)root, pushed, unheld);
+    problem->count = count, problem->wide = 0, problem->yaw_yaw = dot3(yaw, yaw);
+    for (int i = 0; i < count; i++) {
+        under_root((const vector3_t *)root, bearings->rows[i], rows[i]);
+        problem->given[i] = dot3(rows[i], pushed), problem->yaw_rows[i] = dot3(rows[i], yaw);
+        problem->reach[i] = bearings->bounds[i];
     }
-    least_torques(&resting, asked, held);
     for (int i = 0; i < count; i++)
-        torques[i] = -signs[i]*bearings->bounds[i];
-    for (int k = 0; k < resting.count; k++)
-        torques[places[k]] = held[k];
+        for (int k = 0; k < count; k++)
+            problem->matrix[i*count + k] = dot3(rows[i], rows[k]);
+    for (int k = 0; k < problem->apart; k++)
+        problem->apart_given[k] += problem->yaw[k]*unheld[2];
+    decide_elements(problem);
+    for (int i = 0; i < count; i++) {
+        torques[i] = problem->force[i];
+        add3(pushed, torques[i], rows[i]);
+    }
+    for (int k = 0; k < problem->apart; k++)
+        add3(pushed, problem->yaw[k]*problem->force[count + k], yaw);
+    behind_root((const vector3_t *)root, pushed, nu_dot);
 }
 
 #if SET_SPINS_STICK
-#define MOST_TRIALS 200             /* for a number that is found exactly, as a rule after a few             */
-
 /* Free rollers at rest on their disks: their accelerations are torque/inertia - (per_yaw nu_3' + given). */
 typedef struct {
     int count;
@@ -485,46 +406,13 @@ ALWAYS_INLINE double torque_of_spin(const spinning_t *spins, int k, double yaw, 
     return clipped(asked, spins->bounds[k]);
 }
 
-/* What these torques take of f_3: affine in nu_3', offset + inertia nu_3', as long as the same rollers stick. Returns its
- * value there; size: of its terms. */
-static double drag_of_spins(const spinning_t *spins, double yaw, double *offset, double *inertia, double *size)
+/* They stand apart in the problem. */
+static void put_spins(const spinning_t *spins, elements_t *problem)
 {
-    double value = 0;
-    *offset = *inertia = *size = 0;
+    problem->apart = spins->count;
     for (int k = 0; k < spins->count; k++) {
-        int turns;
-        const double per_yaw = spins->per_yaw[k], torque = torque_of_spin(spins, k, yaw, &turns);
-        value += per_yaw*torque;
-        *size += fabs(per_yaw*torque) + fabs(per_yaw*spins->inertia*spins->given[k]);
-        *inertia += turns ? 0 : spins->inertia*per_yaw*per_yaw;
-        *offset += turns ? per_yaw*torque : spins->inertia*per_yaw*spins->given[k];
-    }
-    return value;
-}
-
-/* The same nu' beside free rollers at rest. These take a force of f_3 that grows with nu_3', piecewise linearly, and
- * nu_3' falls as that force grows: there is one nu_3' at which both agree. Newton's rule finds it, within bounds that
- * each trial narrows; of as many pieces as there are the right one is met. */
-static void nearest_beside_spins(const vector3_t *mass, const double *force, const bearings_t *bearings,
-                                 const spinning_t *spins, facet_t *facets, double *nu_dot, double *torques)
-{
-    double low = -INFINITY, high = INFINITY, yaw = 0;
-    for (int trial = 0; trial < MOST_TRIALS; trial++) {
-        vector3_t heavier[3], rest = {force[0], force[1], force[2]};
-        double offset, inertia, size, none;
-        drag_of_spins(spins, yaw, &offset, &inertia, &size);
-        memcpy(heavier, mass, sizeof heavier);
-        heavier[2][2] += inertia;
-        rest[2] -= offset;
-        nearest_force((const vector3_t *)heavier, rest, bearings, facets, nu_dot, torques);
-        const double meant = offset + inertia*nu_dot[2], there = drag_of_spins(spins, nu_dot[2], &none, &none, &size);
-        if (fabs(there - meant) <= 4*EPS*size || nu_dot[2] == yaw)
-            return;
-        if (nu_dot[2] > yaw)
-            low = yaw;
-        else
-            high = yaw;
-        yaw = nu_dot[2] > low && nu_dot[2] < high ? nu_dot[2] : low + (high - low)/2;
+        problem->mobility[k] = 1/spins->inertia, problem->bound[k] = spins->bounds[k];
+        problem->yaw[k] = -spins->per_yaw[k], problem->apart_given[k] = -spins->given[k];
     }
 }
 #endif

@@ -52,38 +52,19 @@ ALWAYS_INLINE double torque_at(const resting_t *rest, int k, double x, int *hold
     return *holds ? wanted : copysign(most, wanted);
 }
 
-/* What is wrong with that change: it rises with x, and is 0 where all bearings together make x. */
-static double left_at(const resting_t *rest, double x)
+/* The change of nu_3' that they make together: each meets the others through it alone. */
+static double common_acceleration(const resting_t *rest, elements_t *problem)
 {
-    double left = rest->mass*x;
-    int holds;
-    for (int k = 0; k < rest->count; k++)
-        left += rest->per_yaw[k]*torque_at(rest, k, x, &holds);
-    return left;
-}
-
-/* The change of nu_3' that they make together: it lies between two neighbours among the places where a bearing comes to
- * its bound, and is linear there. */
-static double common_acceleration(const resting_t *rest)
-{
-    double low = -INFINITY, high = INFINITY, mass = rest->mass, force = 0;
-    for (int k = 0; k < rest->count; k++)
-        for (int sign = -1; sign <= 1 && rest->per_yaw[k] != 0; sign += 2) {
-            const double x = (rest->given[k] + sign*rest->bounds[k]/rest->inertia)/rest->per_yaw[k];
-            if (left_at(rest, x) < 0)
-                low = fmax(low, x);
-            else
-                high = fmin(high, x);
-        }
-    const double middle = low == -INFINITY ? (high == INFINITY ? 0 : high - 1 - fabs(high))
-        : high == INFINITY ? low + 1 + fabs(low) : low + (high - low)/2;
+    double x = 0;
+    problem->count = problem->wide = 0, problem->apart = rest->count, problem->yaw_yaw = 1/rest->mass;
     for (int k = 0; k < rest->count; k++) {
-        int holds;
-        const double torque = torque_at(rest, k, middle, &holds), inertia = rest->inertia*rest->per_yaw[k];
-        mass += holds ? inertia*rest->per_yaw[k] : 0;
-        force += holds ? inertia*rest->given[k] : -rest->per_yaw[k]*torque;
+        problem->mobility[k] = 1/rest->inertia, problem->bound[k] = rest->bounds[k];
+        problem->yaw[k] = -rest->per_yaw[k], problem->apart_given[k] = rest->given[k];
     }
-    return force/mass;
+    decide_elements(problem);
+    for (int k = 0; k < rest->count; k++)
+        x -= rest->per_yaw[k]*problem->force[k]/rest->mass;
+    return x;
 }
 
 /* Those at rest, with what they would do if nothing held them. */
@@ -138,7 +119,7 @@ static void decide_rollers_in_rounds(const omniroll_run_t *run, const work_t *wo
                 most += fabs(rest.per_yaw[place])*work->own.bounds[place]/rest.mass;
                 place++;
             }
-        const double x = common_acceleration(&rest);
+        const double x = common_acceleration(&rest, work->problem);
         further = 0;
         for (int k = first, place = 0; k < run->own_count; k++)
             if (rollers[k].resting) {

@@ -136,7 +136,7 @@ static void find_held_force(omniroll_run_t *run, const work_t *work)
 }
 
 /* The torques of the bearings with this held force: of least norm where they hold. */
-static void find_torques(omniroll_run_t *run)
+static void find_torques(omniroll_run_t *run, const work_t *work)
 {
     bearings_t sticking;
     int places[MOST_BEARINGS];
@@ -145,7 +145,7 @@ static void find_torques(omniroll_run_t *run)
         run->bearings[i].torque = *bearing_input(run, i);
     if (!bearings_of(run, 1, 0, &sticking, places))
         return;
-    least_torques(&sticking, run->hold.force, torques);
+    least_torques(&sticking, run->hold.force, work->problem, torques);
     for (int k = 0; k < sticking.count; k++)
         run->bearings[places[k]].torque = torques[k];
 }
@@ -271,10 +271,9 @@ static void decide_in_rounds(omniroll_run_t *run, const work_t *work, const vect
 #if SET_SPINS_STICK
         const spinning_t spins = spins_at_rest(run, work);
         most[2] += reach_of_spins(&spins);
-        nearest_beside_spins(mass, force, &resting, &spins, work->facets, nu_dot, torques);
-#else
-        nearest_force(mass, force, &resting, work->facets, nu_dot, torques);
+        put_spins(&spins, work->problem);
 #endif
+        nearest_force(mass, force, &resting, work->problem, nu_dot, torques);
         most_acceleration(mass, most, reached);
         further = 0;
         for (int k = 0; k < count; k++) {
@@ -375,7 +374,7 @@ static void decide(omniroll_run_t *run, const work_t *work)
         turn_bearings(run, work);
     }
     guard_rates(run, work);
-    find_torques(run);
+    find_torques(run, work);
     run->hold.undecided = 0;
 }
 
@@ -448,7 +447,7 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
     }
     find_nearer(run, work);
     find_held_force(run, work);
-    find_torques(run);
+    find_torques(run, work);
 }
 
 /* An impact has changed nu. Where rollers stick it has numbered them anew: what rests is seen from the rates. */

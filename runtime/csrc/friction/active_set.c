@@ -9,7 +9,7 @@
 
 #define ROUNDS 12                   /* of Newton's rule on one                                              */
 #define SINGULAR 1e-13              /* pivots of a matrix with ones on its diagonal                         */
-#define FURTHEST 0.3                /* a force turns by at most so much in a round                          */
+#define TURNS_MOST 0.3                /* a force turns by at most so much in a round                          */
 #define ROUNDING 4.5e-16
 #define BEYOND 1e-14                /* of a ball's size, and of a pull's                                    */
 
@@ -33,8 +33,8 @@ FRICTION_LINKAGE double friction_pull(const friction_balls_t *b, int i)
 FRICTION_LINKAGE double friction_pull_of_strip(const friction_balls_t *b, int i)
 {
     const double *const x = b->force + b->ball[i].first, *const slope = b->slope + b->ball[i].first;
-    const double strip = b->ball[i].strip, circle = b->active[2*i] ? friction_pull(b, i) : 0;
-    return -x[0]*(slope[0] + circle*x[0])/(strip*strip);
+    const double circle = b->active[2*i] ? friction_pull(b, i) : 0;
+    return -x[0]*(slope[0] + circle*x[0]);
 }
 
 /* Forces that their constraints hold are put there. */
@@ -107,7 +107,7 @@ static double improve(friction_balls_t *b)
     for (int i = 0; i < b->balls; i++)
         for (int k = 0; k < b->ball[i].rows && b->ball[i].bounded; k++)
             largest = fmax(largest, fabs(b->step[b->ball[i].first + k]));
-    const double part = largest > FURTHEST ? FURTHEST/largest : 1;
+    const double part = largest > TURNS_MOST ? TURNS_MOST/largest : 1;
     for (int k = 0; k < b->rows; k++)
         b->force[k] += part*b->step[k];
     for (int e = 0; e < b->equalities; e++)

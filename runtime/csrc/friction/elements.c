@@ -6,12 +6,12 @@
 #include "elements.h"
 
 #define STICKS 9e-16                /* the residual with which all that rests sticks                        */
-#define SETTLED 2e-15               /* the residual that needs no further rounds                            */
+#define OBEYED 2e-15               /* the residual that needs no further rounds                            */
 #define MOST_ROUNDS 60              /* from inside                                                          */
 #define CHANGES 12                  /* of an active set                                                     */
 #define SINGULAR 1e-13              /* pivots of a matrix with ones on its diagonal                         */
 #define NOT_GIVEN 1e-7              /* the residual of equalities that no forces fulfil                     */
-#define PARALLEL 1e-13              /* of an equality's size: it follows from the others                    */
+#define DEPENDS 1e-13              /* of an equality's size: it follows from the others                    */
 #define CELL 16                     /* bytes: parts of memory begin at multiples of these                   */
 
 /* Memory that the caller gives, laid out part by part; where it is null the parts are only counted. */
@@ -37,7 +37,7 @@ static int *flags(room_t *room, int count)
     return room_for(room, (size_t)count, sizeof(int));
 }
 
-static void lay_out(friction_balls_t *b, room_t *room, int dense, int dense_balls, int apart, int equalities)
+static void lay_out_balls(friction_balls_t *b, room_t *room, int dense, int dense_balls, int apart, int equalities)
 {
     const int size = dense + equalities, rows = dense + apart, balls = dense_balls + apart;
     b->dense = dense, b->dense_balls = dense_balls, b->apart = apart, b->equalities = equalities;
@@ -66,8 +66,8 @@ FRICTION_LINKAGE size_t friction_memory(int rows, int elements, int apart, int e
 {
     room_t room = {NULL, 0};
     friction_balls_t balls;
-    lay_out(&balls, &room, rows + 1, elements + 1, apart, equalities);      /* of friction_least_use()        */
-    lay_out(&balls, &room, rows, elements, 0, rows);                        /* of the forces of least norm    */
+    lay_out_balls(&balls, &room, rows + 1, elements + 1, apart, equalities);      /* of friction_least_use()        */
+    lay_out_balls(&balls, &room, rows, elements, 0, rows);                        /* of the forces of least norm    */
     return room.used + CELL;
 }
 
@@ -176,7 +176,7 @@ static void make_orthonormal(friction_balls_t *b)
         }
         b->wanted[count] = b->wanted[e];
         const double size = take_before(b, count);
-        if (!(size > PARALLEL*sqrt(before)))
+        if (!(size > DEPENDS*sqrt(before)))
             continue;
         for (int k = 0; k < n; k++)
             b->equality[count*n + k] /= size;
@@ -200,7 +200,7 @@ static double minimise(friction_balls_t *b, int *rounds)
     *rounds = 0;
     friction_begin(b);
     friction_polish(b, 0);
-    for (int t = 0; t < count && !(b->least <= (t ? SETTLED : STICKS)); t++) {
+    for (int t = 0; t < count && !(b->least <= (t ? OBEYED : STICKS)); t++) {
         keep(b->rows, b->inside, b->force), keep(b->equalities, b->inside_multiplier, b->multiplier);
         *rounds += friction_go_inside(b, targets[t], MOST_ROUNDS - *rounds);
         friction_polish(b, CHANGES);
@@ -252,10 +252,11 @@ static void put_norm(friction_balls_t *norm, const double *size)
     double largest = 0;
     for (int k = 0; k < n; k++)
         largest = fmax(largest, size[k]);
+    norm->unit = largest > 0 ? largest : 1;
     for (int k = 0; k < n; k++) {
         norm->size[k] = size[k], norm->given[k] = 0;
         for (int l = 0; l < n; l++)
-            norm->matrix[k*n + l] = k == l && largest > 0 ? size[k]/largest*(size[k]/largest) : 0;
+            norm->matrix[k*n + l] = k == l ? size[k]/norm->unit*(size[k]/norm->unit) : 0;
     }
 }
 
@@ -264,7 +265,7 @@ static int choose_least_norm(friction_balls_t *b, room_t *room, double residual)
 {
     friction_balls_t norm;
     int rounds;
-    lay_out(&norm, room, b->dense, b->dense_balls, 0, b->dense);
+    lay_out_balls(&norm, room, b->dense, b->dense_balls, 0, b->dense);
     put_same_accelerations(b, &norm);
     if (b->system.rank == b->system.size)
         return 0;
@@ -275,7 +276,7 @@ static int choose_least_norm(friction_balls_t *b, room_t *room, double residual)
         for (int k = norm.ball[i].first; k < norm.ball[i].first + norm.ball[i].rows; k++)
             b->force[k] = norm.force[k];
     friction_slopes(b);
-    if (!(friction_residual(b) <= fmax(SETTLED, 2*residual))) {
+    if (!(friction_residual(b) <= fmax(OBEYED, 2*residual))) {
         keep(b->rows, b->best, b->force);
         friction_slopes(b);
     }
@@ -295,6 +296,10 @@ static void put_found(friction_balls_t *b, friction_solution_t *found)
 {
     for (int k = 0; k < b->rows; k++)
         found->force[k] = b->force[k]*b->size[k];
+    for (int i = 0; i < b->balls; i++)
+        if (b->ball[i].rows == 1 && b->ball[i].bounded)
+            found->force[b->ball[i].first] = fmax(fmin(found->force[b->ball[i].first], b->size[b->ball[i].first]),
+                                                  -b->size[b->ball[i].first]);
     for (int i = 0; i < b->balls; i++) {
         const int c = i < b->dense_balls ? 2*i : b->dense_balls + i;
         const int rests = b->ball[i].rows || !b->ball[i].bounded;
@@ -343,7 +348,7 @@ FRICTION_LINKAGE int friction_decide(const friction_problem_t *p, void *memory, 
 {
     room_t room = room_of(memory);
     friction_balls_t balls;
-    lay_out(&balls, &room, p->rows, p->elements, p->apart, p->equalities);
+    lay_out_balls(&balls, &room, p->rows, p->elements, p->apart, p->equalities);
     put_balls(&balls, p);
     put_numbers(&balls, p);
     if (!all_finite(p->rows*p->rows, balls.matrix) || !all_finite(balls.rows, balls.given)
@@ -368,11 +373,14 @@ FRICTION_LINKAGE int friction_least_norm(const friction_problem_t *p, void *memo
     friction_balls_t balls;
     friction_problem_t sets = *p;
     sets.matrix = NULL, sets.apart = 0;
-    lay_out(&balls, &room, p->rows, p->elements, 0, p->equalities);
+    lay_out_balls(&balls, &room, p->rows, p->elements, 0, p->equalities);
     put_balls(&balls, &sets);
     put_norm(&balls, balls.size);
+    for (int k = 0; k < p->rows && p->given; k++)
+        balls.given[k] = p->given[k]*balls.size[k]/(balls.unit*balls.unit);
     put_equalities(&balls, p);
-    if (!all_finite(p->equalities*p->rows, balls.equality) || !all_finite(p->equalities, balls.wanted))
+    if (!all_finite(p->equalities*p->rows, balls.equality) || !all_finite(p->equalities, balls.wanted)
+        || !all_finite(p->rows, balls.given))
         return refuse(&sets, found);
     make_orthonormal(&balls);
     found->residual = minimise(&balls, &found->iterations);
@@ -414,7 +422,7 @@ FRICTION_LINKAGE double friction_least_use(const friction_problem_t *p, void *me
     for (int e = 0; e < p->equalities; e++)
         asked = fmax(asked, fabs(p->wanted[e]));
     refuse(&sets, found);
-    lay_out(&balls, &room, p->rows + 1, p->elements + 1, 0, p->equalities);
+    lay_out_balls(&balls, &room, p->rows + 1, p->elements + 1, 0, p->equalities);
     put_balls(&balls, &sets);
     put_use(&balls, p);
     if (!all_finite(p->equalities*(p->rows + 1), balls.equality))

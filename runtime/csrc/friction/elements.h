@@ -72,7 +72,7 @@ FRICTION_LINKAGE int friction_decide(const friction_problem_t *problem, void *me
 /* The least u with E y = h and y_e in u K_e, with such forces: matrix and given are not read. */
 FRICTION_LINKAGE double friction_least_use(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 
-/* The forces of least norm with E y = h and y_e in K_e: matrix and given are not read. Returns as friction_decide(). */
+/* The same for |y|^2/2 + q^T y, without rows apart; q may be null. Returns as friction_decide(). */
 FRICTION_LINKAGE int friction_least_norm(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 
 #endif

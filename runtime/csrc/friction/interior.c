@@ -15,7 +15,7 @@
 #define SHORTEST 1e-6               /* of a step: rounding stops the rounds                                 */
 
 /* The weight of a constraint, 0 of a ball and 1 of a strip, on a row's square; 0: no such constraint. */
-static double weight_of(const friction_ball_t *ball, int strip, int row)
+static double weight_in(const friction_ball_t *ball, int strip, int row)
 {
     if (!ball->bounded || row >= ball->rows)
         return 0;
@@ -26,7 +26,7 @@ static double weight_of(const friction_ball_t *ball, int strip, int row)
 
 static int has_constraint(const friction_ball_t *ball, int strip)
 {
-    return weight_of(ball, strip, 0) > 0;
+    return weight_in(ball, strip, 0) > 0;
 }
 
 /* The sizes of what acts on balls, the largest of which measures all products, and a start in the middle of all. */
@@ -77,7 +77,7 @@ static double half_product(const friction_ball_t *ball, int strip, const double 
 {
     double twice = 0;
     for (int k = 0; k < ball->rows; k++)
-        twice += weight_of(ball, strip, k)*x[ball->first + k]*y[ball->first + k];
+        twice += weight_in(ball, strip, k)*x[ball->first + k]*y[ball->first + k];
     return twice/2;
 }
 
@@ -101,10 +101,10 @@ static void put_blocks(friction_balls_t *b)
             }
             for (int strip = 0; strip < 2; strip++) {
                 const double p = b->pull[2*i + strip], s = b->slack[2*i + strip];
-                const double weight = weight_of(ball, strip, k);
+                const double weight = weight_in(ball, strip, k);
                 block[3*k] += p*weight;
                 for (int l = 0; l < ball->rows; l++)
-                    block[2*k + l] += p/s*weight*b->force[row]*weight_of(ball, strip, l)*b->force[ball->first + l];
+                    block[2*k + l] += p/s*weight*b->force[row]*weight_in(ball, strip, l)*b->force[ball->first + l];
             }
         }
     }
@@ -131,7 +131,7 @@ static void find_step(friction_balls_t *b, double target, int corrects)
             for (int k = 0; k < b->ball[i].rows; k++) {     /* p + dp without what dx adds is product/slack     */
                 const int row = b->ball[i].first + k;
                 const double bends = corrects ? b->pull_step[c]*b->step[row] : 0;
-                b->right[row] -= weight_of(b->ball + i, strip, k)*(product/b->slack[c]*b->force[row] + bends);
+                b->right[row] -= weight_in(b->ball + i, strip, k)*(product/b->slack[c]*b->force[row] + bends);
             }
             b->product[c] = product;
         }

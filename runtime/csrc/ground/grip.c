@@ -3,6 +3,7 @@
 #if SET_GRIPS
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
 #define AT_EDGE (SET_STANDS_BOTH_WAYS ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
+#define TOGETHER 1e-12              /* the same of one beside others whose friction is used up at this instant */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
 #define MOST_LEFT 0.2               /* and at most                                                           */
@@ -184,34 +185,58 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
     }
 }
 
+/* What free rollers at rest can take of the yaw together. */
+static double taken_of_yaw_at_most(const elements_t *problem)
+{
+    double taken = 0;
+    for (int k = 0; k < problem->apart; k++)
+        taken += fabs(problem->yaw[k])*problem->bound[k];
+    return taken;
+}
+
+/* The power that all forces could give one of them. */
+static double power_apart(const elements_t *problem, int k, double taken)
+{
+    double yaw = problem->yaw_yaw*taken;
+    for (int j = 0; j < forces_at(problem->wide, problem->width, problem->count); j++)
+        yaw += fabs(problem->yaw_rows[j])*problem->reach[j];
+    return problem->bound[k]
+        *(fabs(problem->apart_given[k]) + problem->mobility[k]*problem->bound[k] + fabs(problem->yaw[k])*yaw);
+}
+
 /* Whether a power of a contact of the problem is more than this part of what the forces could give it. */
-static int is_more_than(const cones_t *problem, int k, double given, double part)
+static int is_more_than(const elements_t *problem, int k, double given, double part)
 {
     const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
+    const double taken = taken_of_yaw_at_most(problem);
     double power = 0;
+    if (k >= problem->count)
+        return given > part*power_apart(problem, k - problem->count, taken);
     for (int j = forces_at(wide, width, k); j < forces_at(wide, width, k + 1); j++) {
         power += fabs(problem->given[j])*problem->reach[j];
         for (int l = 0; l < size; l++)
             power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
+        if (problem->apart)
+            power += problem->reach[j]*fabs(problem->yaw_rows[j])*taken;
     }
     return given > part*power;
 }
 
 /* The same of that with which it is pulled. */
-ALWAYS_INLINE int is_pulled(const cones_t *problem, int k, double part)
+ALWAYS_INLINE int is_pulled(const elements_t *problem, int k, double part)
 {
     return is_more_than(problem, k, problem->pull[k], part);
 }
 
 /* Whether a contact of the problem slips, and not by rounding. */
-static int begins_to_slip(const cones_t *problem, int k)
+static int begins_to_slip(const elements_t *problem, int k)
 {
     return is_pulled(problem, k, BEGINS);
 }
 
-/* The mode of a contact from the last round, and where it goes if it slips. `gives_way`: its friction has been used up,
- * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. */
-static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int slips, int gives_way)
+/* The mode of a contact from the last round, and where it goes if it slips. `edge`: it slips even where that is too
+ * little for a pull that is not rounding if so little of its friction is left; 0 of one that only a pull moves. */
+static void take_mode(omniroll_grip_t *grip, const elements_t *problem, int k, int slips, double edge)
 {
     const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
     const double *const reach = problem->reach + k*problem->width;
@@ -222,7 +247,7 @@ static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int 
         begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
         size += begun[j]*begun[j];
     }
-    grip->sticks = !slips && !(gives_way && sqrt(taken) >= 1 - AT_EDGE);
+    grip->sticks = !slips && !(edge > 0 && sqrt(taken) >= 1 - edge);
     if (grip->sticks)
         return;
     grip->towards[0] = 0;
@@ -234,7 +259,7 @@ static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int 
 /* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
 static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
 {
-    cones_t problem;
+    elements_t problem = *work->problem;
     lanes_t given[2*MOST_WHEELS];
     int contacts[MOST_WHEELS] = {0}, broken[MOST_WHEELS], slips[MOST_WHEELS], further;
     int count = 0;
@@ -257,7 +282,7 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
             const double *const friction = broken[j/width] ? grip->sliding : grip->staying;
             problem.reach[j] = grip->load*friction[SET_FIRST_DIRECTION + j%width];
         }
-        decide_cones(&problem, 0);
+        decide_elements(&problem);
         further = 0;
         for (int k = 0; k < count; k++) {
             slips[k] = begins_to_slip(&problem, k);
@@ -265,9 +290,10 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
             broken[k] |= slips[k];
         }
     } while (further);
-    for (int k = 0; k < count; k++)
-        take_mode(run->grips + contacts[k], &problem, k, slips[k],
-                  run->grips[contacts[k]].released || beyond[contacts[k]]);
+    for (int k = 0; k < count; k++) {
+        const int ends = run->grips[contacts[k]].released || beyond[contacts[k]];
+        take_mode(run->grips + contacts[k], &problem, k, slips[k], ends ? AT_EDGE : TOGETHER);
+    }
 }
 
 /* The modes of all contacts in the phase that begins now. */

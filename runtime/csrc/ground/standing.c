@@ -113,7 +113,7 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
         wheels.middle[k] = (most + least)/2;
         wheels.bounds[k] = fmax((most - least)/2, 0);
     }
-    least_torques(&wheels, force, found);
+    least_torques(&wheels, force, work->problem, found);
     for (int k = 0; k < standing->count; k++)
         own_bearings(run)[standing->wheel[k]].torque -= standing->radius*found[k];
 }

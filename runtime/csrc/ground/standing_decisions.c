@@ -35,10 +35,9 @@ ALWAYS_INLINE int direction_of(const parts_at_rest_t *rest, int part, int c)
 }
 
 /* The rates of what rests where nothing sticks, under these forces and the torques in work->own.torque. */
-static void rates_of_free(const omniroll_run_t *run, const work_t *work, const lanes_t *push)
+static void rates_of_free(const omniroll_run_t *run, const work_t *work, const lanes_t *push, lanes_t *nu_dot)
 {
     instant_t now;
-    lanes_t nu_dot[3];
 #if SET_STANDS_BOTH_WAYS
     lanes_t *const kept = work->own.rate;
 #else
@@ -62,15 +61,15 @@ static void rates_of_free(const omniroll_run_t *run, const work_t *work, const l
         work->own.sticks[k] = kept[k];
 }
 
-/* What component c of a part is moved by; 0 of one that it has not. */
-static double typical_of(const omniroll_run_t *run, const parts_at_rest_t *rest, int part, int c)
+/* What a part is moved by. */
+static double typical_of(const omniroll_run_t *run, const parts_at_rest_t *rest, int part)
 {
     double most = 0;
     if (part < contact_parts(rest))
         return run->ground.typical;
     for (int k = 0; k < run->own_count; k++)
         most = fmax(most, own_bearings(run)[k].holding);
-    return c ? 0 : most > 0 ? most : 1;
+    return most > 0 ? most : 1;
 }
 
 static lanes_t rate_of_part(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, int part, int c)
@@ -82,13 +81,22 @@ static lanes_t rate_of_part(const omniroll_run_t *run, const work_t *work, const
     if (k >= work->own.rollers_at)
         return work->own.dot[k];
 #endif
-    return c ? lanes_of(0) : work->core_dot[rates_at(run->wheels) + k];
+    return work->core_dot[rates_at(run->wheels) + k];
 }
+
+#if SET_DISKS_STICK
+/* Whether a bearing is that of a roller that is not in contact. */
+ALWAYS_INLINE int is_free_roller(const omniroll_run_t *run, const work_t *work, int k)
+{
+    return k >= work->own.rollers_at + run->wheels;
+}
+#endif
 
 #if !SET_STRIPS
 /* What rests, with forces and torques as parts of one problem. */
-static void put_parts(omniroll_run_t *run, parts_at_rest_t *rest, cones_t *problem)
+static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *rest, elements_t *problem)
 {
+    (void)work;
     rest->count = 0;
     for (int i = 0; i < run->wheels; i++)
         if ((run->grips[i].sticks = run->grips[i].resting)) {
@@ -102,17 +110,56 @@ static void put_parts(omniroll_run_t *run, parts_at_rest_t *rest, cones_t *probl
             rest->broken[rest->count] = own_bearings(run)[k].released != 0;
             rest->which[rest->count++] = k;
         }
-    problem->count = rest->count, problem->width = 2 - SET_FIRST_DIRECTION;
-    problem->wide = SET_STANDS_BOTH_WAYS ? rest->contacts : rest->count;
+    problem->count = rest->count, problem->width = 2 - SET_FIRST_DIRECTION, problem->wide = rest->contacts;
+    problem->apart = 0;
+#if SET_DISKS_STICK
+    while (problem->count > rest->contacts && is_free_roller(run, work, rest->which[problem->count - 1]))
+        problem->count--, problem->apart++;
+#endif
+}
+
+#endif
+
+#if SET_DISKS_STICK
+/* Free rollers at rest meet the other parts through nu_3' alone: what that gives their rates, and what torques do. */
+static void put_apart(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, elements_t *problem)
+{
+    lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(1)}, chi[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+    for (int c = 0; c < work->core; c++)
+        work->core_here[c] = lanes_of(0);
+    own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, nu, chi, work->core_here, work->own.rate);
+    for (int k = 0; k < problem->apart; k++) {
+        problem->yaw[k] = work->own.rate[rest->which[problem->count + k]][0];
+        problem->mobility[k] = 1/run->roller_inertia;
+    }
+}
+
+/* Their accelerations where nothing holds them, and what nu_3' is moved by per force that it meets. */
+static void put_free_apart(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const lanes_t *push,
+                           elements_t *problem)
+{
+    lanes_t nu_dot[3];
+    int most = 0;
+    for (int k = 0; k < problem->apart; k++)
+        most = fabs(problem->yaw[k]) > fabs(problem->yaw[most]) ? k : most;
+    turn_free(run, work);
+    const double by = typical_of(run, rest, problem->count + most);
+    work->own.torque[rest->which[problem->count + most]][1] += by;
+    rates_of_free(run, work, push, nu_dot);
+    const double moved = by*problem->yaw[most];
+    problem->yaw_yaw = moved != 0 ? (nu_dot[2][1] - nu_dot[2][0])/moved : 0;
+    for (int k = 0; k < problem->apart; k++)
+        problem->apart_given[k] = work->own.dot[rest->which[problem->count + k]][0];
 }
 #endif
 
-/* D and a of the problem (rule 4); a bearing has one component, and where rollers have no part one more that nothing
- * acts on. */
-static void put_problem(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, cones_t *problem)
+/* D and a of the problem (rule 4). */
+static void put_problem(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, elements_t *problem)
 {
     const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
-    lanes_t given[2*MOST_WHEELS];
+    lanes_t given[2*MOST_WHEELS], nu_dot[3];
     forces_now(run, work, given);
     put_corners_now(run, work, given);
     for (int first = 0; first < size; first += LANES - 1) {
@@ -122,34 +169,40 @@ static void put_problem(const omniroll_run_t *run, const work_t *work, const par
         turn_free(run, work);
         for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
             const int j = first + lane - 1, part = part_of(wide, width, j), c = j - forces_at(wide, width, part);
-            by[lane] = typical_of(run, rest, part, c);
+            by[lane] = typical_of(run, rest, part);
             if (part < contact_parts(rest))
                 push[2*rest->which[part] + direction_of(rest, part, c)][lane] += by[lane];
             else
                 work->own.torque[rest->which[part]][lane] += by[lane];
         }
-        rates_of_free(run, work, push);
+        rates_of_free(run, work, push, nu_dot);
         for (int j = 0; j < size; j++) {
             const int part = part_of(wide, width, j);
             const lanes_t rate = rate_of_part(run, work, rest, part, j - forces_at(wide, width, part));
             problem->given[j] = rate[0];
             for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
-                problem->matrix[j*size + first + lane - 1] = by[lane] > 0 ? (rate[lane] - rate[0])/by[lane] : 0;
+                problem->matrix[j*size + first + lane - 1] = (rate[lane] - rate[0])/by[lane];
         }
+        for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
+            problem->yaw_rows[first + lane - 1] = (nu_dot[2][lane] - nu_dot[2][0])/by[lane];
     }
+#if SET_DISKS_STICK
+    if (problem->apart) {
+        put_apart(run, work, rest, problem);
+        put_free_apart(run, work, rest, given, problem);
+    }
+#endif
     for (int j = 0; j < size; j++)
         for (int l = 0; l < j; l++)
             problem->matrix[j*size + l] = problem->matrix[l*size + j]
                 = (problem->matrix[j*size + l] + problem->matrix[l*size + j])/2;
-    for (int j = rest->contacts*width + 1; j < size && width == 2 && SET_STANDS_ALONE; j += 2)
-        problem->matrix[j*size + j] = problem->matrix[(j - 1)*size + j - 1];
 }
 
 #if !SET_STRIPS
 /* What the parts can take: those that have broken away slide. */
-static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, cones_t *problem)
+static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, elements_t *problem)
 {
-    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
+    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, rest->count);
     double most = 0;
     for (int j = 0; j < size; j++) {
         const int part = part_of(wide, width, j), k = rest->which[part], c = j - forces_at(wide, width, part);
@@ -159,58 +212,19 @@ static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, 
                 *(rest->broken[part] ? grip->sliding : grip->staying)[SET_FIRST_DIRECTION + c];
         } else {
             const omniroll_bearing_t *const bearing = own_bearings(run) + k;
-            problem->reach[j] = c ? 1 : rest->broken[part] ? bearing->sliding : bearing->holding;
+            problem->reach[j] = rest->broken[part] ? bearing->sliding : bearing->holding;
         }
         most = fmax(most, problem->reach[j]);
     }
     for (int j = 0; j < size; j++)
         problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*most);
-}
-
-#if SET_STANDS_BOTH_WAYS
-#define AMPLE 8                     /* times what bearings may be asked for                                 */
-
-/* Bearings that can take far more than they may be asked for are measured by that. */
-static void put_less(cones_t *problem)
-{
-    const int first = forces_at(problem->wide, problem->width, problem->wide);
-    const int size = forces_at(problem->wide, problem->width, problem->count);
-    double most = 0;
-    for (int j = 0; j < size; j++) {
-        double asked = fabs(problem->given[j]);
-        for (int k = 0; k < first; k++)
-            asked += fabs(problem->matrix[j*size + k])*problem->whole[k];
-        problem->reach[j] = j < first ? problem->whole[j]
-            : fmin(problem->whole[j], AMPLE*asked/problem->matrix[j*size + j]);
-        most = fmax(most, problem->reach[j]);
-    }
-    for (int j = 0; j < size; j++)
-        problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*most);
-}
-#endif
-
-/* The forces of contacts and torques of bearings at rest, by what they can take. */
-static void decide_parts(cones_t *problem)
-{
-#if SET_STANDS_BOTH_WAYS
-    const int first = forces_at(problem->wide, problem->width, problem->wide);
-    const int size = forces_at(problem->wide, problem->width, problem->count);
-    int too_little = 0;
-    memcpy(problem->whole, problem->reach, sizeof *problem->reach*(size_t)size);
-    put_less(problem);
-    decide_semidefinite(problem);
-    for (int j = first; j < size; j++)
-        too_little |= fabs(problem->force[j]) >= problem->reach[j]*(1 - USED) && problem->reach[j] < problem->whole[j];
-    memcpy(problem->reach, problem->whole, sizeof *problem->reach*(size_t)size);
-    if (!too_little)
-        return;
-#endif
-    decide_semidefinite(problem);
+    for (int k = 0; k < problem->apart; k++)
+        problem->bound[k] = problem->reach[size - problem->apart + k];
 }
 #endif
 
 /* The mode of a bearing from the last round. */
-static void take_bearing_mode(omniroll_bearing_t *bearing, const cones_t *problem, int part, int slips)
+static void take_bearing_mode(omniroll_bearing_t *bearing, const elements_t *problem, int part, int slips)
 {
     const int j = forces_at(problem->wide, problem->width, part);
     const int at_bound = -bearing->released*problem->force[j] >= problem->reach[j]*(1 - AT_EDGE);
@@ -223,19 +237,14 @@ static void take_bearing_mode(omniroll_bearing_t *bearing, const cones_t *proble
 /* Which of the contacts and bearings at rest give way, by rounds (rule 4). */
 static void decide_together(omniroll_run_t *run, const work_t *work)
 {
-#if SET_STANDS_BOTH_WAYS
-    cones_t *const problem = work->problem;
+    elements_t *const problem = work->problem;
     parts_at_rest_t *const rest = work->at_rest;
-#else
-    cones_t own_problem, *const problem = &own_problem;
-    parts_at_rest_t own_rest, *const rest = &own_rest;
-#endif
     int further;
-    put_parts(run, rest, problem);
+    put_parts(run, work, rest, problem);
     put_problem(run, work, rest, problem);
     do {
         put_reaches(run, rest, problem);
-        decide_parts(problem);
+        decide_elements(problem);
         further = 0;
         for (int k = 0; k < rest->count; k++) {
             rest->slips[k] = begins_to_slip(problem, k);
@@ -245,7 +254,8 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
     } while (further);
     for (int k = 0; k < rest->count; k++)
         if (k < rest->contacts)
-            take_mode(run->grips + rest->which[k], problem, k, rest->slips[k], run->grips[rest->which[k]].released);
+            take_mode(run->grips + rest->which[k], problem, k, rest->slips[k],
+                      run->grips[rest->which[k]].released ? AT_EDGE : 0);
         else
             take_bearing_mode(own_bearings(run) + rest->which[k], problem, k, rest->slips[k]);
 }

@@ -86,7 +86,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
 /* ---- what rests is decided together --------------------------------------------------------------------------- */
 
 /* What rests: contacts both ways, contacts along the rolling direction alone, whose rollers turn, and axles. */
-static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *rest, cones_t *problem)
+static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *rest, elements_t *problem)
 {
     const omniroll_bearing_t *const rollers = in_series(run, work);
     rest->count = 0;
@@ -130,7 +130,7 @@ static double left_beside_bearing(const omniroll_run_t *run, int i, const double
 
 /* Half-axes of the ellipses, and what the strips leave of them. */
 static void put_reaches(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const double *arm,
-                        const double *taken, cones_t *problem)
+                        const double *taken, elements_t *problem)
 {
     const int size = forces_at(problem->wide, problem->width, problem->count);
     double most = 0;
@@ -169,7 +169,7 @@ static void take_way(omniroll_grip_t *grip, int sticks, double axle, double roll
 }
 
 /* The modes of a contact that rests both ways and of its roller, from the last round. */
-static void take_pair(omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const cones_t *problem,
+static void take_pair(omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const elements_t *problem,
                       int part)
 {
     const double *const force = problem->force + 2*part, *const reach = problem->reach + 2*part;
@@ -187,7 +187,7 @@ static void take_pair(omniroll_run_t *run, const work_t *work, const parts_at_re
 }
 
 /* The mode of a contact whose roller turns, from the last round. */
-static void take_rolling(omniroll_grip_t *grip, const cones_t *problem, int part, int slips)
+static void take_rolling(omniroll_grip_t *grip, const elements_t *problem, int part, int slips)
 {
     const int j = forces_at(problem->wide, problem->width, part);
     const int used = grip->released && fabs(problem->force[j]) >= problem->reach[j]*(1 - USED);
@@ -195,7 +195,7 @@ static void take_rolling(omniroll_grip_t *grip, const cones_t *problem, int part
 }
 
 /* What gives way in a round; whether something does that has not before. */
-static int give_way(const cones_t *problem, parts_at_rest_t *rest)
+static int give_way(const elements_t *problem, parts_at_rest_t *rest)
 {
     int further = 0;
     for (int k = 0; k < rest->count; k++) {
@@ -234,7 +234,7 @@ static int stop_rollers(omniroll_run_t *run, const work_t *work, const parts_at_
 /* Which of what rests gives way, by rounds (rule 3). */
 static void decide_together(omniroll_run_t *run, const work_t *work)
 {
-    cones_t *const problem = work->problem;
+    elements_t *const problem = work->problem;
     parts_at_rest_t *const rest = work->at_rest;
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], taken[MOST_WHEELS];
     put_parts(run, work, rest, problem);
@@ -249,7 +249,7 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
             return;
         }
         put_reaches(run, work, rest, arm, taken, problem);
-        decide_semidefinite(problem);
+        decide_elements(problem);
     } while (give_way(problem, rest));
     for (int k = 0; k < rest->count; k++)
         if (k < rest->contacts)

@@ -10,6 +10,9 @@ typedef struct {
 #if SET_IS_COUPLED
     coupled_t coupled_speeds;
 #endif
+#if SET_DECIDES
+    elements_t *problem;            /* which of what is at rest sticks                                       */
+#endif
 #if SET_GRIPS
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
@@ -27,9 +30,10 @@ typedef struct {
     lanes_t *held_force;
     standing_t *standing;
 #endif
+#if SET_STANDS
+    parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant                                  */
+#endif
 #if SET_STANDS_BOTH_WAYS
-    parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
-    cones_t *problem;
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
 #endif
 #if SET_OWN_BEARINGS
@@ -41,43 +45,41 @@ typedef struct {
 #endif
 } work_t;
 
-#if SET_STANDS_BOTH_WAYS
-/* Room for `bearings` beside contacts. */
-static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long bearings)
+#if SET_DECIDES
+/* Room for contacts and `bearings` at rest, and free rollers `apart`, as elements of friction. */
+static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bearings, int apart)
 {
-    const long long count = wheels + bearings, forces = 2*wheels + bearings, rows = forces + count;
-    int *const has_part = numbers_part(parts, bearings);
-    work->at_rest = numbers_part(parts, (long long)(sizeof(parts_at_rest_t)/sizeof(double)) + 1);
-    work->problem = numbers_part(parts, (long long)(sizeof(cones_t)/sizeof(double)) + 1);
-    int *const which[5] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count),
-                           numbers_part(parts, count), numbers_part(parts, count)};
-    double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
-                                numbers_part(parts, rows*rows)};
-    enum { VECTORS = 15 };
-    double *vectors[VECTORS];
-    for (int k = 0; k < VECTORS; k++)
-        vectors[k] = numbers_part(parts, rows);
+    const int count = contacts + bearings, forces = 2*contacts + bearings;
+    const long long doubles = (long long)sizeof(double);
+    work->problem = numbers_part(parts, (long long)sizeof(elements_t)/doubles + 1);
+    elements_t problem = {
+        .matrix = numbers_part(parts, (long long)forces*forces), .given = numbers_part(parts, forces),
+        .reach = numbers_part(parts, forces + apart), .force = numbers_part(parts, forces + apart),
+        .rate = numbers_part(parts, forces + apart), .pull = numbers_part(parts, count + apart),
+        .powers = numbers_part(parts, 2*count + apart), .state = numbers_part(parts, count + apart),
+        .mobility = numbers_part(parts, apart), .yaw = numbers_part(parts, apart),
+        .apart_given = numbers_part(parts, apart), .bound = numbers_part(parts, apart),
+        .yaw_rows = numbers_part(parts, forces), .equality = numbers_part(parts, 3*forces),
+        .wanted = numbers_part(parts, 3), .width = 1,
+        .element = numbers_part(parts, count*((long long)sizeof(friction_element_t)/doubles + 1)),
+        .memory = numbers_part(parts, (long long)friction_memory(forces, count, apart, 3)/doubles + 1),
+    };
+#if SET_STANDS
+    work->at_rest = numbers_part(parts, (long long)sizeof(parts_at_rest_t)/doubles + 1);
+    const int parts_most = count + apart;
+    parts_at_rest_t rest = {
+        .which = numbers_part(parts, parts_most), .broken = numbers_part(parts, parts_most),
+        .slips = numbers_part(parts, parts_most),
+    };
 #if SET_STRIPS
-    int *const of_rollers[3] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count)};
-    double *const strips[3] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count)};
+    rest.turned = numbers_part(parts, count), rest.turns = numbers_part(parts, count);
+    problem.strip = numbers_part(parts, count), problem.yields = numbers_part(parts, count);
 #endif
-    if (!work->problem)
-        return;
-    work->standing->has_part = has_part;
-    *work->at_rest = (parts_at_rest_t){.which = which[0], .broken = which[1], .slips = which[2]};
-    *work->problem = (cones_t){
-        .matrix = squares[0], .given = vectors[0], .reach = vectors[1], .force = vectors[2], .rate = vectors[3],
-        .pull = vectors[4], .first = vectors[5], .before = vectors[6], .own = vectors[7], .drawn = vectors[8],
-        .whole = vectors[14],
-        .discs = {.matrix = squares[1], .wanted = vectors[9], .place = vectors[10], .pull = vectors[11],
-                  .newton = {.system = squares[2], .step = vectors[12], .start = vectors[13], .slips = which[3],
-                             .slipping = which[4]},
-        }};
-#if SET_STRIPS
-    work->at_rest->turned = of_rollers[0], work->at_rest->turns = of_rollers[1];
-    work->problem->discs.edge = of_rollers[2], work->problem->discs.strip = strips[0];
-    work->problem->strip = strips[1], work->problem->yields = strips[2];
+    if (work->at_rest)
+        *work->at_rest = rest;
 #endif
+    if (work->problem)
+        *work->problem = problem;
 }
 #endif
 
@@ -118,6 +120,7 @@ static void lay_out_ground(work_t *work, parts_t *parts, int wheels)
 /* What holds bearings, or contacts and bearings, at rest. */
 static void lay_out_holding(work_t *work, parts_t *parts, int wheels)
 {
+    (void)wheels;
 #if SET_HOLDS
     work->held_force = lanes_part(parts, 3);
     const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
@@ -171,7 +174,9 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.bounds = numbers_part(parts, own);
 #endif
 #if SET_STANDS_BOTH_WAYS
-    lay_out_standing(work, parts, wheels, own);
+    int *const has_part = numbers_part(parts, own);
+    if (work->standing)
+        work->standing->has_part = has_part;
     work->shared_rows = lanes_part(parts, (long long)NODES*wheels*wheels*BLOCKS);
     work->shared_row = numbers_part(parts, (long long)NODES*wheels);
     work->shared_turn = lanes_part(parts, (long long)wheels*BLOCKS);
@@ -202,6 +207,14 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #endif
 #if SET_OWN_BEARINGS
     lay_out_bearings(work, &parts, wheels, rollers);
+#endif
+#if SET_STANDS
+    const int apart = SET_DISKS_STICK ? (int)axial : 0;
+    lay_out_at_rest(work, &parts, wheels, (int)most_own_bearings(wheels, rollers) - apart, apart);
+#elif SET_HOLDS
+    lay_out_at_rest(work, &parts, 0, SET_BEARINGS*wheels, SET_SPINS_STICK ? (int)axial : 0);
+#elif SET_DECIDES
+    lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, SET_DISKS_STICK ? (int)axial + wheels : 0);
 #endif
 #if SET_SPINS_STICK
     work->per_yaw = numbers_part(&parts, axial);
