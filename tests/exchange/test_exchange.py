@@ -13,7 +13,7 @@ from omniroll import cli
 from omniroll.exchange.bodies import bodies_of
 from omniroll.exchange.importing import import_vehicle
 from omniroll.exchange.mjcf import to_mjcf
-from omniroll.exchange.run_in_mujoco import run_in_mujoco
+from omniroll.exchange.run_in_mujoco import left_out, run_in_mujoco
 from omniroll.robots.catalogue import ROBOTS, robot
 
 from .urdf import CYLINDER, NUMBERS, joint, link, urdf
@@ -236,3 +236,42 @@ def test_cylinders_of_wheels_are_no_rollers(read):
     text += joint("a", "base_link", "w", (0.1, 0, 0)) + "</robot>"
     with pytest.raises(omniroll.InvalidValueError, match="it has hinges of w"):
         read(text)
+
+
+SKID = """[vehicle]
+preset = 'robot-soccer-kit'
+[start]
+nu = [6, 0, 0]
+[run]
+duration = 0.02
+[contact]
+law = 'coulomb'
+friction = 0.3
+wheel_rates = 0
+[reactions]
+height = 0.05
+"""
+
+
+def test_a_comparison_takes_friction_and_height_from_the_contact(mujoco, tmp_path, capsys):
+    path, output = tmp_path / "scene.toml", tmp_path / "out"
+    path.write_text(SKID)
+    assert cli.main(["compare", str(path), "--with", "mujoco", "--spheres", "1", "--output", str(output), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["friction"] == 0.3 and summary["height"] == 0.05 and not summary["left_out"]
+    model = mujoco.MjModel.from_xml_path(str(output / "model.xml"))
+    assert (model.geom_friction[1:, 0] == 0.3).all()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.subtree_com[1, 2] == pytest.approx(0.05, rel=1e-12)
+    run = omniroll.run(omniroll.load_scene(path))
+    other = run_in_mujoco(run, run.t[[0]] + [0.0, 0.01], 2e-4, spheres=1)
+    assert np.abs(other.wheel_rates[0]).max() == 0  # the wheels stand at the start
+    assert other.nu[1, 0] < other.nu[0, 0]
+
+
+def test_what_the_contact_of_a_scene_and_mujoco_do_not_share():
+    run = omniroll.simulate(
+        robot("robot-soccer-kit").vehicle, nu=(1, 0, 0), duration=0.01, effects=[omniroll.Contact(coefficient=5.0)]
+    )
+    assert any("is viscous, MuJoCo's is Coulomb's" in words for words in left_out(run))

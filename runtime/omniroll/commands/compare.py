@@ -35,8 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--friction",
         type=float,
         metavar="X",
-        default=FRICTION,
-        help=f"friction between rollers and ground; default: {FRICTION}",
+        help=f"friction between rollers and ground; default: that of the scene's [contact], or {FRICTION}",
     )
     parser.add_argument(
         "--spheres", type=int, metavar="N", default=FINE_SPHERES, help=f"spheres for a roller; default: {FINE_SPHERES}"
@@ -81,7 +80,8 @@ def text(summary: dict[str, Any]) -> str:
     """The summary for people."""
     lines = [
         f"{summary['scene']}: {summary['roller_model']} rollers, {summary['switches']} switches, a way of "
-        f"{summary['way']:.4g} m; MuJoCo has a body for each roller, contacts that give way and friction",
+        f"{summary['way']:.4g} m; MuJoCo has a body for each roller, contacts that give way and a friction of "
+        f"{summary['friction']:g}",
         *(f"besides, {words}" for words in summary["left_out"]),
     ]
     for other in summary["runs"]:

@@ -28,6 +28,7 @@ def to_mjcf(
     armature: float = 0.0,
     roller_damping: float = 0.0,
     bodies: Bodies | None = None,
+    height: float | None = None,
 ) -> str:
     """The text of an MJCF file: the vehicle on a plane, in the position where the middles of rollers touch.
 
@@ -39,6 +40,7 @@ def to_mjcf(
     armature        in kg m^2, inertia that motors add at each wheel's axle
     roller_damping  in N m s, of each roller's axle
     bodies          Bodies; None: those that bodies_of finds
+    height          in m, of the centre of mass of the whole above the ground; None: the axles' height
 
     A roller is a row of spheres that touch its barrel from inside: each roller touches the plane at one place, where a
     mesh would rest on several vertices, which resists its rolling. Joints are named wheel1, roller1_1 and so on, and
@@ -59,6 +61,7 @@ def to_mjcf(
     roller_damping = validation.not_negative("roller_damping", roller_damping)
     if not isinstance(bodies, Bodies | None):
         raise InvalidValueError("bodies", bodies, "must be Bodies or None")
+    height = None if height is None else validation.positive("height", height)
     made = bodies_of(vehicle) if bodies is None else bodies
     root = Element("mujoco", model="omniroll")
     SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
@@ -74,7 +77,9 @@ def to_mjcf(
     base = SubElement(world, "body", name="platform", pos=_text(0, 0, vehicle.wheel_radius))
     SubElement(base, "freejoint")
     across = made.platform_transverse_inertia
-    _inertial(base, made.platform_mass, (across, across, made.platform_inertia), (*made.platform_place, 0))
+    above = 0.0 if height is None else height - vehicle.wheel_radius  # of the axles, where wheels have their centres
+    place = (*made.platform_place, above * vehicle.mass / made.platform_mass)
+    _inertial(base, made.platform_mass, (across, across, made.platform_inertia), place)
     actuators = SubElement(root, "actuator")
     slants = np.linspace(-math.pi, math.pi, spheres) / vehicle.rollers_per_wheel
     places = vehicle.places()

@@ -9,10 +9,10 @@ import numpy as np
 
 from omniroll import extras
 from omniroll.effects.bearings import Bearings
+from omniroll.effects.contact import Contact
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.mjcf import SPHERES, UP, to_mjcf
-from omniroll.kernels.kernel import kernel
 from omniroll.results.trajectory import Trajectory
 
 PURPOSE = "a comparison with MuJoCo"
@@ -45,7 +45,12 @@ class MujocoRun:
 
 
 def run_in_mujoco(
-    trajectory: Trajectory, times: np.ndarray, step: float, friction: float, spheres: int = SPHERES
+    trajectory: Trajectory,
+    times: np.ndarray,
+    step: float,
+    friction: float | None = None,
+    spheres: int = SPHERES,
+    height: float | None = None,
 ) -> MujocoRun:
     """The bodies of a run's vehicle from the same start, driven by what its drives gave.
 
@@ -53,14 +58,15 @@ def run_in_mujoco(
                 the rates that MuJoCo finds
     times       (K,) increasing, in s, within the run
     step        in s, MuJoCo's time step
-    friction    coefficient between rollers and ground
+    friction    coefficient between rollers and ground; None: that of the run's Contact, or 1
     spheres     number of spheres that stand for a roller; of few it is a polygon, on which a wheel rolls unevenly
+    height      in m, of the centre of mass; None: that of the run's Contact, or the axles'
 
     Raises InvalidValueError where MuJoCo's simulation becomes unstable and for a step longer than the run,
     MissingPackageError without the extra `mujoco`.
     """
     mujoco = extras.needed("mujoco", "mujoco", PURPOSE)
-    text = _model_text(trajectory, step, friction, spheres)
+    text = _model_text(trajectory, step, friction, spheres, height)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     _start(data, trajectory)
@@ -98,11 +104,38 @@ def left_out(trajectory: Trajectory) -> list[str]:
             smooth = {"wheel_coulomb": not effect.sticks, "roller_coulomb": True}
             named = [name for name, absent in smooth.items() if absent and getattr(effect, name) is not None]
             texts += [f"{name} is not in MuJoCo's model" for name in named]
+        if isinstance(effect, Contact):
+            texts += _of_ground(effect)
     return texts
 
 
-def _model_text(trajectory: Trajectory, step: float, friction: float, spheres: int) -> str:
+def _of_ground(contact: Contact) -> list[str]:
+    """How the ground of a run differs from MuJoCo's."""
+    texts = []
+    if contact.friction is None:
+        texts.append(f"the ground's friction is {contact.law}, MuJoCo's is Coulomb's, with a coefficient of {FRICTION:g}")
+    elif np.ndim(contact.friction) and np.ptp(contact.friction):
+        texts.append("the ground's friction is an ellipse, MuJoCo's is a circle of its mean")
+    if contact.speed is not None:
+        texts.append("the ground's friction fades below a speed, MuJoCo's contacts give way")
+    if contact.static_friction is not None:
+        texts.append("static_friction is not in MuJoCo's model")
+    if contact.load is not None:
+        texts.append("the loads are given, MuJoCo's follow from the weight")
+    return texts
+
+
+def friction_of(trajectory: Trajectory) -> float:
+    """The coefficient between rollers and ground of a run; 1 where it has none."""
+    given = [e.friction for e in trajectory.effects.effects if isinstance(e, Contact) and e.friction is not None]
+    return float(np.mean(given[0])) if given else FRICTION
+
+
+def _model_text(
+    trajectory: Trajectory, step: float, friction: float | None, spheres: int, height: float | None
+) -> str:
     vehicle, effects = trajectory.vehicle, trajectory.effects
+    friction = friction_of(trajectory) if friction is None else friction
     options: dict[str, Any] = {"armature": effects.equipped(vehicle).wheel_inertia - vehicle.wheel_inertia}
     for effect in effects.effects:
         if isinstance(effect, Slope):
@@ -111,9 +144,13 @@ def _model_text(trajectory: Trajectory, step: float, friction: float, spheres: i
                 down * math.cos(effect.direction), down * math.sin(effect.direction),
                 -effect.gravity * math.cos(effect.angle),
             )  # fmt: skip
+        if isinstance(effect, Contact) and height is None:
+            height = effect.height
+        if isinstance(effect, Contact) and effect.normal_gravity is not None and "gravity" not in options:
+            options["gravity"] = (0.0, 0.0, -effect.normal_gravity)
         if isinstance(effect, Bearings) and effect.roller_viscous is not None:
             options["roller_damping"] = float(np.max(effect.roller_viscous))
-    return to_mjcf(vehicle, step=step, friction=friction, spheres=spheres, **{"gravity": UP} | options)
+    return to_mjcf(vehicle, step=step, friction=friction, spheres=spheres, height=height, **{"gravity": UP} | options)
 
 
 def _start(data: Any, trajectory: Trajectory) -> None:
@@ -125,7 +162,7 @@ def _start(data: Any, trajectory: Trajectory) -> None:
     c, s = math.cos(theta), math.sin(theta)
     data.qpos[:7] = x, y, vehicle.wheel_radius, math.cos(theta / 2), 0, 0, math.sin(theta / 2)
     data.qvel[:6] = forward * c - left * s, forward * s + left * c, 0, 0, 0, nu[2] / vehicle.yaw_scale
-    rates = kernel(vehicle, "massless", "python").wheel_speeds(nu)
+    rates = trajectory.measure(trajectory.t[:1], names=("wheel_rate",))["wheel_rate"][0]
     spins = trajectory.spins
     for i in range(vehicle.wheels):
         wheel = data.joint(f"wheel{i + 1}")

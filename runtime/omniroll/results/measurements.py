@@ -163,13 +163,25 @@ def _of_drives(
     bound: Kernel, effects: EffectSet, drives: Mapping[str, np.ndarray], rate: np.ndarray
 ) -> dict[str, np.ndarray]:
     torque = drives.get("torque", 0.0) - drives.get("damping", 0.0) * rate
-    found = {"net_torque": torque + drives.get("bearing_torque", 0.0) + np.zeros_like(rate)}
+    bearings = drives.get("bearing_torque", 0.0) + _smooth_friction(bound, rate)
+    found = {"net_torque": torque + bearings + np.zeros_like(rate)}
     acting = [e for e in effects.effects if "drive" in e.kernel_effects() and getattr(e, "output", "") != "voltage"]
     if len(acting) == 1 and isinstance(acting[0], Motor):
         _, per_volt, lost_per_rate, _, margins_per_volt, _ = bound.motor_laws(np.full(bound.wheels, MODES[LINEAR]))
         found["motor_current"] = torque * (margins_per_volt[..., 0] / per_volt)  # the first margin is of the current
         found["motor_voltage"] = (torque + lost_per_rate * rate) / per_volt
     return found
+
+
+def _smooth_friction(bound: Kernel, rate: np.ndarray) -> np.ndarray:
+    """Torques (T, N) of axles' bearings that depend on the rate alone: viscous ones, and Coulomb's where they fade."""
+    torque, known = np.zeros_like(rate), bound.constant_names
+    if "axle_damping" in known:
+        torque = torque - bound.constant("axle_damping") * rate
+    if "axle_fade_speed" in known:
+        slip = rate / np.sqrt(rate**2 + bound.constant("axle_fade_speed")[..., None] ** 2)
+        torque = torque - bound.constant("axle_torque") * slip
+    return torque
 
 
 def _felt(bound: Kernel, effects: EffectSet, moments: Moments, place: tuple[float, float]) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from omniroll import extras
-from omniroll.exchange.run_in_mujoco import FINE_SPHERES, FRICTION, STEP, MujocoRun, left_out, run_in_mujoco
+from omniroll.exchange.run_in_mujoco import FINE_SPHERES, STEP, MujocoRun, friction_of, left_out, run_in_mujoco
 from omniroll.results import pictures
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, run
@@ -15,6 +15,7 @@ from omniroll.scenes.loading import Scene, run
 ROWS = 401  # times at which the motions are compared
 SHOWN = 6  # of them in the table
 FINER = 2  # the second run's step is smaller by this factor, and shows what the step does
+NO_HEIGHT = "the scene has no height of the centre of mass, MuJoCo's is as high as the axles"
 COLUMNS = ("t", "place", "heading", "speed")
 
 
@@ -25,11 +26,15 @@ class Beside:
     scene       its name
     trajectory  of this project
     others      MuJoCo's, the larger step first
+    friction    coefficient between rollers and ground in MuJoCo
+    height      of the centre of mass there, in m; None: as high as the axles
     """
 
     scene: str
     trajectory: Trajectory
     others: tuple[MujocoRun, ...]
+    friction: float
+    height: float | None
 
     def distances(self, other: MujocoRun) -> np.ndarray:
         """(K, 4) times in s, and how far apart are the places of S in m, the headings in rad, its speeds in m/s."""
@@ -46,7 +51,9 @@ class Beside:
             "roller_model": self.trajectory.roller_model,
             "switches": len(self.trajectory.switches),
             "way": float(np.linalg.norm(np.diff(pose[:, :2], axis=0), axis=1).sum()),
-            "left_out": left_out(self.trajectory),
+            "friction": self.friction,
+            "height": self.height,
+            "left_out": left_out(self.trajectory) + ([] if self.height is not None else [NO_HEIGHT]),
             "runs": [self._summary_of(other) for other in self.others],
         }
 
@@ -93,7 +100,7 @@ def beside_mujoco(
     scene: Scene,
     *,
     step: float = STEP,
-    friction: float = FRICTION,
+    friction: float | None = None,
     spheres: int = FINE_SPHERES,
     duration: float | None = None,
 ) -> Beside:
@@ -101,7 +108,7 @@ def beside_mujoco(
 
     scene     Scene
     step      in s, MuJoCo's larger step
-    friction  coefficient between rollers and ground
+    friction  coefficient between rollers and ground; None: that of the scene's [contact], or 1
     spheres   number of spheres that stand for a roller in MuJoCo's model
     duration  in s, in place of the scene's
 
@@ -109,5 +116,7 @@ def beside_mujoco(
     """
     own = run(scene, **({} if duration is None else {"duration": duration}))
     times = np.linspace(own.t[0], own.t[-1], ROWS)
-    others = (run_in_mujoco(own, times, size, friction, spheres) for size in (step, step / FINER))
-    return Beside(scene.name, own, tuple(others))
+    friction = friction_of(own) if friction is None else friction
+    height = scene.tables.get("contact", {}).get("height", scene.tables.get("reactions", {}).get("height"))
+    others = (run_in_mujoco(own, times, size, friction, spheres, height) for size in (step, step / FINER))
+    return Beside(scene.name, own, tuple(others), friction, height)
