@@ -1,92 +1,127 @@
-"""What Coulomb's friction as the set-valued law asks of each row of a run, as residuals.
+"""A judge that knows no modes: what the laws of friction ask of each element in each row of a run.
 
-They are computed from the speeds and the forces of a row by the formulas of docs/ground-contact.md and the geometry of
-`Vehicle.paper()`; nothing of the package's own rules is used.
-
-Forces are relative to coefficient times load, and where that is less, times the wheel's share of the weight: a load
-may vanish. Slips are relative to the largest speed so far: a vehicle that comes to rest is left with roundings of the
-speeds that it had. So is the slip across the force's normal to the ellipse: a slip that is rounding itself has no
-direction that could be known, and any force of the ellipse is then one of maximal dissipation.
+Speeds of the elements and their rows are those of vehicles whose wheels stand on rays from the centre. Coordinates are
+the centre's velocity along and across the platform, its yaw rate, the wheels' rates and the spins of the rollers in
+contact. Written down from the geometry of paper.md; nothing of the package's rules is used.
 """
 
-from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from omniroll import Contact, Vehicle
-from omniroll.results.trajectory import Trajectory
+from omniroll import Bearings, Contact, Trajectory, Vehicle
 
 
-def residuals(vehicle: Vehicle, ground: Contact, run: Trajectory, weight: float) -> Mapping[str, np.ndarray]:
-    """(T, N) of each part of the law, by name; weight in N, of the whole vehicle across the ground."""
-    free = run.roller_model == "free"
-    own = slice(0, 2) if free else slice(1, 2)  # massless rollers do not slip along their axles
-    slip, speeds = slips(vehicle, run)
-    slip, force = slip[..., own], run.ground_force[..., own]
-    sliding, static = (
-        np.broadcast_to(friction, (*run.sticks.shape, 2))[..., own]
-        for friction in (ground.friction, ground.static_friction or ground.friction)
-    )
-    carries, load, found = loads(vehicle, ground, run, weight)
-    slides, off = carries & ~run.sticks, ~carries
-    size = np.maximum(load, weight / vehicle.wheels)  # a load may vanish
-    used, slid = (np.linalg.norm(force / friction, axis=-1) for friction in (static, sliding))
-    normal = force / sliding**2  # of the ellipse, at the force
-    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
-    across = np.abs(slip[..., 0] * normal[..., -1] - slip[..., -1] * normal[..., 0]) if free else 0 * speeds
-    along = (slip * normal).sum(axis=-1)
+def speeds_at(vehicle: Vehicle, at: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(T, N, 2) slips in m/s, which are zero where wheels cannot slip, and (T, N) rates of the wheels in rad/s.
 
-    def where(modes, values):
-        return np.where(modes, values, 0.0)
-
-    return found | {
-        "off: no force": where(off, np.linalg.norm(force, axis=-1) / (sliding.max(axis=-1) * weight)),
-        "sticks: within the ellipse": where(run.sticks & carries, np.maximum(used - load, 0) / size),
-        "sticks: no slip": where(run.sticks, np.linalg.norm(slip, axis=-1) / speeds),
-        "slips: on the ellipse": where(slides, np.abs(slid - load) / size),
-        "slips: the normal is along the slip": where(slides, across / speeds),
-        "slips: against it": where(slides, np.maximum(along, 0) / speeds),
-    }
+    at  rows of a run, or samples, in one dimension of times
+    """
+    slip = np.zeros((*at.chi.shape, 2)) if at.slip is None else at.slip
+    return slip, (slip[..., 1] - carried(vehicle, at.nu)) / vehicle.wheel_radius
 
 
-def slips(vehicle: Vehicle, run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """(T, N, 2) in m/s, of wheels on rays from the centre; (T, 1), the largest speed that has been in one so far."""
-    radius, reach = vehicle.platform_radius, vehicle.wheel_radius
+def carried(vehicle: Vehicle, nu: np.ndarray) -> np.ndarray:
+    """(T, N) in m/s, velocities of the wheels' centres along the rolling directions."""
     alpha = np.asarray(vehicle.wheel_angles)
-    nu_1, nu_2, nu_3 = (run.nu[:, k, None] for k in range(3))
-    yaw, rates = nu_3 / vehicle.yaw_scale, run.quantity("rates")
-    rolling = reach * rates - radius * (nu_1 * np.sin(alpha) - nu_2 * np.cos(alpha)) + radius * yaw
-    platform = np.abs(np.column_stack([run.nu[:, :2], yaw])).max(axis=1)
-    made_of = [radius * platform, reach * np.abs(rates).max(axis=1)]
-    along = np.zeros_like(rolling)
-    if run.roller_model == "free":
-        rho, omega = reach * np.cos(run.chi) - vehicle.roller_axis_radius, run.quantity("contact_omega")
-        along = radius * (nu_1 * np.cos(alpha) + nu_2 * np.sin(alpha)) - rho * (omega - yaw * np.sin(run.chi))
-        made_of.append((np.abs(rho) * np.abs(omega)).max(axis=1))
-    largest = np.maximum.accumulate(np.max(made_of, axis=0))[:, None]
-    return np.stack([along, rolling], axis=-1), np.where(largest > 0, largest, 1.0)
+    across = nu[..., 1, None] * np.cos(alpha) - nu[..., 0, None] * np.sin(alpha)
+    return vehicle.platform_radius * (across + nu[..., 2, None] / vehicle.yaw_scale)
 
 
-def loads(
-    vehicle: Vehicle, ground: Contact, run: Trajectory, weight: float
-) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Which contacts carry (T, N), the loads (T, N) in N, and the residuals of loads that follow the motion: they push,
-    are together the weight, and share it as equal springs under a plane, which pulls where a contact is off."""
-    load = run.ground_load
-    if ground.loads == "static":
-        return load > 0, load, {}
-    names = run.effects.drives()
-    carries = run.drive[:, names.index("carries")] > 0.5
-    places = np.column_stack([np.ones(vehicle.wheels), vehicle.places()])
-    planes = np.array([places @ np.linalg.lstsq(places[on], found[on], rcond=None)[0] for on, found in
-                       zip(carries, load, strict=True)])  # fmt: skip
-    return (
-        carries,
-        load,
-        {
-            "load: pushes": np.where(carries, np.maximum(-load, 0), np.abs(load)) / weight,
-            "load: of a plane": np.where(carries, np.abs(load - planes), 0) / weight,
-            "load: off where the plane pulls": np.where(carries, 0, np.maximum(planes, 0)) / weight,
-            "load: the weight": np.abs(load.sum(axis=1, keepdims=True) - weight) / weight + 0 * load,
-        },
-    )
+def contact_rows(vehicle: Vehicle, chi: np.ndarray) -> np.ndarray:
+    """(4 N, 3 + 2 N) of slips along axles, along rolling directions, of the wheels' rates, of spins in contact."""
+    wheels, alpha = vehicle.wheels, np.asarray(vehicle.wheel_angles)
+    rho = vehicle.wheel_radius * np.cos(chi) - vehicle.roller_axis_radius
+    none, each = np.zeros((wheels, 1)), np.eye(wheels)
+    nothing = np.zeros((wheels, wheels))
+    along = np.hstack([np.cos(alpha)[:, None], np.sin(alpha)[:, None], none, nothing, -np.diag(rho)])
+    rolling = np.hstack([-np.sin(alpha)[:, None], np.cos(alpha)[:, None], none + vehicle.platform_radius,
+                         vehicle.wheel_radius * each, nothing])  # fmt: skip
+    axles, rollers = (np.hstack([np.zeros((wheels, 3)), *parts]) for parts in ((each, nothing), (nothing, each)))
+    return np.vstack([along, rolling, axles, rollers])
+
+
+# ---- the judge -------------------------------------------------------------------------------------------------------
+
+
+def judged(run: Trajectory) -> dict[str, np.ndarray]:
+    """(T, N) residuals of the law of each element in the rows of a run, relative; of static loads.
+
+    No mode is read: an element obeys its law where it rests with a force that is admissible, or moves with the force
+    that its motion has. Elements that a run does not have are not named. Free rollers off the ground are not judged:
+    rows do not tell what their bearings take.
+    """
+    vehicle, effects = run.vehicle, run.effects.effects
+    ground = next((effect for effect in effects if isinstance(effect, Contact)), None)
+    bearings = next((effect for effect in effects if isinstance(effect, Bearings)), None)
+    slip, rates = speeds_at(vehicle, run)
+    size = largest_so_far(run, slip, rates)
+    series = run.roller_model == "massless" and "contact_bearing" not in run.effects.drives()
+    part = slice(1 if series else 0, 2)  # massless rollers slip along their axles where their bearings stick
+    found = {} if ground is None else {"contact": by_ground(run, ground, slip, size, part)}
+    reach = vehicle.wheel_radius - vehicle.roller_axis_radius
+    for name, column, turns, arm in (("axle", "bearing_torque", rates, vehicle.wheel_radius),
+                                     ("roller in contact", "contact_bearing", run.contact_spin, reach)):  # fmt: skip
+        if column in run.effects.drives():
+            body = "wheel" if name == "axle" else "roller"
+            sliding, static = (getattr(bearings, f"{body}_{what}") for what in ("coulomb", "break_away"))
+            torque = run.drive[:, run.effects.drives().index(column)]
+            found[name] = by_bearing(torque, turns * arm / size, sliding, sliding if static is None else static)
+    if ground is not None and run.roller_model == "massless":
+        found["series"] = in_series(run, bearings)
+    return found
+
+
+def largest_so_far(run: Trajectory, slip: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """(T, 1) in m/s, the largest speed that has been: what comes to rest is left with roundings of it."""
+    vehicle = run.vehicle
+    reach = vehicle.wheel_radius - vehicle.roller_axis_radius
+    turning = np.abs(rates).max(axis=1) * vehicle.wheel_radius, np.abs(run.contact_spin).max(axis=1) * reach
+    speeds = [np.abs(run.nu).max(axis=1) * vehicle.platform_radius, np.abs(slip).max(axis=(1, 2)), *turning]
+    found = np.maximum.accumulate(np.max(speeds, axis=0))[:, None]
+    return np.where(found > 0, found, 1.0)
+
+
+def by_bearing(torque: np.ndarray, speed: np.ndarray, sliding: Any, static: Any) -> np.ndarray:
+    """A torque of at most `static` at rest, of `sliding` against the motion; an interval."""
+    sliding, static = (np.broadcast_to(value, torque.shape) for value in (sliding, static))
+    rests = np.maximum(np.abs(speed), np.maximum(np.abs(torque) - static, 0) / sliding)
+    return np.minimum(rests, np.abs(torque + sliding * np.sign(speed)) / sliding + (speed == 0))
+
+
+def by_ground(run: Trajectory, ground: Contact, slip: np.ndarray, size: np.ndarray, part: slice) -> np.ndarray:
+    """The law of the ground: a smooth one, or an ellipse of admissible forces to which the slip is normal.
+
+    part  the directions, along the axle and along the rolling direction, in which friction acts
+    """
+    shape, load = run.ground_force.shape, run.ground_load
+    force, slip = run.ground_force[..., part], slip[..., part]
+    if ground.law == "viscous":
+        damping = np.broadcast_to(ground.coefficient, shape)[..., part]
+        return np.abs(force + damping * slip).max(axis=-1) / (damping.max() * size)
+    both = np.broadcast_to(ground.friction, shape)
+    sliding = both[..., part]
+    grown = np.linalg.norm(sliding * slip, axis=-1)
+    if ground.law == "regularised":
+        grip = load / np.sqrt(grown**2 + both.prod(axis=-1) * ground.speed**2)
+        return np.linalg.norm(force / sliding + grip[..., None] * sliding * slip, axis=-1) / load
+    static = both if ground.static_friction is None else np.broadcast_to(ground.static_friction, shape)
+    static = static[..., part]
+    used, slid = (np.linalg.norm(force / friction, axis=-1) / load for friction in (static, sliding))
+    rests = np.maximum(np.linalg.norm(slip, axis=-1) / size, np.maximum(used - 1, 0))
+    normal = force / sliding**2
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+    across = np.abs(slip[..., 0] * normal[..., -1] - slip[..., -1] * normal[..., 0]) / size
+    along = np.maximum((slip * normal).sum(axis=-1), 0) / size
+    return np.minimum(rests, np.maximum(np.abs(slid - 1), np.maximum(across, along)))
+
+
+def in_series(run: Trajectory, bearings: Bearings | None) -> np.ndarray:
+    """A massless roller passes on what its bearing takes: the ground's force along the axle, at its arm."""
+    vehicle, names = run.vehicle, run.effects.drives()
+    rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
+    torque = run.drive[:, names.index("contact_bearing")] if "contact_bearing" in names else 0.0
+    if bearings is not None and bearings.roller_viscous is not None:
+        torque = torque - bearings.roller_viscous * run.contact_spin
+    size = max(np.abs(run.ground_force).max(), 1e-300) * vehicle.wheel_radius
+    return np.abs(torque - rho * run.ground_force[..., 0]) / size

@@ -11,7 +11,7 @@ from reactions.test_newton_euler import call
 from scipy.optimize import minimize
 
 from contact.in_steps import assert_a_sweep_ends_where_its_runs_end
-from contact.laws import residuals
+from contact.laws import judged
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_rollers import all_spins, contact_torques
@@ -390,15 +390,8 @@ def scene(number):
 def assert_obeys_the_laws(vehicle, run, options, rows=None):
     """In each row, or in the first `rows`: forces in their ellipses, torques within their bounds and against the
     motion. And the ledger closes."""
-    ground, bearings, *_ = options["effects"]
-    for name, found in residuals(vehicle, ground, run, vehicle.mass * 9.8).items():
-        assert found[:rows].max(initial=0.0) <= 1e-12, name
-    spins, torques = run.contact_spin[:rows], contact_torques(run)[:rows]
-    assert (np.abs(torques) <= np.array(bearings.roller_break_away) * (1 + 1e-11)).all()
-    turning = np.abs(spins) > 1e-9 * max(np.abs(spins).max(), 1.0)
-    assert (torques == -np.sign(spins) * np.array(bearings.roller_coulomb))[turning].all()
-    if bearings.wheel_coulomb is not None:
-        assert (np.abs(axle_torques(run)[:rows]) <= np.array(bearings.wheel_break_away) * (1 + 1e-11)).all()
+    for name, found in judged(run).items():
+        assert found[:rows].max(initial=0.0) <= 5e-12, name
     scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
     assert abs(run.ledger.residual) <= 1e-7 * scale
 

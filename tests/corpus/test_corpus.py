@@ -1,0 +1,51 @@
+"""Scenes of every kind of friction go on as the corpus has kept them, but for those that are named with their reason.
+
+`python -m corpus` from tests/ runs all of them.
+"""
+
+import pytest
+
+from corpus import files
+from corpus.kinds import KINDS, name_of
+from corpus.replay import DIFFERS, differences
+
+QUICK = [("rolling", "free", "both"), ("viscous", "massless", "rollers"), ("coulomb", "free", "both"),
+         ("coulomb", "massless", "both")]  # fmt: skip
+FEW = 3  # scenes of a kind
+FOLLOWED = [("rolling", "locked", "axles"), ("regularised", "free", "both"), ("coulomb", "free", "both"),
+            ("coulomb", "massless", "both")]  # fmt: skip  # kinds whose derivatives are compared here
+MOST = 4e6  # bytes
+
+
+def assert_as_kept(kind, place, followed=False):
+    kept = files.read(kind)
+    numbers = [number for number, record in kept.items() if (len(record.derivatives) > 0) == followed]
+    found = differences(kind, numbers[place : place + FEW])
+    assert {number: told for number, told in found.items() if number not in DIFFERS.get(kind, {})} == {}
+
+
+@pytest.mark.parametrize("kind", QUICK, ids=name_of)
+def test_scenes_go_on_as_kept(kind):
+    assert_as_kept(kind, 0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in QUICK], ids=name_of)
+def test_scenes_of_the_other_kinds_go_on_as_kept(kind):
+    assert_as_kept(kind, 0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", FOLLOWED, ids=name_of)
+def test_derivatives_are_those_that_are_kept(kind):
+    assert_as_kept(kind, 0, followed=True)
+
+
+def test_the_corpus_has_every_kind_and_stays_small():
+    assert all(len(files.read(kind)) >= 20 for kind in KINDS)
+    assert sum(file.stat().st_size for file in files.FOLDER.iterdir()) <= MOST
+
+
+def test_what_differs_is_kept_and_explained():
+    for kind, scenes in DIFFERS.items():
+        assert scenes.keys() <= files.read(kind).keys() and all(len(why) > 20 for why in scenes.values())
