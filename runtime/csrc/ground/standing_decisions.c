@@ -223,12 +223,21 @@ static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, 
 }
 #endif
 
+/* How near to its bound a part gives way that nothing pulls: one that has been let go, and one that has come there
+ * together with such a part, if no other forces would do. */
+ALWAYS_INLINE double edge_of(const elements_t *problem, int released)
+{
+    return released ? AT_EDGE : problem->unique ? TOGETHER : 0;
+}
+
 /* The mode of a bearing from the last round. */
 static void take_bearing_mode(omniroll_bearing_t *bearing, const elements_t *problem, int part, int slips)
 {
     const int j = forces_at(problem->wide, problem->width, part);
-    const int at_bound = -bearing->released*problem->force[j] >= problem->reach[j]*(1 - AT_EDGE);
-    bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? bearing->released : 0;
+    const double force = problem->force[j], edge = edge_of(problem, bearing->released);
+    const int way = bearing->released ? bearing->released : force < 0 ? 1 : -1;
+    const int at_bound = edge > 0 && -way*force >= problem->reach[j]*(1 - edge);
+    bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? way : 0;
 }
 
 #if SET_STRIPS
@@ -255,7 +264,7 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < rest->count; k++)
         if (k < rest->contacts)
             take_mode(run->grips + rest->which[k], problem, k, rest->slips[k],
-                      run->grips[rest->which[k]].released ? AT_EDGE : 0);
+                      edge_of(problem, run->grips[rest->which[k]].released));
         else
             take_bearing_mode(own_bearings(run) + rest->which[k], problem, k, rest->slips[k]);
 }

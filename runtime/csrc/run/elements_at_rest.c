@@ -22,6 +22,7 @@ typedef struct {
     double *reach;                  /* half-axes of what they can take                                      */
     double *force, *rate;           /* out                                                                  */
     double *pull;                   /* out: how strongly a part slips, >= 0                                 */
+    int unique;                     /* out: whether no other forces obey the law                            */
 #if SET_STRIPS
     double *strip;                  /* the largest first components of the forces                           */
     double *yields;                 /* out: how strongly what is behind a strip gives way                   */
@@ -96,6 +97,7 @@ static void decide_elements(elements_t *c)
     c->equalities = 0;
     const friction_problem_t problem = problem_of(c, &found);
     friction_decide(&problem, c->memory, &found);
+    c->unique = found.unique;
     for (int i = 0; i < c->count; i++) {
         c->pull[i] = c->powers[2*i];
 #if SET_STRIPS
