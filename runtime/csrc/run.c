@@ -135,7 +135,7 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
     s->sweeps = 0;
 #if SET_IS_ACTED_ON
-    s->stiff = s->nu_is_stiff = s->by_axles = 0;
+    s->stiff.on = s->stiff.of_nu = s->stiff.by_axles = 0;
 #endif
 #if SET_CORE_PARTS
     if (!run->started) {

@@ -11,7 +11,10 @@
  * like rollers, have one P. */
 
 /* P of a number, by rows. */
-ALWAYS_INLINE nodes_t *answer_of(const variations_t *w, int a) { return w->answer + w->answer_at[a - 3]*NODES; }
+ALWAYS_INLINE nodes_t *answer_of(const variations_t *w, int a)
+{
+    return w->solving.answer + w->solving.answer_at[a - 3]*NODES;
+}
 
 /* Whether the core's numbers beyond nu act upon themselves and nu alone. */
 static int stand_apart(const variations_t *w)
@@ -29,22 +32,22 @@ static void put_answer(variations_t *w, double h, int a)
     const nodes_t *const own = &w->slope[a*w->directions + a];
     for (int other = first_momentum(w); other < a; other++)
         if (!memcmp(own, &w->slope[other*w->directions + other], w->nodes*sizeof(double))) {
-            w->answer_at[a - 3] = w->answer_at[other - 3];
+            w->solving.answer_at[a - 3] = w->solving.answer_at[other - 3];
             return;
         }
-    w->answer_at[a - 3] = a - 3;
+    w->solving.answer_at[a - 3] = a - 3;
     const int nodes = w->nodes, blocks = w->blocks;
     for (int j = 0; j < nodes; j++) {
-        lanes_t *const row = w->row[j] = w->system + j*2*blocks;
+        lanes_t *const row = w->solving.row[j] = w->solving.system + j*2*blocks;
         for (int b = 0; b < blocks; b++) {
             row[blocks + b] = h*w->once[j].lanes[b];
             row[b] = -row[blocks + b]*own->lanes[b];
         }
         row[j/LANES][j%LANES] += 1;
     }
-    solve(&(equations_t){w->row, nodes, blocks, blocks});
+    solve(&(equations_t){w->solving.row, nodes, blocks, blocks});
     for (int j = 0; j < nodes; j++)
-        memcpy(answer_of(w, a)[j].lanes, w->row[j] + blocks, blocks*sizeof(lanes_t));
+        memcpy(answer_of(w, a)[j].lanes, w->solving.row[j] + blocks, blocks*sizeof(lanes_t));
 }
 
 #if SET_GATHERS
@@ -74,7 +77,7 @@ static void take_from_block(variations_t *w, int a, int block, double factor, co
     for (int c = 0; c < 3; c++)
         for (int j = 0; j < w->nodes; j++) {
             const double by = factor*w->slope[c*w->directions + a].node[j];
-            lanes_t *const to = w->row[c*w->nodes + j] + block*w->blocks;
+            lanes_t *const to = w->solving.row[c*w->nodes + j] + block*w->blocks;
             for (int b = 0; b < w->blocks; b++)
                 to[b] -= by*table[j].lanes[b];
         }
@@ -85,7 +88,7 @@ ALWAYS_INLINE lanes_t *gathered(const variations_t *w, int a, int width)
 {
     for (int j = 0; j < w->nodes; j++)
         for (int g = 0; g < w->groups; g++)
-            w->carried_at[j*w->groups + g] = w->row[a*w->nodes + j][width + g];
+            w->carried_at[j*w->groups + g] = w->solving.row[a*w->nodes + j][width + g];
     return w->carried_at;
 }
 
@@ -108,13 +111,13 @@ static void eliminate(variations_t *w, double h, int a, int width)
                 take_from_block(w, a, c, h*h*carries_felt(w, f)[c], table);
         }
     const lanes_t *const own = gathered(w, a, width);
-    lanes_t *const sum = w->answered;
+    lanes_t *const sum = w->solving.answered;
     memset(sum, 0, w->nodes*groups*sizeof *sum);
     add_product_of(w, answer, 1, own, sum);
     for (int c = 0; c < 3; c++)
         for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
-                w->row[c*w->nodes + j][width + g] += w->slope[c*w->directions + a].node[j]*sum[j*groups + g];
+                w->solving.row[c*w->nodes + j][width + g] += w->slope[c*w->directions + a].node[j]*sum[j*groups + g];
 }
 
 /* Its rates, once those of nu are known: w->core_at and w->felt_at have what these add to nu and to what is felt. */
@@ -123,7 +126,8 @@ static void put_rates_apart(variations_t *w, int a, int width)
     const int *const still = w->is_still + a*w->directions;
     const nodes_t *const slope = w->slope + a*w->directions;
     const int groups = w->groups, nodes = w->nodes;
-    lanes_t **const row = w->row + a*nodes, *const own = gathered(w, a, width), *const moved = w->answered;
+    lanes_t **const row = w->solving.row + a*nodes;
+    lanes_t *const own = gathered(w, a, width), *const moved = w->solving.answered;
     for (int d = 0; d < w->core + w->felt; d++) {
         if (still[d] || (d >= 3 && d < w->core))
             continue;

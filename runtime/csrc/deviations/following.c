@@ -14,34 +14,28 @@
  * small.c        small systems of equations
  * responses.c    what forces on contacts and torques of bearings do where something comes to rest
  * ways.c         how a point moves with time, and as deviations do
- * rests.c        slips that come to rest
- * turning_back.c slips that turn back at once
- * letting_go.c   contacts that let go, where rates jump
- * modes.c        contacts that change their modes
- * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll
  * own_modes.c    axles and rollers that stick where wheels may slip
- * own_changes.c  what happens to these
- * own_rests.c    these as they come to rest, turn back and break away under smooth laws of the ground
+ * changes.c      what happens to these and to contacts
  * standing.c     wheels that stand by contacts and bearings that stick
- * in_series.c    massless rollers that break away there
- * holding.c      what holds these
- * side_by_side.c contacts and bearings that change their modes under Coulomb's friction */
+ * rests.c        slips and rates of bearings that come to rest
+ * holding.c      what holds wheels that stand
+ * letting_go.c   contacts that let go, and bearings that break away
+ * saltations.c   how deviations pass all of that
+ * in_series.c    massless rollers that break away where wheels slip under smooth laws
+ * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll */
 #include "deviations/variations.c"
 
 #include "deviations/passages.c"
 #include "deviations/small.c"
 #include "deviations/ways.c"
 #include "deviations/responses.c"
+#include "deviations/changes.c"
 #include "deviations/rests.c"
-#include "deviations/turning_back.c"
-#include "deviations/letting_go.c"
-#include "deviations/modes.c"
-#include "deviations/spin_rests.c"
-#include "deviations/own_changes.c"
-#include "deviations/own_rests.c"
-#include "deviations/in_series.c"
 #include "deviations/holding.c"
-#include "deviations/side_by_side.c"
+#include "deviations/letting_go.c"
+#include "deviations/saltations.c"
+#include "deviations/in_series.c"
+#include "deviations/spin_rests.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -51,14 +45,14 @@ ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
     return found;
 }
 
-#if SET_OWN_BEARINGS
+#if SET_CHANGES
 static void lay_out_own_bearings(variations_t *w, long long *size, char *base)
 {
     const long long wheels = w->wheels*(long long)sizeof(lanes_t);
-    w->own_sticks = part(base, size, 2*wheels);
-    w->own_holding = part(base, size, 4*wheels);
-    w->spin_dot = part(base, size, 2*w->rollers*wheels);
-    w->yaw_mass = part(base, size, 2*(long long)sizeof(lanes_t));
+    w->bearings.sticks = part(base, size, 2*wheels);
+    w->bearings.holding = part(base, size, 4*wheels);
+    w->bearings.spin_dot = part(base, size, 2*w->rollers*wheels);
+    w->bearings.yaw_mass = part(base, size, 2*(long long)sizeof(lanes_t));
 }
 #endif
 
@@ -66,20 +60,20 @@ static void lay_out_own_bearings(variations_t *w, long long *size, char *base)
 static void lay_out_spins(variations_t *w, long long *size, char *base)
 {
     const long long count = FREE(w)*(long long)sizeof(lanes_t);
-    w->free_sticks = part(base, size, count);
-    w->free_bearing = part(base, size, count);
-    w->free_holding = part(base, size, 2*count);
-    w->bearing_along = part(base, size, count);
-    w->response = part(base, size, count*w->run->models);
-    w->fading = part(base, size, count*w->run->models);
-    w->response_moved = part(base, size, count*w->groups);
-    w->fading_moved = part(base, size, count*w->groups);
-    w->torque_moved = part(base, size, count*w->groups);
-    w->momenta_moved = part(base, size, SUMS(w)*w->groups*(long long)sizeof(lanes_t));
-    w->axial_moved = part(base, size, count*w->groups);
-    w->axial_nodes = part(base, size, NODES*count*w->groups);
-    w->axial_at = part(base, size, count);
-    w->basis = part(base, size, SUMS(w)*(long long)sizeof *w->basis);
+    w->spins.sticks = part(base, size, count);
+    w->spins.bearing = part(base, size, count);
+    w->spins.holding = part(base, size, 2*count);
+    w->spins.bearing_along = part(base, size, count);
+    w->spins.response = part(base, size, count*w->run->models);
+    w->spins.fading = part(base, size, count*w->run->models);
+    w->spins.response_moved = part(base, size, count*w->groups);
+    w->spins.fading_moved = part(base, size, count*w->groups);
+    w->spins.torque_moved = part(base, size, count*w->groups);
+    w->spins.momenta_moved = part(base, size, SUMS(w)*w->groups*(long long)sizeof(lanes_t));
+    w->spins.axial_moved = part(base, size, count*w->groups);
+    w->spins.axial_nodes = part(base, size, NODES*count*w->groups);
+    w->spins.axial_at = part(base, size, count);
+    w->spins.basis = part(base, size, SUMS(w)*(long long)sizeof *w->spins.basis);
 }
 #endif
 
@@ -89,14 +83,14 @@ static void lay_out_ground(variations_t *w, long long *size, char *base)
 {
     const int wheels = w->wheels;
     const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t);
-    w->pushed = part(base, size, 12*wheels*lane);
-    w->yielding = part(base, size, 2*SET_STRIPS*wheels*lane);
-    w->towards = part(base, size, 2*wheels*lane);
-    w->slipping = part(base, size, wheels*lane);
-    w->turned = part(base, size, 2*wheels*lane);
-    w->towards_at = part(base, size, 2*wheels*nodes);
-    w->slipping_at = part(base, size, wheels*nodes);
-    w->slip_slope = part(base, size, 2*wheels*slip_directions(w)*nodes);
+    w->contacts.pushed = part(base, size, 12*wheels*lane);
+    w->contacts.yielding = part(base, size, 2*SET_STRIPS*wheels*lane);
+    w->contacts.towards = part(base, size, 2*wheels*lane);
+    w->contacts.slipping = part(base, size, wheels*lane);
+    w->contacts.turned = part(base, size, 2*wheels*lane);
+    w->contacts.towards_at = part(base, size, 2*wheels*nodes);
+    w->contacts.slipping_at = part(base, size, wheels*nodes);
+    w->contacts.slip_slope = part(base, size, 2*wheels*slip_directions(w)*nodes);
 }
 #endif
 
@@ -119,12 +113,12 @@ static void lay_out_points(variations_t *w, long long *size, char *base)
     w->core_at = part(base, size, w->core*NODES*groups*lane);
     w->carried_at = part(base, size, (wheels + 3)*NODES*groups*lane);
     w->weight_in_piece = part(base, size, (w->run->degree + 1)*NODES*(long long)sizeof(double));
-    w->row = part(base, size, NODES*equations*(long long)sizeof *w->row);
+    w->solving.row = part(base, size, NODES*equations*(long long)sizeof *w->solving.row);
     w->is_still = part(base, size, equations*w->directions*(long long)sizeof(int));
-    w->answer = part(base, size, (w->core - 3)*NODES*nodes);
-    w->answer_at = part(base, size, (w->core - 3)*(long long)sizeof(int));
-    w->answered = part(base, size, NODES*groups*lane);
-    w->aimed = part(base, size, wheels*(long long)sizeof *w->aimed);
+    w->solving.answer = part(base, size, (w->core - 3)*NODES*nodes);
+    w->solving.answer_at = part(base, size, (w->core - 3)*(long long)sizeof(int));
+    w->solving.answered = part(base, size, NODES*groups*lane);
+    w->contacts.aimed = part(base, size, wheels*(long long)sizeof *w->contacts.aimed);
     w->is_given = part(base, size, w->inputs*(long long)sizeof *w->is_given);
     w->numbered_column = part(base, size, w->run->columns*(long long)sizeof(int));
     w->number_of = part(base, size, w->run->columns*(long long)sizeof(int));
@@ -159,20 +153,20 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
 #if SET_GRIPS
     lay_out_ground(w, &size, base);
 #endif
-#if SET_GRIPS || SET_OWN_BEARINGS
-    w->kind = part(base, &size, equations*equations*(long long)sizeof *w->kind);
-    w->block = part(base, &size, equations*equations*NODES*(long long)sizeof(nodes_t));
-    w->right = part(base, &size, unknowns*groups*lane);
-    w->pivot_row = part(base, &size, 3*NODES*(long long)sizeof *w->pivot_row);
-    w->system = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
+#if SET_CHANGES
+    w->solving.kind = part(base, &size, equations*equations*(long long)sizeof *w->solving.kind);
+    w->solving.block = part(base, &size, equations*equations*NODES*(long long)sizeof(nodes_t));
+    w->solving.right = part(base, &size, unknowns*groups*lane);
+    w->solving.pivot_row = part(base, &size, 3*NODES*(long long)sizeof *w->solving.pivot_row);
+    w->solving.system = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
 #else
-    w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
+    w->solving.system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
 #endif
     lay_out_points(w, &size, base);
 #if SET_GATHERS
     lay_out_spins(w, &size, base);
 #endif
-#if SET_OWN_BEARINGS
+#if SET_CHANGES
     lay_out_own_bearings(w, &size, base);
 #endif
     return size;
@@ -187,7 +181,7 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (char *)run->work);
-    w->numbered = 0, w->aimed_row = -1, w->inside = 0;
+    w->numbered = 0, w->contacts.aimed_row = -1, w->inside = 0;
     for (int p = 0; p < run->columns; p++)
         if (run->number[p]) {
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
@@ -197,8 +191,8 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
 #if SET_GRIPS
-    memset(w->pushed, 0, 12*w->wheels*sizeof *w->pushed);
-    memset(w->yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->yielding);
+    memset(w->contacts.pushed, 0, 12*w->wheels*sizeof *w->contacts.pushed);
+    memset(w->contacts.yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->contacts.yielding);
 #endif
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
@@ -251,7 +245,7 @@ static void exchange_given(variations_t *w, long long step)
     into_lanes(w, own, drives, w->given);
     const int held = held_inputs(w);
 #if SET_GATHERS
-    into_lanes(w, own + inputs*w->columns, held, w->torque_moved);
+    into_lanes(w, own + inputs*w->columns, held, w->spins.torque_moved);
 #else
     out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
 #endif
@@ -312,33 +306,11 @@ static int grazes(const variations_t *w, long long row, const int *direction)
 }
 
 #if SET_OWN_BEARINGS
-/* Pass what happens to bearings, and to contacts beside them, between a row and the next. Returns whether it was known
- * how; else nothing has been done. */
-static int pass_bearings(variations_t *w, long long row)
-{
-    if (drives_jump(w, row))
-        return 0;
-#if SET_IN_SERIES && !SET_GRIPS
-    if (changes_in_series(w, row))
-        return !modes_differ(w, row, row + 1, 0, MOST_OWN(w)) && pass_in_series(w, row);
-#endif
-    return pass_own_change(w, &(own_change_t){row, row, row + 1});
-}
-
-/* Whether that happens. */
-static int changes_beside(const variations_t *w, long long row)
-{
-#if SET_STANDS
-    if (changes_modes(w, row))
-        return 1;
-#endif
-    return changes_bearings(w, row);
-}
-
-/* The same where a step begins in a row with other modes than the one before it had. */
+/* A step begins in a row with other modes than the one before it had: pass what happens there. Returns whether it was
+ * known how; else nothing has been done. */
 static int enter_step(variations_t *w, long long row)
 {
-    return pass_own_change(w, &(own_change_t){row, row - 1, row});
+    return pass_change(w, &(change_t){row, row - 1, row});
 }
 #endif
 
@@ -348,19 +320,24 @@ static int is_not_plain(const variations_t *w, long long row, const int *directi
     return switching > 1 || grazes(w, row, direction);
 }
 
-/* Pass what happens between a row and the next where no wheel switches. Returns whether it was known how. */
+/* Pass what happens between a row and the next where no wheel switches. Returns whether it was known how; else nothing
+ * has been done. */
 static int pass_others(variations_t *w, long long row)
 {
-#if SET_OWN_BEARINGS
-    if (changes_beside(w, row))
-        return pass_bearings(w, row);
+#if SET_CHANGES
+    if (!changes_modes(w, row))
+        return 1;
+    if (drives_jump(w, row))
+        return 0;
+#if SET_IN_SERIES && !SET_GRIPS
+    if (changes_in_series(w, row))
+        return !modes_differ(w, row, row + 1, 0, MOST_OWN(w)) && pass_in_series(w, row);
 #endif
-#if SET_GRIPS && !SET_STANDS
-    if (changes_modes(w, row))
-        return pass_modes(w, row);
-#endif
+    return pass_change(w, &(change_t){row, row, row + 1});
+#else
     (void)w, (void)row;
     return 1;
+#endif
 }
 
 #if SET_SPINS_STICK || SET_OWN_BEARINGS

@@ -57,7 +57,7 @@ static double used_by_contact(const variations_t *w, const point_t *at, int i, c
 
 /* Whether wheels that stand after a change, whose rates have been computed last, are held by less than all friction:
  * some forces are found that do so. */
-static int are_held_clearly(const variations_t *w, const own_change_t *e, const double *asked)
+static int are_held_clearly(const variations_t *w, const change_t *e, const double *asked)
 {
     const point_t at = point_of(w, w->vehicle, w->point);
     stand_t stand[MOST_STANDS];
@@ -84,7 +84,7 @@ typedef struct {
 } held_t;
 
 /* Find it, where the rates before have been computed last. Returns whether it is determined. */
-static int find_held(const variations_t *w, const own_change_t *e, held_t *held)
+static int find_held(const variations_t *w, const change_t *e, held_t *held)
 {
     const point_t at = point_of(w, w->vehicle, w->point);
     held->count = list_stands(w, e, BEFORE, held->stand);

@@ -39,11 +39,12 @@ static void put_rates_in_blocks(variations_t *w, double h)
 #if SET_GATHERS
     put_answers_of_momenta(w, h);
 #endif
+    const solving_t *const own = &w->solving;
     const blockwise_t e = {count, 3, w->nodes, w->blocks, w->groups,
-                           w->kind, w->block, w->right, w->system, w->pivot_row};
+                           own->kind, own->block, own->right, own->system, own->pivot_row};
     for (int p = 0; p < count; p++) {
         for (int j = 0; j < w->nodes; j++)
-            w->row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
+            w->solving.row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
         put_right(w, unknown[p], 0);
         for (int q = 0; q < count; q++)
             put_block(w, h, &e, unknown, p, q);

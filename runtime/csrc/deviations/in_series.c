@@ -31,7 +31,7 @@ static void rates_with_one_gone(const variations_t *w, long long row, int gone, 
     put_own_modes(w, row);
     if (gone >= 0) {
         const long long mode = own_mode(w, row + 1, bearing_in_series(w, gone));
-        w->own_sticks[w->wheels + gone] = lanes_of(mode == 0);
+        w->bearings.sticks[w->wheels + gone] = lanes_of(mode == 0);
         *own_torque(w, w->point, bearing_in_series(w, gone)) =
             lanes_of(-(double)mode*w->run->own_sliding[bearing_in_series(w, gone)]);
     }

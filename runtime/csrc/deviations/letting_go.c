@@ -1,30 +1,12 @@
-/* How deviations pass where rates jump at a time that deviates: a contact lets go under more static friction. With what
- * is beyond its bound then,
+/* What lets go in a change of modes: a contact that has used its static friction up, a bearing that breaks away. How
+ * much of what can hold it each uses, less 1, comes to zero at a time that deviates:
  *
- *     d+ = d- + (f- - f+) dt,   dt = -d beyond/beyond'
+ *     dt = -d beyond/beyond'
  *
- * (runtime/omniroll/engine/contact_deviations.py): of the force of a contact that sticks how much of its static
- * friction it takes, squared, less 1. Where one is at its bound only just, or several are apart beside the run, the
- * caller decides. */
+ * Where one is at its bound only just, or several are apart beside the run, the caller decides. */
 
+#if SET_CHANGES
 #if SET_GRIPS
-
-/* Contacts whose force is beyond its bound, and by how much. */
-typedef struct {
-    int count, of[MOST_WHEELS];
-    double beyond[MOST_WHEELS];
-} bounds_t;
-
-/* The contacts that let go between a row and the next. */
-static bounds_t list_bounds(const variations_t *w, long long row)
-{
-    bounds_t found = {0};
-    for (int i = 0; i < w->wheels; i++)
-        if (sticks_in(w, row, i) && !sticks_in(w, row + 1, i))
-            found.of[found.count++] = i;
-    return found;
-}
-
 /* How much of what static friction can hold a contact that sticks takes at the point, squared. */
 ALWAYS_INLINE double taken_at(const variations_t *w, const point_t *at, int i)
 {
@@ -61,31 +43,8 @@ static void turn_pushes(const variations_t *w, long long row, int model, const p
             continue;
         const lanes_t turn = (own[0]*way[1] - own[1]*way[0])*(1/squared);
         for (int c = 2*i; c < 2*i + 2; c++)
-            along->ground_push[c] += w->turned[c]*turn;
+            along->ground_push[c] += w->contacts.turned[c]*turn;
     }
-}
-
-/* How forces move along a column, or with time: in a row, whose rates have been computed last. */
-static void move_along(const variations_t *w, long long row, int column, const lanes_t *rate)
-{
-    const int wheels = OWN_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
-    put_way(w, row, column, rate);              /* first: a point copies its heading */
-    const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
-    lanes_t nu_dot[3], nu_dot_along[3];
-    turn_pushes(w, row, model, &at, &along);
-    rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
-}
-
-/* What is beyond, and how that moves. */
-static void put_beyond(const variations_t *w, long long row, int column, const lanes_t *rate, bounds_t *bounds,
-                       double *moved)
-{
-    const int model = column < 0 ? 0 : w->run->number[column];
-    move_along(w, row, column, rate);
-    const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
-    for (int k = 0; k < bounds->count; k++)
-        bounds->beyond[k] = beyond_along(w, model, bounds->of[k], &at, &along, &moved[k]);
-    take_way_back(w);
 }
 
 /* For how long contacts have had the modes of a row; where they never had others, how long the run is. */
@@ -101,38 +60,157 @@ static double time_of_modes(const variations_t *w, long long row)
     }
     return first > 0 ? run->elapsed[row] - run->elapsed[first] : run->elapsed[run->rows - 1];
 }
+#endif
 
-/* Pass such a jump from the rates `before` to those `after`, which have been computed first. Returns whether that was
- * determinate; else nothing has been done. */
-static int pass_jump(variations_t *w, long long row, const lanes_t *before, const lanes_t *after)
+/* How forces move along a column, or with time: in a row, whose rates have been computed last. */
+static void move_along(const variations_t *w, long long row, int column, const lanes_t *rate)
 {
-    bounds_t bounds = list_bounds(w, row);
-    const int count = bounds.count, columns = w->columns;
-    double rises[MOST_WHEELS], moved[MOST_WHEELS], time[columns];
-    int first = -1;
-    put_beyond(w, row, TIMES_ALONE, before, &bounds, rises);
-    for (int k = 0; k < count; k++) {
-        if (bounds.beyond[k] < -w->run->reached)
-            continue;
-        if (!(rises[k]*time_of_modes(w, row) > w->run->only_just))
-            return 0;
-        first = first < 0 ? k : first;
+    const int wheels = OWN_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
+    put_way(w, row, column, rate);              /* first: a point copies its heading */
+    const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
+    lanes_t nu_dot[3], nu_dot_along[3];
+#if SET_GRIPS
+    turn_pushes(w, row, model, &at, &along);
+#endif
+    rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
+}
+
+/* List the contacts that let go, then the bearings that break away, as units: of a contact one for both components.
+ * Returns how many. */
+static int list_let_go(const variations_t *w, const change_t *e, int *unit)
+{
+    int count = 0;
+#if SET_GRIPS
+    for (int i = 0; i < w->wheels; i++)
+        if (sticks_in(w, e->row, i) && !sticks_in(w, e->after, i))
+            unit[count++] = 2*i;
+#endif
+    for (int k = 0; k < MOST_OWN(w); k++)
+        if (breaks_away(w, e, k))
+            unit[count++] = 2*w->wheels + k;
+    return count;
+}
+
+/* Whether what sticks after a change, whose rates have been computed last, takes all that can hold it, or may do so. */
+static int is_at_bound(const variations_t *w, const change_t *e, const double *asked)
+{
+    const double reached = w->run->reached;
+    int stands[MOST_OWN(w) + 1];
+    memset(stands, 0, sizeof stands);
+#if SET_GRIPS
+    const point_t at = point_of(w, w->vehicle, w->point);
+    for (int i = 0; i < w->wheels; i++) {
+        int either = 0;
+#if SET_STANDS
+        for (int way = 0; way < 2; way++)
+            if (stands_in(w, e, AFTER, i, way))
+                either = stands[way ? i : roller_bearing(w, i, 0)] = 1;
+#endif
+        if (!either && sticks_in(w, e->after, i) && taken_at(w, &at, i) >= 1 - reached)
+            return 1;
     }
-    if (first < 0)
-        return 0;
-    for (int p = 0; p < columns; p++) {
-        put_beyond(w, row, p, before, &bounds, moved);
+#endif
+    for (int k = 0; k < MOST_OWN(w); k++)
+        if (!stands[k] && !settles(w, e, k) && own_mode(w, e->after, k) == 0
+            && fabs(asked[k]) >= (1 - reached)*w->run->own_most[k])
+            return 1;
+#if SET_STANDS
+    return some_stand(w, e, AFTER) && !are_held_clearly(w, e, asked);
+#else
+    return 0;
+#endif
+}
+
+/* What a change of modes makes of one time: the change, the rates before it, and what holds wheels that stand. */
+typedef struct {
+    const change_t *change;
+    const lanes_t *before;
+#if SET_STANDS
+    held_t held;
+#endif
+} release_t;
+
+/* By how much a contact or a bearing is beyond its bound, as a part of that, and how this moves along a column or with
+ * time. */
+static double beyond(const variations_t *w, int column, const release_t *release, int unit, double *moved)
+{
+    const int model = column < 0 ? 0 : w->run->number[column], k = unit - 2*w->wheels;
+    const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
+#if SET_STANDS
+    const held_t *const held = &release->held;
+    for (int j = 0; j < held->count; j++) {
+        if (2*held->stand[j].wheel == unit)
+            return contact_use_along(w, column, held, unit/2, &at, &along, moved) - 1;
+        if (held->stand[j].bearing == k)
+            return bearing_use_along(w, column, held, j, &at, &along, moved) - 1;
+    }
+#endif
+    (void)release;
+#if SET_GRIPS
+    if (k < 0)
+        return beyond_along(w, model, unit/2, &at, &along, moved);
+#endif
+    const double most = w->run->own_most[k], asked = own_asked(w, &at, k), side = asked < 0 ? -1 : 1;
+    const double grown = column < 0 ? 0 : moved_most(w, column, k);
+    *moved = (side*own_asked(w, &along, k) - fabs(asked)/most*grown)/most;
+    return fabs(asked)/most - 1;
+}
+
+/* Let forces move along a column, or with time, and what holds wheels that stand. */
+static void move_release(const variations_t *w, int column, release_t *release)
+{
+    const change_t *const e = release->change;
+    put_held(w, e->before, column < 0 ? -1 : w->run->number[column] - 1);
+    move_along(w, e->row, column, release->before);
+#if SET_STANDS
+    move_held(w, column, &release->held);
+#endif
+}
+
+/* For how long all have had the modes from which they go. */
+static double time_before(const variations_t *w, const change_t *e)
+{
+    double lasted = time_of_own_modes(w, e->before, 0, MOST_OWN(w));
+#if SET_GRIPS
+    lasted = fmin(lasted, time_of_modes(w, e->before));
+#endif
+    return lasted + w->run->elapsed[e->row] - w->run->elapsed[e->before];
+}
+
+/* Keep of a list those that have come to their bounds by themselves: the others they have set off. `rises` becomes how
+ * fast. Returns how many; 0 where one only just comes there. */
+static int keep_reached(const variations_t *w, release_t *release, int *unit, int all, double *rises)
+{
+    const double lasted = time_before(w, release->change);
+    int count = 0;
+    move_release(w, TIMES_ALONE, release);
+    for (int j = 0; j < all; j++)
+        if (beyond(w, TIMES_ALONE, release, unit[j], &rises[count]) >= -w->run->reached)
+            unit[count++] = unit[j];
+    take_way_back(w);
+    for (int j = 0; j < count; j++)
+        if (!(rises[j]*lasted > w->run->only_just))
+            return 0;
+    return count;
+}
+
+/* By how much the times deviate (columns) at which these come to their bounds. Returns 0 where they do so apart. */
+static int put_times_of_release(const variations_t *w, release_t *release, const int *unit, int count,
+                                const double *rises, double *time)
+{
+    for (int p = 0; p < w->columns; p++) {
         double least = INFINITY, most = -INFINITY;
-        for (int k = first; k < count; k++)
-            if (bounds.beyond[k] >= -w->run->reached) {
-                const double own = -moved[k]/rises[k];
-                least = fmin(least, own), most = fmax(most, own);
-            }
-        if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
+        move_release(w, p, release);
+        for (int j = count - 1; j >= 0; j--) {
+            double moved;
+            beyond(w, p, release, unit[j], &moved);
+            time[p] = -moved/rises[j];
+            least = fmin(least, time[p]), most = fmax(most, time[p]);
+        }
+        take_way_back(w);
+        if (!(most - least <= LETS_GO_TOGETHER*fmax(fabs(least), fabs(most))))
             return 0;
-        time[p] = -moved[first]/rises[first];
     }
-    add_jump(w, before, after, time);
     return 1;
 }
 #endif

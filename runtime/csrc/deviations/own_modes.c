@@ -28,9 +28,9 @@ ALWAYS_INLINE double moved_most(const variations_t *w, int column, int k)
 ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t *point)
 {
     const int moves = own == w->along, wheels = w->wheels;
-    const lanes_t *const sticks = moves ? own + point_still(w) : w->own_sticks;
-    lanes_t *const holding = w->own_holding + 2*wheels*moves;
-    (void)sticks, (void)holding;
+    const lanes_t *const sticks = moves ? own + point_still(w) : w->bearings.sticks;
+    lanes_t *const holding = w->bearings.holding + 2*wheels*moves;
+    (void)sticks, (void)holding, (void)point;
 #if SET_AXLES_STICK
     point->axle_sticks = sticks, point->axle_holding = holding;
 #endif
@@ -41,12 +41,12 @@ ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t
     point->contact_holding = holding + wheels;
 #endif
 #if SET_STRIPS
-    point->contact_spin = w->spin_dot + wheels*moves;
+    point->contact_spin = w->bearings.spin_dot + wheels*moves;
 #endif
 #if SET_DISKS_STICK
-    point->contact_spin_dot = w->spin_dot + wheels*w->rollers*moves;
+    point->contact_spin_dot = w->bearings.spin_dot + wheels*w->rollers*moves;
     point->spins_dot = point->contact_spin_dot + wheels;
-    point->yaw_mass = w->yaw_mass + moves;
+    point->yaw_mass = w->bearings.yaw_mass + moves;
 #endif
 }
 
@@ -56,7 +56,7 @@ static void put_modes_in_contact(const variations_t *w, long long row)
     const int torque = SET_CONTACT_BEARING_INPUT*w->wheels;
     const double *const drive = w->run->drive + row*SET_INPUTS*w->wheels + torque;
     for (int i = 0; i < w->wheels; i++) {
-        w->own_sticks[w->wheels + i] = lanes_of(own_mode(w, row, roller_bearing(w, i, 0)) == 0);
+        w->bearings.sticks[w->wheels + i] = lanes_of(own_mode(w, row, roller_bearing(w, i, 0)) == 0);
         w->point[point_inputs(w) + torque + i] = lanes_of(drive[i]);
     }
 }
@@ -67,13 +67,14 @@ static void put_own_modes(const variations_t *w, long long row)
 #if SET_AXLES_STICK
     const double *const drive = w->run->drive + row*SET_INPUTS*w->wheels;
     for (int i = 0; i < w->wheels; i++) {
-        w->own_sticks[i] = lanes_of(own_mode(w, row, i) == 0);
+        w->bearings.sticks[i] = lanes_of(own_mode(w, row, i) == 0);
         w->point[point_inputs(w) + SET_BEARING_INPUT*w->wheels + i] = lanes_of(drive[SET_BEARING_INPUT*w->wheels + i]);
     }
 #endif
 #if SET_DISKS_STICK || SET_IN_SERIES
     put_modes_in_contact(w, row);
 #endif
+    (void)w, (void)row;
 }
 
 /* Of a list with a place for each axle, each roller in contact and each free roller that of a bearing. */
@@ -120,7 +121,7 @@ ALWAYS_INLINE lanes_t *own_torque(const variations_t *w, lanes_t *own, int k)
 {
     lanes_t *const inputs = own + point_inputs(w), *free = 0;
 #if SET_DISKS_STICK
-    free = own == w->along ? w->bearing_along : w->free_bearing;
+    free = own == w->along ? w->spins.bearing_along : w->spins.bearing;
 #endif
     return of_bearing(w, k, inputs + SET_BEARING_INPUT*w->wheels, inputs + SET_CONTACT_BEARING_INPUT*w->wheels, free);
 }

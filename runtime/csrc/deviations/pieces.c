@@ -82,7 +82,7 @@ static int are_too_fast(const variations_t *w, long long row, double h, int widt
             lanes_t last = {0}, before = {0}, end = start_of_core(w, a)[g];
             size += lanes_abs(end);
             for (int j = 0; j < nodes; j++) {
-                const lanes_t change = h*w->row[a*nodes + j][width + g];
+                const lanes_t change = h*w->solving.row[a*nodes + j][width + g];
                 last += w->run->gauss_last[j]*change, before += w->run->gauss_before_last[j]*change;
                 end += w->run->gauss_weight[j]*change;
             }

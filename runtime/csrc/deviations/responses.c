@@ -1,7 +1,7 @@
 /* What unit forces on contacts and unit torques of bearings do, where something comes to rest.
  *
  * A unit is a component of a contact's slip, 2*wheel + component, or 2*wheels + the place of a bearing. */
-#if SET_GRIPS || SET_OWN_BEARINGS
+#if SET_CHANGES
 
 /* Let the force or the torque of a unit be 1 in a lane. */
 ALWAYS_INLINE void push_unit(const variations_t *w, const point_t *along, int unit, int lane)
@@ -10,26 +10,19 @@ ALWAYS_INLINE void push_unit(const variations_t *w, const point_t *along, int un
     if (unit < 2*w->wheels)
         along->ground_push[unit][lane] = 1;
 #endif
-#if SET_OWN_BEARINGS
     if (unit >= 2*w->wheels)
         (*own_torque(w, w->along, unit - 2*w->wheels))[lane] = 1;
-#endif
-    (void)w, (void)along, (void)unit, (void)lane;
+    (void)along;
 }
 
 /* How the rate of a unit's slip, or of its bearing's own rate, moves. */
 ALWAYS_INLINE double dot_of_unit(const variations_t *w, const point_t *along, int unit, int lane)
 {
-    (void)w, (void)along;
 #if SET_GRIPS
     if (unit < 2*w->wheels)
         return along->slip_dot[unit][lane];
 #endif
-#if SET_OWN_BEARINGS
     return own_dot(w, along, unit - 2*w->wheels, lane);
-#else
-    return 0;
-#endif
 }
 
 /* What units do where the rates have been computed last: to the rates of all that is known, R (known x count), and to

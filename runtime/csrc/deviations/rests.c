@@ -1,17 +1,23 @@
-/* How deviations pass where slips come to rest.
+/* How deviations pass where slips of contacts and rates of bearings come to rest.
  *
- * A slip comes to rest along a direction, and so does its deviation. On the way there the directions turn without end,
- * so that nodes and roundings would decide what is left across them. Forces that turn take it away, F' = dF/dheading.
- * So the row of the rest is put right,
+ * What comes to rest does so by its own force or torque alone, and so does its deviation. With what these do to the
+ * rates, R, and to the slips and the bearings' rates, W, all that is left of a deviation is
  *
- *     d- := d- - R F' l                                (l: 0 = slips of the new d- across their directions)
+ *     d* = d- - R W^-1 ds                              (ds: of the slips and rates that have come to rest)
  *
- * The motions beside the run come to rest a little earlier or later, by forces of the contacts that do. With what these
- * forces do to the rates, R, and to the slips, W, all that is left of a deviation is
+ * A slip comes to rest along a direction. On the way there the directions turn without end, so that nodes and roundings
+ * would decide what is left across them. Forces that turn take it away, F' = dF/dheading. So the row of the rest is put
+ * right first,
  *
- *     d* = d- - R W^-1 ds                              (ds: of the slips that have come to rest)
- *
- * (runtime/omniroll/engine/contact_deviations.py). */
+ *     d- := d- - R F' l                                (l: 0 = slips of the new d- across their directions) */
+
+#if SET_CHANGES
+/* What comes to rest in a change, as units (responses.c): components of slips, then bearings. */
+typedef struct {
+    int contacts, count;
+    int *unit;
+} resting_t;
+#endif
 
 #if SET_GRIPS
 #define MOST_COMPONENTS (2*MOST_WHEELS)
@@ -20,21 +26,6 @@
 #define IDLE 1e-12              /* of the largest: turns that are no more are rounding */
 #define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
                                  * rad does not turn */
-
-/* Whether a contact that slips one way alone does so the other way from the next row on. */
-ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
-{
-    const double *const heading = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels + i;
-    for (long long k = row; k < row + 2; k++)
-        if (!slides_in(w, k, i) || turns_in(w, k, i))
-            return 0;
-    return heading[0]*heading[SET_INPUTS*w->wheels] < 0;
-}
-
-ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)
-{
-    return slides_in(w, row, i) && sticks_in(w, row + 1, i);
-}
 
 /* List the components of the slips that come to rest behind a row: contacts of massless rollers slip one way alone,
  * where these turn. Returns how many. */
@@ -55,7 +46,7 @@ static int grazes_rest(const variations_t *w, const int *component, int count)
     const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
     for (int k = 0; k < count; k++) {
         const int i = component[k]/2;
-        const lanes_t along = slip_dot[2*i]*w->towards[2*i] + slip_dot[2*i + 1]*w->towards[2*i + 1];
+        const lanes_t along = slip_dot[2*i]*w->contacts.towards[2*i] + slip_dot[2*i + 1]*w->contacts.towards[2*i + 1];
         if (-along[0] <= w->run->grazes)
             return 1;
     }
@@ -97,7 +88,7 @@ static int keep_turns(const variations_t *w, long long row, int *component, int 
 /* What lies across the direction of contact i. */
 ALWAYS_INLINE double across(const variations_t *w, int i, double x, double y)
 {
-    return y*w->towards[2*i][0] - x*w->towards[2*i + 1][0];
+    return y*w->contacts.towards[2*i][0] - x*w->contacts.towards[2*i + 1][0];
 }
 
 /* How fast the slips of contacts that come to rest turn with their directions, by rows: what forces do to slips, W
@@ -109,7 +100,8 @@ static void put_turns(const variations_t *w, const int *component, int count, co
             double rate[2];
             for (int c = 0; c < 2; c++) {
                 const double *const response = to_slip + (k + c)*count + j;
-                rate[c] = response[0]*w->turned[component[j]][0] + response[1]*w->turned[component[j] + 1][0];
+                const lanes_t *const turned = w->contacts.turned + component[j];
+                rate[c] = response[0]*turned[0][0] + response[1]*turned[1][0];
             }
             turns[k/2*(count/2) + j/2] = across(w, component[k]/2, rate[0], rate[1]);
         }
@@ -140,7 +132,7 @@ static double find_turns(const variations_t *w, const int *component, int count,
     double turns[rests*rests], most = 0;
     put_turns(w, component, count, to_slip, turns);
     for (int k = 0; k < rests; k++) {
-        const lanes_t *const rate = slip_dot + component[2*k], *const towards = w->towards + component[2*k];
+        const lanes_t *const rate = slip_dot + component[2*k], *const towards = w->contacts.towards + component[2*k];
         turns[k*rests + k] -= (1 - TURNS_NOT)*(rate[0][0]*towards[0][0] + rate[1][0]*towards[1][0]);
         turn[k] = lanes_of(-across(w, component[2*k]/2, rate[0][0], rate[1][0]));
     }
@@ -172,7 +164,7 @@ static void begin_aiming(const variations_t *w, long long row, double *heading)
 /* Turn slips that come to rest behind a row to where they go last: against their rates, to which their forces add. */
 static void aim_rests(variations_t *w, long long row)
 {
-    if (row == w->aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
+    if (row == w->contacts.aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
         return;
     int component[MOST_COMPONENTS];
     const int count = keep_turns(w, row, component, list_rests(w, row, component));
@@ -180,15 +172,15 @@ static void aim_rests(variations_t *w, long long row)
         return;
     double to_known[w->known*count], to_slip[count*count], most = INFINITY;
     lanes_t rate[w->size], turn[MOST_WHEELS];
-    begin_aiming(w, row, w->aimed);
-    w->aimed_row = row;
+    begin_aiming(w, row, w->contacts.aimed);
+    w->contacts.aimed_row = row;
     for (int round = 0; round < MOST_AIMS && most > AIMED; round++) {
         rates_in_row(w, row, rate);
         if (round == 0)
             put_responses(w, component, count, to_known, to_slip);
         most = find_turns(w, component, count, to_slip, turn);
         for (int k = 0; most > 0 && k < count/2; k++)
-            w->aimed[component[2*k]/2] += turn[k][0];
+            w->contacts.aimed[component[2*k]/2] += turn[k][0];
     }
 }
 
@@ -203,7 +195,7 @@ static int put_rests_right(const variations_t *w, long long row, const int *comp
     put_turns(w, component, count, to_slip, turns);
     put_slips_moved(w, component, count, slip);
     for (int k = 0; k < rests; k++) {
-        const lanes_t *const towards = w->towards + component[2*k];
+        const lanes_t *const towards = w->contacts.towards + component[2*k];
         for (int g = 0; g < groups; g++)
             turn[k*groups + g] = slip[(2*k + 1)*groups + g]*towards[0] - slip[2*k*groups + g]*towards[1];
     }
@@ -217,7 +209,7 @@ static int put_rests_right(const variations_t *w, long long row, const int *comp
     for (int a = 0; a < w->known; a++)
         for (int k = 0; k < rests; k++) {
             const double *const response = to_known + a*count + 2*k;
-            const lanes_t *const turned = w->turned + component[2*k];
+            const lanes_t *const turned = w->contacts.turned + component[2*k];
             const lanes_t rate = response[0]*turned[0] + response[1]*turned[1];
             for (int g = 0; g < groups; g++)
                 w->moved[place_of_core(w, a)*groups + g] -= rate*turn[k*groups + g];
@@ -228,25 +220,183 @@ static int put_rests_right(const variations_t *w, long long row, const int *comp
 #else
 static void aim_rests(const variations_t *w, long long row) { (void)w, (void)row; }
 #endif
-
-/* Take from the deviations what the forces of contacts that come to rest behind a row do, where the rates have been
- * computed last. Returns whether that is determinate. */
-static int take_rests(variations_t *w, long long row, const int *component, int count)
-{
-    const int groups = w->groups;
-    double to_known[w->known*count], to_slip[count*count];
-    lanes_t force[count*groups];
-    put_responses(w, component, count, to_known, to_slip);
-#if SET_TURNS
-    if (!put_rests_right(w, row, component, count, to_known, to_slip))
-        return 0;
 #else
-    (void)row;
+#define MOST_COMPONENTS 0
 #endif
-    put_slips_moved(w, component, count, force);
-    if (!solve_small(to_slip, count, force, groups))
+
+#if SET_CHANGES
+#if SET_STRIPS
+/* How speeds of wheels along their axles move, over the distance of the rollers' axes from the ground in their middles,
+ * as a vector of columns does. */
+static void put_axle_speeds_moved(const variations_t *w, int group, lanes_t *own, lanes_t *moved)
+{
+    lanes_t slip[2*MOST_WHEELS], slip_moved[2*MOST_WHEELS];
+    const point_t at = point_of(w, &w->column[group], w->point);
+    point_t along = point_of(w, &w->column[group], w->along);
+    along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
+    slips_of(w, &at, &along, slip, slip_moved);
+    for (int i = 0; i < w->wheels; i++)
+        moved[i] = slip_moved[2*i]/w->run->standing[1];
+}
+#endif
+
+/* The deviations of the rates of some bearings in a row, which w->point has: count x groups. */
+static void put_turning(const variations_t *w, const int *of, int count, lanes_t *to)
+{
+    lanes_t own[point_size(w)];
+    memset(own, 0, sizeof own);
+    for (int g = 0; g < w->groups; g++) {
+        put_moved(w, w->moved, g, own);
+        lanes_t *contact = 0, *free = 0;
+#if SET_DISKS_STICK
+        const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), axial = first_momentum(w);
+        lanes_t spin[MOST_WHEELS], moved[MOST_WHEELS], spins[FREE(w)], spins_moved[FREE(w)];
+        const lanes_t *const at = w->point;
+        set_slip_spins_along(wheels, &w->column[g], at, at + chi, at + POINT_CORE + wheels, own, own + chi,
+                             own + POINT_CORE + wheels, spin, moved);
+        set_spins_from_axial_along(wheels, &w->column[g], at, at + chi, at + axial, own, own + chi, own + axial, spins,
+                                   spins_moved);
+        contact = moved, free = spins_moved;
+#elif SET_STRIPS
+        lanes_t axle[MOST_WHEELS];
+        put_axle_speeds_moved(w, g, own, axle);
+        contact = axle;
+#endif
+        for (int j = 0; j < count; j++)
+            to[j*w->groups + g] = *of_bearing(w, of[j], own + POINT_CORE, contact, free);
+    }
+}
+
+/* List what comes to rest. */
+static resting_t list_resting(const variations_t *w, const change_t *e, int *unit)
+{
+    resting_t found = {.unit = unit};
+#if SET_GRIPS
+    if (e->after > e->row)
+        found.contacts = list_rests(w, e->row, unit);
+#endif
+    found.count = found.contacts;
+    for (int k = 0; k < MOST_OWN(w); k++)
+        if (stops(w, e, k))
+            unit[found.count++] = 2*w->wheels + k;
+    return found;
+}
+
+/* Whether something comes to rest only just, where the rates before have been computed last. */
+static int rest_grazes(const variations_t *w, const resting_t *rests, const double *dot, const double *asked)
+{
+#if SET_GRIPS
+    if (grazes_rest(w, rests->unit, rests->contacts))
+        return 1;
+#endif
+    for (int j = rests->contacts; j < rests->count; j++) {
+        const int k = rests->unit[j] - 2*w->wheels;
+        const double possible = fabs(dot[k]) + (fabs(asked[k]) + w->run->own_most[k])/w->run->own_inertia[k];
+        if (fabs(dot[k]) <= w->run->only_just*possible)
+            return 1;
+    }
+    return 0;
+}
+
+/* The deviations of what comes to rest, in a row that w->point has: count x groups. */
+static void put_rests_moved(const variations_t *w, const resting_t *rests, lanes_t *to)
+{
+    int of[MOST_OWN(w) + 1];
+    for (int j = rests->contacts; j < rests->count; j++)
+        of[j - rests->contacts] = rests->unit[j] - 2*w->wheels;
+#if SET_GRIPS
+    put_slips_moved(w, rests->unit, rests->contacts, to);
+#endif
+    put_turning(w, of, rests->count - rests->contacts, to + rests->contacts*w->groups);
+}
+
+/* By how much the times deviate (columns) at which rates of bearings come to zero. Returns 0 where they do so apart. */
+static int put_times_of_stops(const variations_t *w, const resting_t *rests, const double *dot, double *time)
+{
+    lanes_t turning[rests->count*w->groups];
+    double rate[rests->count];
+    put_rests_moved(w, rests, turning);
+    for (int j = 0; j < rests->count; j++)
+        rate[j] = dot[rests->unit[j] - 2*w->wheels];
+    return put_times_of_zeros(w, turning, rate, rests->count, time);
+}
+
+/* Take from rates that have come to rest what rounding has left; and from nu, where the vehicle stands. */
+static void take_roundings(variations_t *w, const change_t *e, const resting_t *rests, lanes_t *left)
+{
+    const int groups = w->groups, wheels = w->wheels;
+    if (rests->count > rests->contacts)
+        put_rests_moved(w, rests, left);
+    for (int j = rests->contacts; j < rests->count; j++) {
+        const int roller = rests->unit[j] - 2*wheels - SET_AXLES_STICK*wheels, places = w->rollers;
+        if (SET_STRIPS && roller >= 0)              /* which has no rate of its own */
+            continue;
+        const int a = roller < 0 ? 3 + rests->unit[j] - 2*wheels
+            : roller%places == 0 ? 3 + wheels + roller/places
+                                 : first_momentum(w) + roller/places*(places - 1) + roller%places - 1;
+        for (int g = 0; g < groups; g++)
+            w->moved[place_of_core(w, a)*groups + g] -= left[j*groups + g];
+    }
+#if SET_STANDS
+    if (is_still_in(w, e->after))
+        memset(w->moved, 0, 3*groups*sizeof *w->moved);
+#endif
+    (void)e;
+}
+
+#if SET_STRIPS
+/* A slip that its own force does not move is no speed of its own: other wheels hold the vehicle there. */
+static void forget_what_is_held(const variations_t *w, const resting_t *rests, double *to_own)
+{
+    const int count = rests->count;
+    const double *const inertia = w->run->own_inertia, arm = w->run->standing[1];
+    for (int j = 0; j < count; j++) {
+        const double size = j < rests->contacts ? inertia[roller_bearing(w, 0, 0)]/(arm*arm)
+                                                : inertia[rests->unit[j] - 2*w->wheels];
+        if (fabs(to_own[j*count + j])*size > SAME)
+            continue;
+        for (int k = 0; k < count; k++)
+            to_own[j*count + k] = to_own[k*count + j] = 0;
+    }
+}
+#endif
+
+/* Put slips right that come to rest in directions that turn. Returns whether that is determinate. */
+static int put_directions_right(variations_t *w, const change_t *e, const resting_t *rests)
+{
+#if SET_TURNS
+    int turning[MOST_COMPONENTS];
+    memcpy(turning, rests->unit, rests->contacts*sizeof *turning);
+    const int turns = keep_turns(w, e->row, turning, rests->contacts);
+    double to_known[w->known*(turns + 1)], to_own[(turns + 1)*(turns + 1)];
+    if (turns) {
+        put_responses(w, turning, turns, to_known, to_own);
+        return put_rests_right(w, e->row, turning, turns, to_known, to_own);
+    }
+#endif
+    (void)w, (void)e, (void)rests;
+    return 1;
+}
+
+/* Let slips and rates come to rest, where the rates before have been computed last. */
+static int take_rests(variations_t *w, const change_t *e, const resting_t *rests)
+{
+    const int count = rests->count, groups = w->groups;
+    double to_known[w->known*count], to_own[count*count];
+    lanes_t force[count*groups];
+    if (!put_directions_right(w, e, rests))
         return 0;
+    put_responses(w, rests->unit, count, to_known, to_own);
+    put_rests_moved(w, rests, force);
+#if SET_STRIPS
+    forget_what_is_held(w, rests, to_own);
+    solve_dependent(to_own, count, force, groups);
+#else
+    if (!solve_scaled(to_own, count, force, groups))
+        return 0;
+#endif
     take_responses(w, to_known, count, force);
+    take_roundings(w, e, rests, force);
     return 1;
 }
 #endif

@@ -74,8 +74,8 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
     lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
     slips_of(w, at, along, slip, moved);
     for (int i = 0; i < wheels; i++) {
-        put_direction(w, row, i, at, slip + 2*i, w->towards + 2*i);
-        w->slipping[i] = slip[2*i]*w->towards[2*i] + slip[2*i + 1]*w->towards[2*i + 1];
+        put_direction(w, row, i, at, slip + 2*i, w->contacts.towards + 2*i);
+        w->contacts.slipping[i] = slip[2*i]*w->contacts.towards[2*i] + slip[2*i + 1]*w->contacts.towards[2*i + 1];
     }
 }
 
@@ -87,7 +87,7 @@ static void put_corners(const variations_t *w, const point_t *at, const point_t 
 {
     const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
     lanes_t given[MOST_WHEELS], force[MOST_WHEELS], force_moved[MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
-    lanes_t *const yield = w->yielding, *const yield_moved = yield + w->wheels;
+    lanes_t *const yield = w->contacts.yielding, *const yield_moved = yield + w->wheels;
     int both[MOST_WHEELS], some = 0;
     for (int i = 0; i < wheels; i++) {
         both[i] = load[i][0] > 0 && !slips_both_ways(at, i), some |= both[i];
@@ -96,9 +96,9 @@ static void put_corners(const variations_t *w, const point_t *at, const point_t 
     memset(yield, 0, 2*w->wheels*sizeof *yield);
     if (!some)
         return;
-    set_corner_forces_along(wheels, at->vehicle, at->chi, w->towards, given, friction, at->inputs + torque, along->chi,
-                            still, load_moved, friction_moved, along->inputs + torque, force, yield, force_moved,
-                            yield_moved);
+    set_corner_forces_along(wheels, at->vehicle, at->chi, w->contacts.towards, given, friction, at->inputs + torque,
+                            along->chi, still, load_moved, friction_moved, along->inputs + torque, force, yield,
+                            force_moved, yield_moved);
     for (int i = 0; i < wheels; i++)
         if (both[i])
             at->ground_push[2*i + 1] = force[i], along->ground_push[2*i + 1] = force_moved[i];
@@ -122,10 +122,10 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
             still[c] = lanes_of(0);
         }
     }
-    set_sliding_forces_along(wheels, at->vehicle, w->towards, load, friction, still, load_moved, friction_moved,
-                             at->ground_push, slope, along->ground_push, slope_moved);
+    set_sliding_forces_along(wheels, at->vehicle, w->contacts.towards, load, friction, still, load_moved,
+                             friction_moved, at->ground_push, slope, along->ground_push, slope_moved);
     for (int k = 0; k < 2*wheels; k++)      /* by the angle of the direction */
-        w->turned[k] = slope[2*k + 1]*w->towards[k/2*2] - slope[2*k]*w->towards[k/2*2 + 1];
+        w->contacts.turned[k] = slope[2*k + 1]*w->contacts.towards[k/2*2] - slope[2*k]*w->contacts.towards[k/2*2 + 1];
 #if SET_STRIPS
     put_corners(w, at, along, load, load_moved, friction, friction_moved);
 #endif
@@ -137,7 +137,7 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
 ALWAYS_INLINE int slip_directions(const variations_t *w) { return w->core + w->felt + w->run->models - 1; }
 ALWAYS_INLINE nodes_t *slope_of_slip(const variations_t *w, int i, int component)
 {
-    return w->slip_slope + (2*i + component)*slip_directions(w);
+    return w->contacts.slip_slope + (2*i + component)*slip_directions(w);
 }
 
 NEVER_INLINE void put_slope_of_slips(const variations_t *w, int place, int b, const point_t *at, const point_t *along)
@@ -231,7 +231,8 @@ static void put_pushes_of_columns(const variations_t *w, long long row, int j, i
     const point_t along = point_of(w, w->vehicle, w->along);
     lanes_t found[2*MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
-        found[k] = turns_in(w, row, k/2) ? w->turned[k]*w->row[(w->core + k/2)*w->nodes + j][g] : lanes_of(0);
+        found[k] = turns_in(w, row, k/2) ? w->contacts.turned[k]*w->solving.row[(w->core + k/2)*w->nodes + j][g]
+                                         : lanes_of(0);
     for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++) {
         const int model = w->run->number[p];
         const point_t at = point_of(w, &w->vehicle[model], w->point);
@@ -251,9 +252,9 @@ static void put_ground(const variations_t *w, long long row, int b)
     const int wheels = OWN_WHEELS(w->wheels);
     put_forces_on_contacts(w, row);
     for (int k = 0; k < 2*wheels; k++)
-        w->towards_at[k].lanes[b] = w->towards[k];
+        w->contacts.towards_at[k].lanes[b] = w->contacts.towards[k];
     for (int i = 0; i < wheels; i++)
-        w->slipping_at[i].lanes[b] = w->slipping[i];
+        w->contacts.slipping_at[i].lanes[b] = w->contacts.slipping[i];
     put_slopes_of_slips(w, b);
 }
 
@@ -267,9 +268,9 @@ static void put_ground_along(const variations_t *w, long long row, int d, int b,
         put_pushes(w, row, number + 1, at, along);
     else if (turning >= 0) {
         memset(along->ground_push, 0, 2*wheels*sizeof *along->ground_push);
-        memcpy(along->ground_push + 2*turning, w->turned + 2*turning, 2*sizeof *w->turned);
+        memcpy(along->ground_push + 2*turning, w->contacts.turned + 2*turning, 2*sizeof *w->contacts.turned);
 #if SET_STRIPS
-        memset(w->yielding + wheels, 0, wheels*sizeof *w->yielding);
+        memset(w->contacts.yielding + wheels, 0, wheels*sizeof *w->contacts.yielding);
     } else if (d >= w->core) {
         put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings                 */
 #endif

@@ -31,7 +31,7 @@ static int solve_small(double *matrix, int count, lanes_t *right, int groups)
     return 1;
 }
 
-#if SET_STANDS
+#if SET_CHANGES
 #define SAME 1e-9       /* of 1: pivots of a matrix whose diagonal is 1, below which it says too little */
 
 /* Scale a matrix and its right sides so that its diagonal is 1, and solve it. Returns 0 where it says too little. */

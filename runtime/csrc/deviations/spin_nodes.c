@@ -39,15 +39,16 @@ static void put_moved_at_node(variations_t *w, int j, int g, const lanes_t *carr
         w->along[point_inputs(w) + u] = w->given[u*groups + g]
             + w->length*w->node.node[j]*w->given[(w->inputs + u)*groups + g];
     for (int k = 0; k < FREE(w); k++)
-        w->bearing_along[k] = (1 - w->free_sticks[k])*w->torque_moved[k*groups + g];
+        w->spins.bearing_along[k] = (1 - w->spins.sticks[k])*w->spins.torque_moved[k*groups + g];
 }
 
 /* How the axial acceleration of a roller deviates by its torque, and by what the torque does where numbers move. */
 ALWAYS_INLINE lanes_t rate_by_torque(const variations_t *w, int k, int g)
 {
     const int own = k*w->groups + g;
-    const lanes_t rate = w->response[k]*w->torque_moved[own] + w->response_moved[own]*w->free_bearing[k];
-    return (1 - w->free_sticks[k])*rate;
+    const spins_t *const s = &w->spins;
+    const lanes_t rate = s->response[k]*s->torque_moved[own] + s->response_moved[own]*s->bearing[k];
+    return (1 - s->sticks[k])*rate;
 }
 
 /* The rates of the axial speeds' deviations at a node, but for what these do to themselves since the step's start. */
@@ -60,9 +61,9 @@ static void put_axial_rates(variations_t *w, int j, int g)
     put_spins(w, &w->column[g], own, unused);
     put_spins_along(w, &w->column[g], w->point, w->along, axial, still, spins);
     for (int k = 0; k < count; k++) {
-        const lanes_t by_spin = w->fading[k]*(w->axial_moved[k*groups + g] + spins[k]);
-        const lanes_t fading = (1 - w->free_sticks[k])*w->fading_moved[k*groups + g]*own[k];
-        w->axial_nodes[(k*NODES + j)*groups + g] = by_spin + fading + rate_by_torque(w, k, g);
+        const lanes_t by_spin = w->spins.fading[k]*(w->spins.axial_moved[k*groups + g] + spins[k]);
+        const lanes_t fading = (1 - w->spins.sticks[k])*w->spins.fading_moved[k*groups + g]*own[k];
+        w->spins.axial_nodes[(k*NODES + j)*groups + g] = by_spin + fading + rate_by_torque(w, k, g);
     }
 }
 
@@ -81,14 +82,14 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
         }
     }
     for (int k = 0; k < FREE(w); k++) {
-        lanes_t *const own = w->axial_nodes + k*NODES*groups, *const start = w->axial_moved + k*groups;
-        memset(w->answered, 0, nodes*groups*sizeof *w->answered);
-        add_product_of(w, answer_of(w, first_momentum(w) + k/(w->rollers - 1)*2), 1, own, w->answered);
+        lanes_t *const own = w->spins.axial_nodes + k*NODES*groups, *const start = w->spins.axial_moved + k*groups;
+        memset(w->solving.answered, 0, nodes*groups*sizeof *w->solving.answered);
+        add_product_of(w, answer_of(w, first_momentum(w) + k/(w->rollers - 1)*2), 1, own, w->solving.answered);
         for (int g = 0; g < groups; g++) {
             lanes_t end = start[g];
             for (int j = 0; j < nodes; j++) {
-                const lanes_t change = w->answered[j*groups + g];
-                end += h*w->run->gauss_weight[j]*(own[j*groups + g] + w->fading[k]*change);
+                const lanes_t change = w->solving.answered[j*groups + g];
+                end += h*w->run->gauss_weight[j]*(own[j*groups + g] + w->spins.fading[k]*change);
                 own[j*groups + g] = start[g] + change;
             }
             start[g] = end;
@@ -101,7 +102,7 @@ static void end_axial_moved(variations_t *w, double h)
 {
     for (int k = 0; k < FREE(w); k++)
         for (int g = 0; g < w->groups; g++)
-            w->axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
+            w->spins.axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
 }
 
 #if SET_DIRECTIONS
@@ -126,7 +127,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
         put_node(w, step, row, j, block);
 #if SET_GRIPS
         memset(w->along, 0, point_size(w)*sizeof *w->along);
-        memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+        memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
 #endif
 #if SET_GRIPS
         put_held(w, row, -1);
@@ -139,7 +140,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
             put_moved_at_node(w, j, g, carried);
             put_axial(w, g, w->point, w->along, axial, axial_moved);
             for (int k = 0; k < count; k++)
-                axial_moved[k] = w->axial_nodes[(k*NODES + j)*w->groups + g];
+                axial_moved[k] = w->spins.axial_nodes[(k*NODES + j)*w->groups + g];
 #if SET_DISKS_STICK
             put_stuck_axial(w, &w->column[g], w->point, w->along, axial_moved);
             memcpy(w->along + first_momentum(w), axial_moved, sizeof axial_moved);
@@ -162,7 +163,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
 /* The step is solved: its end for the axial speeds, and the rates of the spins (nodes x size x columns), or null. */
 static void finish_spins(variations_t *w, long long step, long long row, double h, double *rates)
 {
-    if (!w->fades && !rates) {
+    if (!w->spins.fades && !rates) {
         end_axial_moved(w, h);
         return;
     }
@@ -170,10 +171,10 @@ static void finish_spins(variations_t *w, long long step, long long row, double 
     if (rates)
         put_rates_of_spins(w, step, row, h, rates);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
-    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
 #if SET_GRIPS
-    memset(w->pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->pushed);
+    memset(w->contacts.pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->contacts.pushed);
 #endif
 }
 #endif

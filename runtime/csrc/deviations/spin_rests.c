@@ -84,15 +84,15 @@ static void put_deviations(const variations_t *w, long long row, int group)
     for (int u = 0; u < SET_MOVING*w->wheels; u++)
         w->along[point_inputs(w) + u] = w->given[u*groups + group] + length*w->given[(w->inputs + u)*groups + group];
     for (int k = 0; k < FREE(w); k++)
-        w->bearing_along[k] = (1 - w->free_sticks[k])*w->torque_moved[k*groups + group];
+        w->spins.bearing_along[k] = (1 - w->spins.sticks[k])*w->spins.torque_moved[k*groups + group];
 }
 
-/* Whether it is this roller alone that what holds it, in w->free_holding, has brought to its bound. */
+/* Whether it is this roller alone that what holds it, in w->spins.holding, has brought to its bound. */
 static int comes_alone(const variations_t *w, int roller)
 {
     for (int k = 0; k < FREE(w); k++) {
-        const int reached = w->free_sticks[k][0] != 0
-            && fabs(w->free_holding[k][0]) >= (1 - SPIN_REACHED)*w->run->free_most[k];
+        const int reached = w->spins.sticks[k][0] != 0
+            && fabs(w->spins.holding[k][0]) >= (1 - SPIN_REACHED)*w->run->free_most[k];
         if (reached != (k == roller))
             return 0;
     }
@@ -111,7 +111,7 @@ static int put_times_of_release(variations_t *w, long long row, int roller, cons
     put_motion(w, row, before);
     const point_t by_time = point_of(w, w->vehicle, w->point), in_time = point_of(w, w->vehicle, w->along);
     rates_at(w, &by_time, &in_time, nu_dot, nu_dot_along);
-    const double side = w->free_holding[roller][0] < 0 ? -1 : 1, slope = side*in_time.free_holding[roller][0];
+    const double side = w->spins.holding[roller][0] < 0 ? -1 : 1, slope = side*in_time.free_holding[roller][0];
     const int is_known = comes_alone(w, roller) && slope*w->run->held_for[row] > SPIN_GRAZES*most;
     for (int g = 0; g < w->groups && is_known; g++) {
         put_deviations(w, row, g);
@@ -122,7 +122,7 @@ static int put_times_of_release(variations_t *w, long long row, int roller, cons
             time[g][p%LANES] += w->run->free_most_moved[p*FREE(w) + roller]/slope;
     }
     memset(w->along, 0, point_size(w)*sizeof *w->along);
-    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
     return is_known;
 }
 
@@ -233,14 +233,14 @@ static void project_spins(variations_t *w, long long row)
             spins[k] = own[(6 + wheels + k)*groups];
         for (int c = 0; c < 3; c++)
             nu[c] = own[c*groups];
-        set_stuck_momenta_along(wheels, w->vehicle, point + chi, spins, w->free_sticks, zero, zero, zero, matrix,
+        set_stuck_momenta_along(wheels, w->vehicle, point + chi, spins, w->spins.sticks, zero, zero, zero, matrix,
                                 &momentum, unused_matrix, &unused_momentum);
         project_nu(w, row, g, matrix, momentum, nu);
         for (int c = 0; c < 3; c++)
             by[c] = nu[c] - own[c*groups], own[c*groups] = nu[c];
         set_spins_from_axial_along(wheels, w->vehicle, by, point + chi, zero, zero, zero, zero, jump, unused);
         for (int k = 0; k < count; k++)
-            own[(6 + wheels + k)*groups] = (spins[k] + jump[k])*(1 - w->free_sticks[k]);
+            own[(6 + wheels + k)*groups] = (spins[k] + jump[k])*(1 - w->spins.sticks[k]);
     }
 }
 

@@ -39,8 +39,8 @@ ALWAYS_INLINE long long free_mode_in(const variations_t *w, long long row, int k
 static void put_spin_modes(const variations_t *w, long long row)
 {
     for (int k = 0; k < FREE(w); k++) {
-        w->free_sticks[k] = lanes_of(free_mode_in(w, row, k) == 0);
-        w->free_bearing[k] = lanes_of(w->run->free_torque[row*FREE(w) + k]);
+        w->spins.sticks[k] = lanes_of(free_mode_in(w, row, k) == 0);
+        w->spins.bearing[k] = lanes_of(w->run->free_torque[row*FREE(w) + k]);
     }
 }
 
@@ -48,7 +48,7 @@ static void put_spin_modes(const variations_t *w, long long row)
 static void leave_turning(const variations_t *w, lanes_t *of_rollers)
 {
     for (int k = 0; k < FREE(w); k++)
-        of_rollers[k] *= 1 - w->free_sticks[k];
+        of_rollers[k] *= 1 - w->spins.sticks[k];
 }
 
 /* The axial acceleration of each free roller by torques of 1, or by spins of 1: where nu is held at zero it is that of
@@ -58,7 +58,7 @@ static void put_response(variations_t *w, double torque, double spin, lanes_t *t
     const int count = FREE(w), first = first_momentum(w);
     lanes_t nu_dot[3], nu_dot_along[3];
     for (int k = 0; k < count; k++) {
-        w->free_sticks[k] = lanes_of(0), w->free_bearing[k] = lanes_of(torque);
+        w->spins.sticks[k] = lanes_of(0), w->spins.bearing[k] = lanes_of(torque);
         w->point[first + k] = lanes_of(spin);
     }
     for (int model = 0; model < w->run->models; model++) {
@@ -103,7 +103,7 @@ static void put_basis(variations_t *w)
     for (int i = 0; i < w->wheels; i++) {
         const lanes_t *const one = momenta[0] + 2*i, *const two = momenta[1] + 2*i;
         const double determinant = one[0][0]*two[1][0] - one[1][0]*two[0][0];
-        double (*const basis)[2] = w->basis + 2*i;
+        double (*const basis)[2] = w->spins.basis + 2*i;
         basis[0][0] = two[1][0]/determinant, basis[0][1] = -one[1][0]/determinant;
         basis[1][0] = -two[0][0]/determinant, basis[1][1] = one[0][0]/determinant;
     }
@@ -111,18 +111,18 @@ static void put_basis(variations_t *w)
 
 static void prepare_spins(variations_t *w)
 {
-    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
     for (int c = 0; c < 3; c++)
         w->held[ABSENT + c] = lanes_of(1);
 #if SET_OWN_BEARINGS
-    memset(w->own_sticks, 0, 2*w->wheels*sizeof *w->own_sticks);
+    memset(w->bearings.sticks, 0, 2*w->wheels*sizeof *w->bearings.sticks);
 #endif
-    put_response(w, 1, 0, w->response);
-    put_response(w, 0, 1, w->fading);
+    put_response(w, 1, 0, w->spins.response);
+    put_response(w, 0, 1, w->spins.fading);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
-    spread_response(w, w->response, w->response_moved);
-    spread_response(w, w->fading, w->fading_moved);
-    w->fades = !are_zero(w->fading, FREE(w));
+    spread_response(w, w->spins.response, w->spins.response_moved);
+    spread_response(w, w->spins.fading, w->spins.fading_moved);
+    w->spins.fades = !are_zero(w->spins.fading, FREE(w));
     put_basis(w);
 }
 
@@ -153,7 +153,7 @@ static void put_stuck_axial(const variations_t *w, const vehicle_t *vehicle, con
     set_axial_speeds_along(OWN_WHEELS(w->wheels), vehicle, at, at + chi, still, moved, moved + chi, still, axial,
                            stuck);
     for (int k = 0; k < FREE(w); k++)
-        axial_moved[k] = lanes_select(w->free_sticks[k] != 0, stuck[k], axial_moved[k]);
+        axial_moved[k] = lanes_select(w->spins.sticks[k] != 0, stuck[k], axial_moved[k]);
 }
 #endif
 
@@ -175,10 +175,10 @@ static void put_momenta_moved(variations_t *w)
     lanes_t axial_moved[count], momenta[SUMS(w)];
     for (int g = 0; g < groups; g++) {
         for (int k = 0; k < count; k++)
-            axial_moved[k] = w->axial_moved[k*groups + g];
+            axial_moved[k] = w->spins.axial_moved[k*groups + g];
         put_momenta_of(w, axial_moved, momenta);
         for (int k = 0; k < SUMS(w); k++)
-            w->momenta_moved[k*groups + g] = momenta[k];
+            w->spins.momenta_moved[k*groups + g] = momenta[k];
     }
 }
 
@@ -194,8 +194,8 @@ static void begin_spins(variations_t *w, long long row)
         put_moved(w, w->moved, g, moved);
         put_axial(w, g, w->point, moved, axial, axial_moved);
         for (int k = 0; k < count; k++) {
-            w->axial_moved[k*groups + g] = axial_moved[k];
-            by_torque[k] = w->response[k]*w->torque_moved[k*groups + g];
+            w->spins.axial_moved[k*groups + g] = axial_moved[k];
+            by_torque[k] = w->spins.response[k]*w->spins.torque_moved[k*groups + g];
         }
         leave_turning(w, by_torque);
         put_momenta_of(w, by_torque, moments);
@@ -212,7 +212,7 @@ static void put_axial_at_nodes(variations_t *w)
     const int chi = point_chi(w);
     lanes_t moved[FREE(w)];
     set_axial_speeds_along(OWN_WHEELS(w->wheels), w->vehicle, w->point, w->point + chi, w->point + POINT_CORE, w->along,
-                           w->along + chi, w->along + POINT_CORE, w->axial_at, moved);
+                           w->along + chi, w->along + POINT_CORE, w->spins.axial_at, moved);
 }
 #endif
 
@@ -235,13 +235,13 @@ static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehi
     const int momentum = momentum_of(w, d), moment = moment_of(w, d), places = w->rollers - 1;
     lanes_t *const spins = w->along + first_momentum(w);
     memset(spins, 0, FREE(w)*sizeof *spins);
-    memset(w->bearing_along, 0, FREE(w)*sizeof *spins);
+    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *spins);
     for (int s = 0; s < 2; s++) {
         const int one = momentum/2*places + s, other = moment/2*places + s;
         if (momentum >= 0)
-            spins[one] = lanes_of(w->basis[momentum][s]);
+            spins[one] = lanes_of(w->spins.basis[momentum][s]);
         if (moment >= 0)
-            w->bearing_along[other] = w->basis[moment][s]/w->response[other];
+            w->spins.bearing_along[other] = w->spins.basis[moment][s]/w->spins.response[other];
     }
 #if SET_DISKS_STICK
     const int moves_disks = d < 3 || (d >= w->core && d < w->core + w->felt) || d >= w->directions;
@@ -251,7 +251,7 @@ static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehi
     if (momentum < 0 && moment < 0) {
         lanes_t still[FREE(w)];
         memset(still, 0, sizeof still);
-        put_spins_along(w, vehicle, w->point, w->along, w->axial_at, still, spins);
+        put_spins_along(w, vehicle, w->point, w->along, w->spins.axial_at, still, spins);
     }
 #endif
 }
@@ -276,16 +276,17 @@ static void put_momenta_along(const variations_t *w, int d, const vehicle_t *veh
     const int momentum = momentum_of(w, d), moment = moment_of(w, d), count = FREE(w), number = d - w->directions;
     if (momentum >= 0 || moment >= 0) {
         memset(to, 0, SUMS(w)*sizeof *to);
-        to[momentum >= 0 ? momentum : moment] = momentum >= 0 ? w->fading[momentum/2*(w->rollers - 1)] : lanes_of(1);
+        to[momentum >= 0 ? momentum : moment]
+            = momentum >= 0 ? w->spins.fading[momentum/2*(w->rollers - 1)] : lanes_of(1);
         return;
     }
     lanes_t rate[count], spins[count], spins_moved[count];
     put_spins(w, vehicle, spins, spins_moved);
     for (int k = 0; k < count; k++) {
-        rate[k] = w->fading[k]*spins_moved[k];
+        rate[k] = w->spins.fading[k]*spins_moved[k];
         if (number >= 0)
-            rate[k] += w->fading[(1 + number)*count + k]*spins[k]
-                + w->response[(1 + number)*count + k]*w->free_bearing[k];
+            rate[k] += w->spins.fading[(1 + number)*count + k]*spins[k]
+                + w->spins.response[(1 + number)*count + k]*w->spins.bearing[k];
     }
     leave_turning(w, rate);
     put_momenta_of(w, rate, to);
@@ -295,7 +296,7 @@ static void put_momenta_along(const variations_t *w, int d, const vehicle_t *veh
 static void take_spins_back(variations_t *w)
 {
     memset(w->along + first_momentum(w), 0, FREE(w)*sizeof *w->along);
-    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
 }
 
 /* The spins' deviations where a step ends, in the state of w->point: from those of the axial speeds. */
@@ -308,7 +309,7 @@ static void put_spins_at_end(variations_t *w)
         put_moved(w, w->moved, g, moved);
         put_axial(w, g, w->point, moved, axial, axial_moved);
         for (int k = 0; k < count; k++)
-            axial_moved[k] = w->axial_moved[k*groups + g];
+            axial_moved[k] = w->spins.axial_moved[k*groups + g];
 #if SET_DISKS_STICK
         put_stuck_axial(w, &w->column[g], w->point, moved, axial_moved);
         memcpy(spins_moved, axial_moved, sizeof spins_moved);

@@ -3,14 +3,14 @@
 #define MOST_STANDS (2*MOST_WHEELS)
 
 /* Whether a wheel does, along the axle (0) or the rolling direction (1). */
-ALWAYS_INLINE int stands_in(const variations_t *w, const own_change_t *e, int which, int i, int way)
+ALWAYS_INLINE int stands_in(const variations_t *w, const change_t *e, int which, int i, int way)
 {
     const int may = way ? SET_AXLES_STICK : SET_DISKS_STICK || SET_STRIPS, bearing = way ? i : roller_bearing(w, i, 0);
     return may && sticks_in(w, which == AFTER ? e->after : e->row, i) && mode_of(w, e, which, bearing) == 0;
 }
 
 /* Whether any wheel does. */
-static int some_stand(const variations_t *w, const own_change_t *e, int which)
+static int some_stand(const variations_t *w, const change_t *e, int which)
 {
     int found = 0;
     for (int i = 0; i < w->wheels; i++)
@@ -45,7 +45,7 @@ static void put_reaches(const variations_t *w, int model, const lanes_t *chi, co
 }
 
 /* List the directions in one of the instants of a change, at whose state the point is. Returns how many. */
-static int list_stands(const variations_t *w, const own_change_t *e, int which, stand_t *to)
+static int list_stands(const variations_t *w, const change_t *e, int which, stand_t *to)
 {
     const double *const numbers = w->run->standing, radius = numbers[0];
     lanes_t still[MOST_WHEELS] = {{0}}, reach[MOST_WHEELS] = {{0}}, moved[MOST_WHEELS];
@@ -89,7 +89,7 @@ static int add_to_basis(double (*basis)[3], int count, const double *vector, dou
 }
 
 /* What wheels leave to nu that stand while what has come to rest stays there. */
-static void put_held_at_rest(const variations_t *w, const own_change_t *e)
+static void put_held_at_rest(const variations_t *w, const change_t *e)
 {
     stand_t stand[MOST_STANDS];
     double basis[3][3];

@@ -35,7 +35,7 @@ static void put_carries(variations_t *w, long long row, int i)
 static void put_row_of_turn(variations_t *w, int i)
 {
     const int a = w->core + i, felt = w->core + w->felt;
-    const nodes_t *const towards = w->towards_at + 2*i;
+    const nodes_t *const towards = w->contacts.towards_at + 2*i;
     const nodes_t *const x = slope_of_slip(w, i, 0), *const y = slope_of_slip(w, i, 1);
     nodes_t *const slope = w->slope + a*w->directions;
     memset(slope, 0, w->directions*sizeof *slope);
@@ -44,7 +44,7 @@ static void put_row_of_turn(variations_t *w, int i)
         for (int b = 0; b < w->blocks; b++)
             to->lanes[b] = x[place].lanes[b]*towards[1].lanes[b] - y[place].lanes[b]*towards[0].lanes[b];
     }
-    slope[first_turn(w) + i] = w->slipping_at[i];
+    slope[first_turn(w) + i] = w->contacts.slipping_at[i];
 }
 
 /* What contacts add to the slopes in a step, when those of the core and of the slips are known. */
@@ -92,7 +92,7 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
     memset(w->felt_at, 0, w->felt*all*sizeof *rate);
     for (int p = 0; p < count; p++)
         if (unknown[p] < w->core)
-            integrate(w, h, w->row[unknown[p]*nodes], w->core_at + unknown[p]*all);
+            integrate(w, h, w->solving.row[unknown[p]*nodes], w->core_at + unknown[p]*all);
     for (int f = 0; f < w->felt; f++) {
         for (int k = 0; k < nodes*groups; k++)
             rate[k] = carried_by(w, carries_felt(w, f), w->core_at + k, w->core_at + 3*all + k, all);
@@ -105,11 +105,11 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
             if (w->is_still[a*w->directions + d] || (d >= w->core + w->felt && turns < 0))
                 continue;
             const lanes_t *const by = d < w->core ? w->core_at + d*all : turns < 0 ? w->felt_at + (d - w->core)*all
-                                                                       : w->row[(w->core + turns)*nodes];
+                                                                       : w->solving.row[(w->core + turns)*nodes];
             const nodes_t *const slope = &w->slope[a*w->directions + d];
             for (int j = 0; j < nodes; j++)
                 for (int g = 0; g < groups; g++)
-                    w->row[a*nodes + j][g] += slope->node[j]*by[j*groups + g];
+                    w->solving.row[a*nodes + j][g] += slope->node[j]*by[j*groups + g];
         }
     }
 }
@@ -123,11 +123,12 @@ static void put_rates_on_ground(variations_t *w, long long row, double h)
 #if SET_GATHERS
     put_answers_of_momenta(w, h);
 #endif
+    const solving_t *const own = &w->solving;
     const blockwise_t e = {count, 3, w->nodes, w->blocks, w->groups,
-                           w->kind, w->block, w->right, w->system, w->pivot_row};
+                           own->kind, own->block, own->right, own->system, own->pivot_row};
     for (int p = 0; unknown[p] >= 0; p++) {
         for (int j = 0; j < w->nodes; j++)
-            w->row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
+            w->solving.row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
         put_right(w, unknown[p], 0);
         for (int q = 0; q < count && p < count; q++)
             put_block(w, h, &e, unknown, p, q);

@@ -23,6 +23,51 @@
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
 #define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES)  /* whether bearings may stick then */
+#define SET_CHANGES (SET_GRIPS || SET_OWN_BEARINGS)     /* or contacts: saltations.c */
+
+/* Contacts at a point of a step, in a row, and at its nodes. */
+typedef struct {
+    lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
+    lanes_t *yielding;          /* 2*wheels: what slips along axles go with where rollers turn, and how that moves */
+    lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
+                                             * along these, the slopes of the forces by the directions' angles */
+    nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
+    nodes_t *slip_slope;        /* 2*wheels x what slips have slopes by: slipping.c             */
+    long long aimed_row;        /* a row behind which slips come to rest, and the directions there: rests.c */
+    double *aimed;
+} contacts_t;
+
+/* Axles, and rollers in contact, that may stick where wheels may slip. */
+typedef struct {
+    lanes_t *sticks, *holding;  /* 2*wheels: of axles, of rollers in contact; 4*wheels: the same at a point, and how
+                                 * these move */
+    lanes_t *spin_dot, *yaw_mass;       /* at a point, and how they move: 2*wheels*rollers, 2   */
+} bearing_modes_t;
+
+/* Free rollers that may stick on their disks. */
+typedef struct {
+    lanes_t *sticks, *bearing, *holding;       /* of free rollers, as a point needs them                */
+    lanes_t *bearing_along;     /* how `bearing` moves                                       */
+    lanes_t *response, *fading; /* models x rollers: axial accelerations by torques, by spins of 1; how these move */
+    lanes_t *response_moved, *fading_moved; /* rollers x groups: the same in the columns        */
+    int fades;                  /* whether spins do anything                                    */
+    lanes_t *torque_moved;      /* rollers x groups: deviations of `bearing` in a step       */
+    lanes_t *momenta_moved;     /* 2*wheels x groups: of the momenta at its start               */
+    lanes_t *axial_moved, *axial_nodes; /* rollers x groups: of axial speeds there; x NODES in between */
+    lanes_t *axial_at;          /* axial speeds at a block of nodes                             */
+    double (*basis)[2];         /* of each momentum of a wheel                                  */
+} spins_t;
+
+/* The linear equations of a step. */
+typedef struct {
+    int *kind;                  /* what blockwise.c works on                                    */
+    nodes_t *block;
+    lanes_t *right, **pivot_row;
+    nodes_t *answer;            /* (core - 3) x NODES, and whose a number has: apart.c          */
+    int *answer_at;
+    lanes_t *answered;          /* NODES x groups                                               */
+    lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
+} solving_t;
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
@@ -52,42 +97,14 @@ typedef struct {
     const double *weight;       /* degree + 1 x nodes: of the polynomials' coefficients at the nodes    */
     double *weight_in_piece;    /* the same in a piece of a step: pieces.c                      */
     int inside;                 /* whether somebody looks at steps between their rows           */
-    lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
-    lanes_t *yielding;          /* 2*wheels: what slips along axles go with where rollers turn, and how that moves */
-    lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
-                                             * along these, the slopes of the forces by the directions' angles */
-    nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
-    nodes_t *slip_slope;        /* 2*wheels x what slips have slopes by: slipping.c             */
-    int *kind;                  /* what blockwise.c works on                                    */
-    nodes_t *block;
-    lanes_t *right, **pivot_row;
     int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
     int *is_still;              /* equations x directions: whether a slope is zero              */
-    nodes_t *answer;            /* (core - 3) x NODES, and whose a number has: apart.c          */
-    int *answer_at;
-    lanes_t *answered;          /* NODES x groups                                               */
-    lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
-#if SET_OWN_BEARINGS
-    lanes_t *own_sticks, *own_holding;  /* 2*wheels: of axles, of rollers in contact; 4*wheels: the same at a point, and
-                                         * how these move */
-    lanes_t *spin_dot, *yaw_mass;       /* at a point, and how they move: 2*wheels*rollers, 2   */
-#endif
-#if SET_GATHERS
-    lanes_t *free_sticks, *free_bearing, *free_holding; /* of free rollers, as a point needs them                */
-    lanes_t *bearing_along;     /* how free_bearing moves                                       */
-    lanes_t *response, *fading; /* models x rollers: axial accelerations by torques, by spins of 1; how these move */
-    lanes_t *response_moved, *fading_moved; /* rollers x groups: the same in the columns        */
-    int fades;                  /* whether spins do anything                                    */
-    lanes_t *torque_moved;      /* rollers x groups: deviations of free_bearing in a step       */
-    lanes_t *momenta_moved;     /* 2*wheels x groups: of the momenta at its start               */
-    lanes_t *axial_moved, *axial_nodes; /* rollers x groups: of axial speeds there; x NODES in between */
-    lanes_t *axial_at;          /* axial speeds at a block of nodes                             */
-    double (*basis)[2];         /* of each momentum of a wheel                                  */
-#endif
+    contacts_t contacts;
+    bearing_modes_t bearings;
+    spins_t spins;
+    solving_t solving;
     int *is_given;              /* inputs: whether any column has one in a step                 */
-    long long aimed_row;        /* a row behind which slips come to rest, and the directions there: rests.c */
-    double *aimed;
 } variations_t;
 
 /* Where what a point needs stands among w->point and w->along. */
@@ -129,7 +146,7 @@ ALWAYS_INLINE const lanes_t *start_of_core(const variations_t *w, int a)
 {
 #if SET_GATHERS
     if (a >= first_momentum(w))
-        return w->momenta_moved + (a - first_momentum(w))*w->groups;
+        return w->spins.momenta_moved + (a - first_momentum(w))*w->groups;
 #endif
     return w->moved + place_of_core(w, a)*w->groups;
 }
@@ -164,7 +181,7 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
 #define HELD_SIZE 15
 enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
 
-#if SET_OWN_BEARINGS
+#if SET_CHANGES
 #include "deviations/own_modes.c"
 #endif
 
@@ -178,21 +195,21 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
     lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
 #endif
-#if SET_OWN_BEARINGS
+#if SET_CHANGES
     put_own_bearings(w, own, &point);
 #endif
 #if SET_GATHERS
     const int count = w->wheels*(w->rollers - 1), moves = own == w->along;
-    point.free_sticks = moves ? own + point_still(w) : w->free_sticks;
-    point.free_bearing = moves ? w->bearing_along : w->free_bearing;
-    point.free_holding = w->free_holding + (moves ? count : 0);
+    point.free_sticks = moves ? own + point_still(w) : w->spins.sticks;
+    point.free_bearing = moves ? w->spins.bearing_along : w->spins.bearing;
+    point.free_holding = w->spins.holding + (moves ? count : 0);
 #endif
 #if SET_GRIPS
-    point.ground_push = w->pushed + (own == w->along ? 6*w->wheels : 0);
+    point.ground_push = w->contacts.pushed + (own == w->along ? 6*w->wheels : 0);
     point.ground_force = point.ground_push + 2*w->wheels, point.slip_dot = point.ground_force + 2*w->wheels;
 #endif
 #if SET_STRIPS
-    point.ground_yield = w->yielding + (own == w->along ? w->wheels : 0);
+    point.ground_yield = w->contacts.yielding + (own == w->along ? w->wheels : 0);
 #endif
     return point;
 }
@@ -217,7 +234,7 @@ ALWAYS_INLINE void put_headings(const variations_t *w, long long row, lanes_t *p
 {
 #if SET_GRIPS
     const double *const own = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels;
-    const double *const heading = row == w->aimed_row ? w->aimed : own;
+    const double *const heading = row == w->contacts.aimed_row ? w->contacts.aimed : own;
     for (int i = 0; i < w->wheels; i++)
         point[point_inputs(w) + SET_HEADINGS_INPUT*w->wheels + i] = lanes_of(heading[i]);
 #else
@@ -546,7 +563,7 @@ static void put_right(variations_t *w, int a, int width)
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
     const int *const still = w->is_still + a*w->directions;
-    lanes_t **const row = w->row + a*w->nodes;
+    lanes_t **const row = w->solving.row + a*w->nodes;
     for (int g = 0; g < groups; g++)
         for (int j = 0; j < w->nodes; j += AT_ONCE) {
             lanes_t sum[AT_ONCE] = {{0}};
@@ -692,7 +709,7 @@ static void put_core(variations_t *w, double h, int width)
                 at[j*groups + g] = start_of_core(w, a)[g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
         for (int j = 0; j < w->nodes; j++)
-            memcpy(rate + j*groups, w->row[a*w->nodes + j] + width, groups*sizeof *rate);
+            memcpy(rate + j*groups, w->solving.row[a*w->nodes + j] + width, groups*sizeof *rate);
         integrate(w, h, rate, at);
     }
 }
@@ -736,7 +753,7 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 {
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
-        return w->row[core*w->nodes + node] + width;
+        return w->solving.row[core*w->nodes + node] + width;
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
@@ -750,7 +767,7 @@ static int are_seen(const variations_t *w, double h, int width)
         for (int a = 0; a < 3; a++) {
             lanes_t sum = {0};
             for (int j = 0; j < w->nodes; j++) {
-                const lanes_t rate = w->row[a*w->nodes + j][width + g];
+                const lanes_t rate = w->solving.row[a*w->nodes + j][width + g];
                 sum += w->run->gauss_last[j]*rate;
                 size += h*h*w->run->gauss_weight[j]*lanes_abs(rate);
             }
@@ -791,7 +808,7 @@ static void put_matrix(variations_t *w, double h, int a, int solved)
                 twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
         const int linear = !w->is_still[a*w->directions + c], squared = !is_zero(w, &twice);
         for (int j = 0; j < w->nodes; j++) {
-            lanes_t *const to = w->row[a*w->nodes + j] + c*w->blocks;
+            lanes_t *const to = w->solving.row[a*w->nodes + j] + c*w->blocks;
             for (int b = 0; b < w->blocks; b++) {
                 lanes_t sum = {0};
                 if (linear)
@@ -815,7 +832,7 @@ static int put_core_rates(variations_t *w, long long row, double h)
     for (int a = 3; apart && a < w->core; a++)
         put_answer(w, h, a);
     for (int k = 0; k < w->nodes*w->core; k++)
-        w->row[k] = w->system + k*(width + w->groups);
+        w->solving.row[k] = w->solving.system + k*(width + w->groups);
     for (int a = 0; a < w->core; a++) {
         if (a < solved)
             put_matrix(w, h, a, solved);
@@ -823,7 +840,7 @@ static int put_core_rates(variations_t *w, long long row, double h)
     }
     for (int a = solved; a < w->core; a++)
         eliminate(w, h, a, width);
-    solve(&(equations_t){w->row, unknowns, width, w->groups});
+    solve(&(equations_t){w->solving.row, unknowns, width, w->groups});
     if (apart)
         put_answers_of_nu(w, h, width);
     for (int a = solved; a < w->core; a++)

@@ -75,8 +75,8 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
- * grazes, or contacts change their modes as rests.c does not know, or a step begins with what spin_rests.c does not
- * know. -1 - row: the step from this row asks for more nodes, all that there are. */
+ * grazes, or contacts or bearings change their modes as saltations.c does not know, or a step begins with what
+ * spin_rests.c does not know. -1 - row: the step from this row asks for more nodes, all that there are. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 

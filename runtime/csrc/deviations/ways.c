@@ -1,5 +1,5 @@
 /* How a point moves with time, or as the deviations of a column do, in a row in which something happens. */
-#if SET_GRIPS || SET_OWN_BEARINGS
+#if SET_CHANGES
 #define LETS_GO_TOGETHER 1e-9       /* of the larger one: times that differ by less are the same */
 #define TIMES_ALONE (-1)            /* in the place of a column: the way of time */
 
@@ -30,7 +30,7 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
             to[SET_CONTACT_BEARING_INPUT*w->wheels + i] = lanes_of(0);
 #if SET_DISKS_STICK
         for (int k = 0; k < FREE(w) && column >= 0; k++)
-            w->bearing_along[k] = lanes_of(own[(all + k)*columns]);
+            w->spins.bearing_along[k] = lanes_of(own[(all + k)*columns]);
 #endif
     }
     for (int k = 0; k < HELD_MOMENTA(w->wheels) && column >= 0; k++)
@@ -77,13 +77,13 @@ static void take_way_back(const variations_t *w)
 {
     memset(w->along, 0, point_size(w)*sizeof *w->along);
 #if SET_GATHERS
-    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
 #endif
 #if SET_GRIPS
-    memset(w->pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->pushed);
+    memset(w->contacts.pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->contacts.pushed);
 #endif
 #if SET_STRIPS
-    memset(w->yielding + w->wheels, 0, w->wheels*sizeof *w->yielding);
+    memset(w->contacts.yielding + w->wheels, 0, w->wheels*sizeof *w->contacts.yielding);
 #endif
 }
 #endif

@@ -39,7 +39,7 @@ enum { NO_APPROACH, MISSES_REST, APPROACHES };
 /* What turns a slip on its way to rest, in m/s. */
 ALWAYS_INLINE double turns_slip(const step_t *s)
 {
-    return s->across*s->rest_in;
+    return s->approach.across*s->rest_in;
 }
 
 /* The power of the time to rest with which that is left, 1 + a, from the rates at the start of the step: how strongly
@@ -55,8 +55,8 @@ static void find_power_of_turn(const work_t *work, step_t *s, const double *towa
         per_turn[k] = response[0]*turned[0] + response[1]*turned[1];
     }
     const double falls = hypot(s->slip_start[2*i], s->slip_start[2*i + 1])/s->rest_in;
-    s->across = fabs(rate[1]*towards[0] - rate[0]*towards[1]);
-    s->fades = (per_turn[0]*towards[1] - per_turn[1]*towards[0])/falls;
+    s->approach.across = fabs(rate[1]*towards[0] - rate[0]*towards[1]);
+    s->approach.fades = (per_turn[0]*towards[1] - per_turn[1]*towards[0])/falls;
 }
 
 /* The power m of the clock, 0 where a step in time is better; and what part of the time the step leaves. */
@@ -64,32 +64,32 @@ static int choose_clock(step_t *s)
 {
     const int i = s->rests;
     const double allowed = s->left_over[i]/TURNS_AWAY, size = hypot(s->slip_start[2*i], s->slip_start[2*i + 1]);
-    const double turn = turns_slip(s)/(size*fabs(s->fades - 1));
-    s->leaves = 0;
-    if (s->fades > TURNS_OVER && s->fades < FADES_FAST && FEW_MISSES*turns_slip(s) < allowed)
+    const double turn = turns_slip(s)/(size*fabs(s->approach.fades - 1));
+    s->approach.leaves = 0;
+    if (s->approach.fades > TURNS_OVER && s->approach.fades < FADES_FAST && FEW_MISSES*turns_slip(s) < allowed)
         return 1;
-    if (s->fades < 1 - MAKES_A_POWER) {
-        s->leaves = fmax(pow(turn/LEAVES_AT, 1/(1 - s->fades)), LEAVES_LEAST);
-        return s->leaves < LEAVES_MOST ? LEAVING_POWER : 0;
+    if (s->approach.fades < 1 - MAKES_A_POWER) {
+        s->approach.leaves = fmax(pow(turn/LEAVES_AT, 1/(1 - s->approach.fades)), LEAVES_LEAST);
+        return s->approach.leaves < LEAVES_MOST ? LEAVING_POWER : 0;
     }
-    if (!(s->fades > 1 + MAKES_A_POWER) || !(turn < MOST_TO_TURN))
+    if (!(s->approach.fades > 1 + MAKES_A_POWER) || !(turn < MOST_TO_TURN))
         return 0;
-    if (s->fades > FADES_FAST && FAST_MISSES*turns_slip(s) > allowed)
+    if (s->approach.fades > FADES_FAST && FAST_MISSES*turns_slip(s) > allowed)
         return 0;
-    return turn > FAR_TO_TURN ? 1 : (int)fmax(1, fmin(SMOOTHNESS/s->fades + 0.5, MOST_POWER));
+    return turn > FAR_TO_TURN ? 1 : (int)fmax(1, fmin(SMOOTHNESS/s->approach.fades + 0.5, MOST_POWER));
 }
 
 static void set_clock(step_t *s, int power)
 {
-    s->stretched = power;
-    s->part = 1 - pow(s->leaves, 1.0/power);
+    s->approach.stretched = power;
+    s->approach.part = 1 - pow(s->approach.leaves, 1.0/power);
     for (int m = 0; m < NODES; m++) {
-        const double left = 1 - s->part*gauss_node.node[m];
+        const double left = 1 - s->approach.part*gauss_node.node[m];
         double before = 1;
         for (int k = 1; k < power; k++)
             before *= left;
-        s->clock.node[m] = (1 - before*left)/(1 - s->leaves);
-        s->stretch.node[m] = power*s->part*before/(1 - s->leaves);
+        s->approach.clock.node[m] = (1 - before*left)/(1 - s->approach.leaves);
+        s->approach.stretch.node[m] = power*s->approach.part*before/(1 - s->approach.leaves);
     }
     for (int k = 0; k < 3; k++)
         stretch_nodes(s, s->rate_nu + k);
@@ -116,9 +116,10 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
         const double change = sweep(s, wheels, 0), ratio = change/last;
         end_of_step(s, wheels);
         slips_at_end(s, wheels);
-        const double late = time_left(s) - s->leaves*s->h;
+        const double late = time_left(s) - s->approach.leaves*s->h;
         const double left = hypot(s->end_slip[2*s->rests], s->end_slip[2*s->rests + 1]);
-        const int meets = s->leaves > 0 ? fabs(late) <= MEETS_END*s->leaves*s->h : left <= s->left_over[s->rests];
+        const int meets = s->approach.leaves > 0 ? fabs(late) <= MEETS_END*s->approach.leaves*s->h
+                                                 : left <= s->left_over[s->rests];
         s->rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;    /* one sweep says nothing of the next */
         if (s->rest <= sweep_tolerance && (meets || fabs(late) <= EPS*s->h))
             return meets && missed(s) <= tolerance;
@@ -127,7 +128,7 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
         if (k%3 == 2 && missed(s) > fmax(4*tolerance, 10*change))       /* it takes long: at each third sweep   */
             return 0;
         last = fmax(change, 1e-300);
-        s->h += meets && s->leaves > 0 ? 0 : late;
+        s->h += meets && s->approach.leaves > 0 ? 0 : late;
     }
     return 0;
 }
@@ -143,7 +144,7 @@ static int nothing_else_happens(const step_t *s, const int wheels)
             return 0;
         const double *const slip = s->end_slip + 2*i;
         const double along = s->toward[2*i].node[NODES - 1]*slip[0] + s->toward[2*i + 1].node[NODES - 1]*slip[1];
-        if (s->slides[i] && (i != s->rests || s->leaves > 0) && !(along > CLEAR_OF_REST*s->left_over[i]))
+        if (s->slides[i] && (i != s->rests || s->approach.leaves > 0) && !(along > CLEAR_OF_REST*s->left_over[i]))
             return 0;
     }
     return !(turn_of_contacts(s, wheels) < 1);
@@ -155,7 +156,7 @@ static int may_approach(const omniroll_run_t *run, const step_t *s, double longe
     int keeps = 0;
     for (int i = 0; i < run->wheels; i++)
         keeps |= s->keeps[i];
-    return s->turning && s->rest_in <= longest && !keeps && !s->stiff && s->guards == 0
+    return s->turning && s->rest_in <= longest && !keeps && !s->stiff.on && s->guards == 0
         && run->row_count + MOST_PIECES <= run->row_capacity;
 }
 
@@ -169,14 +170,14 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
     find_power_of_turn(work, s, run->grips[s->rests].towards);
     const int power = choose_clock(s);
     if (power == 0) {
-        const double transient = s->fades > FADES_FAST ? TRANSIENT*s->rest_in/s->fades : INFINITY;
+        const double transient = s->approach.fades > FADES_FAST ? TRANSIENT*s->rest_in/s->approach.fades : INFINITY;
         const int shortens = transient < *most;
         *most = fmin(*most, transient);
         return shortens ? MISSES_REST : NO_APPROACH;
     }
     set_clock(s, power);
-    s->h = s->rest_in*(1 - s->leaves);
-    s->landing = s->leaves > 0 ? -1 : wheels + s->rests, s->late = 0;
+    s->h = s->rest_in*(1 - s->approach.leaves);
+    s->landing = s->approach.leaves > 0 ? -1 : wheels + s->rests, s->late = 0;
     if (settle_approach(s, wheels, size*run->tolerance, sweep_tolerance) && s->h <= longest) {
         states_at_nodes(s, wheels);
         end_of_step(s, wheels);
@@ -192,7 +193,7 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
         }
     }
     run->rejected_count++;
-    s->stretched = 0;
+    s->approach.stretched = 0;
     return MISSES_REST;
 }
 
@@ -200,7 +201,7 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
 static void keep_step_behind(omniroll_run_t *run, const step_t *s, double calm)
 {
     run->step = fmax(calm, run->calm_step), run->rest_error = 0;
-    run->calm_step = s->leaves > 0 ? run->step : 0;
+    run->calm_step = s->approach.leaves > 0 ? run->step : 0;
 }
 
 /* A piece of such a step. Columns of `values` make the rates in time at the nodes of the piece from the Legendre
@@ -242,13 +243,13 @@ static lanes_t root_of(lanes_t number, int power)
 /* The piece between two parts of the time to rest. */
 static void set_piece(const step_t *s, double left_before, double left_after, piece_t *piece)
 {
-    const double clocked = s->stretched*s->part/(1 - s->leaves);
+    const double clocked = s->approach.stretched*s->approach.part/(1 - s->approach.leaves);
     nodes_t z;
-    piece->from = (1 - left_before)/(1 - s->leaves), piece->to = (1 - left_after)/(1 - s->leaves);
+    piece->from = (1 - left_before)/(1 - s->approach.leaves), piece->to = (1 - left_after)/(1 - s->approach.leaves);
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t left = left_before - (left_before - left_after)*gauss_node.lanes[b];
-        const lanes_t base = root_of(left, s->stretched);
-        z.lanes[b] = 2*(1 - base)/s->part - 1;
+        const lanes_t base = root_of(left, s->approach.stretched);
+        z.lanes[b] = 2*(1 - base)/s->approach.part - 1;
         piece->values[0].lanes[b] = base/(clocked*left);
         piece->values[1].lanes[b] = z.lanes[b]*piece->values[0].lanes[b];
     }
@@ -256,8 +257,8 @@ static void set_piece(const step_t *s, double left_before, double left_after, pi
         for (int b = 0; b < BLOCKS; b++)
             piece->values[k + 1].lanes[b] = ((2*k + 1)*z.lanes[b]*piece->values[k].lanes[b]
                 - k*piece->values[k - 1].lanes[b])/(k + 1);
-    const double base_after = left_after > 0 ? root_of(lanes_of(left_after), s->stretched)[0] : 0;
-    legendre_areas((1 - base_after)/s->part, piece->area);
+    const double base_after = left_after > 0 ? root_of(lanes_of(left_after), s->approach.stretched)[0] : 0;
+    legendre_areas((1 - base_after)/s->approach.part, piece->area);
 }
 
 /* Pieces of which polynomials in time miss no more than those of steps may; returns how many. */
@@ -267,16 +268,16 @@ static int divide_way(const step_t *s, piece_t *pieces)
     double left = 1;
     int count = 0;
     while (count < MOST_PIECES - 1) {
-        const double turns = turns_slip(s)*pow(left, s->fades);
+        const double turns = turns_slip(s)*pow(left, s->approach.fades);
         double after = left*left_before_rest(turns/(2*NODES*allowed));
-        if (turns <= allowed || after <= s->leaves)
+        if (turns <= allowed || after <= s->approach.leaves)
             break;
-        if (after < 2*s->leaves)            /* two of one ratio, not a long one and a short one                  */
-            after = sqrt(left*s->leaves);
+        if (after < 2*s->approach.leaves)   /* two of one ratio, not a long one and a short one                  */
+            after = sqrt(left*s->approach.leaves);
         set_piece(s, left, after, pieces + count++);
         left = after;
     }
-    set_piece(s, left, s->leaves, pieces + count++);
+    set_piece(s, left, s->approach.leaves, pieces + count++);
     return count;
 }
 

@@ -348,7 +348,7 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
             for (int b = 0; b < BLOCKS; b++)
                 rate.lanes[b] = response[0]*pushed[0].lanes[b] + response[1]*pushed[1].lanes[b];
 #if SET_APPROACHES
-            if (s->stretched)
+            if (s->approach.stretched)
                 stretch_nodes(s, &rate);
 #endif
             integrate_to_nodes(0, s->h, &rate, &moved);
@@ -378,7 +378,7 @@ static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *resp
     if (s->knows_response[i])
         own_response_to_turn(s, i, response);
 #if SET_APPROACHES
-    for (int k = 0; k < 2 && s->stretched; k++)
+    for (int k = 0; k < 2 && s->approach.stretched; k++)
         stretch_nodes(s, response + k);
 #endif
 }

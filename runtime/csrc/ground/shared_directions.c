@@ -33,7 +33,7 @@ static void response_to_other(step_t *s, const int wheels, int i, int j, nodes_t
         return;
     }
 #if SET_APPROACHES
-    for (int k = 0; k < 2 && s->stretched; k++)
+    for (int k = 0; k < 2 && s->approach.stretched; k++)
         stretch_nodes(s, rate + k);
 #endif
 }

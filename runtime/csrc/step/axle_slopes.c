@@ -93,7 +93,7 @@ ALWAYS_INLINE void slopes_by_axles(step_t *s, const int wheels, int b, const poi
     }
     core_rates(wheels, point, nu_dot);
     for (int k = 0; k < 3; k++) {
-        change[k] = (nu_dot[k] - s->found_nu[k].lanes[b])/by;
+        change[k] = (nu_dot[k] - s->stiff.found_nu[k].lanes[b])/by;
         at->nu[k] = here[k];
     }
 #if CORE_FOLLOWS
@@ -102,7 +102,7 @@ ALWAYS_INLINE void slopes_by_axles(step_t *s, const int wheels, int b, const poi
 #endif
     slopes_of_axles(s, wheels, b, axles, change, slope);
     for (int k = 0; k < 9; k++)
-        s->slope_nu[k].lanes[b] = slope[k];
+        s->stiff.slope_nu[k].lanes[b] = slope[k];
 }
 
 /* Whether axles' friction alone makes the slopes that differences have told. */
@@ -112,11 +112,12 @@ static int axles_make_slopes(const step_t *s, const int wheels, const axles_t *a
     for (int b = 0; b < BLOCKS && axles->known; b++) {
         lanes_t change[3], slope[9];
         for (int k = 0; k < 3; k++)
-            change[k] = s->slope_nu[3*k].lanes[b]*axles->all[0] + s->slope_nu[3*k + 1].lanes[b]*axles->all[1]
-                + s->slope_nu[3*k + 2].lanes[b]*axles->all[2];
+            change[k] = s->stiff.slope_nu[3*k].lanes[b]*axles->all[0]
+                + s->stiff.slope_nu[3*k + 1].lanes[b]*axles->all[1]
+                + s->stiff.slope_nu[3*k + 2].lanes[b]*axles->all[2];
         slopes_of_axles(s, wheels, b, axles, change, slope);
         for (int k = 0; k < 9; k++)
-            left = fmax(left, s->h*lanes_largest(slope[k] - s->slope_nu[k].lanes[b]));
+            left = fmax(left, s->h*lanes_largest(slope[k] - s->stiff.slope_nu[k].lanes[b]));
     }
     return axles->known && left < OF_AXLES;
 }

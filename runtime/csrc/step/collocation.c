@@ -103,7 +103,7 @@ ALWAYS_INLINE int only_rolls(const step_t *s, const int wheels)
 ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
 {
     for (int b = 0; b < BLOCKS; b++)
-        rate->lanes[b] *= s->stretch.lanes[b];
+        rate->lanes[b] *= s->approach.stretch.lanes[b];
 }
 #endif
 
@@ -146,10 +146,10 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 #endif
     }
 #if SET_APPROACHES
-    for (int i = 0; i < wheels && s->stretched; i++)
+    for (int i = 0; i < wheels && s->approach.stretched; i++)
         stretch_nodes(s, s->rate_chi + i);
 #if SET_HAS_HEADING
-    if (s->stretched)
+    if (s->approach.stretched)
         stretch_nodes(s, s->rate_pose + 2);
 #endif
 #endif
@@ -183,8 +183,8 @@ ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
 ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
 {
 #if SET_APPROACHES
-    if (s->stretched)
-        return &s->clock;
+    if (s->approach.stretched)
+        return &s->approach.clock;
 #endif
     (void)s;
     return &gauss_node;
@@ -331,9 +331,9 @@ NEVER_INLINE double rolling_sweep(step_t *s, const int wheels)
 NEVER_INLINE void stretch_rates(const step_t *s, int b, lanes_t *nu_dot)
 {
     for (int k = 0; k < 3; k++)
-        nu_dot[k] *= s->stretch.lanes[b];
+        nu_dot[k] *= s->approach.stretch.lanes[b];
     for (int c = 0; c < s->core; c++)
-        s->core_dot[c] *= s->stretch.lanes[b];
+        s->core_dot[c] *= s->approach.stretch.lanes[b];
 }
 #endif
 
@@ -346,7 +346,7 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
     return coupled_sweep(s, wheels, slow);
 #endif
 #if SET_IS_ACTED_ON
-    if (s->stiff)
+    if (s->stiff.on)
         return stiff_sweep(s, wheels, slow);
 #endif
 #if SET_ROLLS
@@ -365,7 +365,7 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
         core_rates(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);
 #if SET_APPROACHES
-        if (s->stretched)
+        if (s->approach.stretched)
             stretch_rates(s, b, nu_dot);
 #endif
         change = renew_rates(s, b, nu_dot, 0, change);
@@ -454,7 +454,7 @@ ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
             s->rate_account[k].lanes[b] = account_dot[k];
     }
 #if SET_APPROACHES
-    for (int k = 0; k < account_size(wheels) && s->stretched; k++)
+    for (int k = 0; k < account_size(wheels) && s->approach.stretched; k++)
         stretch_nodes(s, s->rate_account + k);
 #endif
 }
@@ -473,7 +473,7 @@ static void integrate_pose(step_t *s, const double *pose)
             s->rate_pose[k].lanes[b] = rate[k];
     }
 #if SET_APPROACHES
-    for (int k = 0; k < 3 && s->stretched; k++)
+    for (int k = 0; k < 3 && s->approach.stretched; k++)
         stretch_nodes(s, s->rate_pose + k);
 #endif
     integrate_to_nodes(remainder(pose[2], TURN), s->h, &s->rate_pose[2], &theta);

@@ -32,10 +32,10 @@ ALWAYS_INLINE int guard_size(const int wheels)
 /* The rate of a guard at the nodes. */
 ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 {
-    const double *weights = s->guard_weights + 3*guard;
+    const double *weights = s->guard.weights + 3*guard;
     nodes_t rate;
     for (int b = 0; b < BLOCKS; b++)
-        rate.lanes[b] = s->guard_slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
+        rate.lanes[b] = s->guard.slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
             + weights[2]*s->rate_nu[2].lanes[b]);
 #if SET_SLIPS
     const double *const of_rates = s->guard_rows + guard_size(s->wheels)*guard + 6;
@@ -181,9 +181,9 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 {
     for (int k = 0; k < s->guards; k++) {
         const nodes_t rates = guard_rate(s, k);
-        const double value = s->guard_start[k] + s->h*weighted(&rates, &gauss_weight);
+        const double value = s->guard.start[k] + s->h*weighted(&rates, &gauss_weight);
         const double rate = weighted(&rates, &gauss_end);
-        if (!(rate > 0 || value > PASSED*s->guard_noise[k]))
+        if (!(rate > 0 || value > PASSED*s->guard.noise[k]))
             continue;
         const double reached = rate > 0 ? s->h - value/rate : s->h/2;
         if (reached < length) {
@@ -317,7 +317,7 @@ ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_bef
         patience = PATIENT_OF_NU;
 #endif
     if (k < patience)
-        return s->by_axles && k >= EARLY && ratio > NOT_FAST && missed(s) <= 4*tolerance;
+        return s->stiff.by_axles && k >= EARLY && ratio > NOT_FAST && missed(s) <= 4*tolerance;
     return !(ratio < SLOW) && !(ratio_before < SLOW);
 }
 #endif
@@ -344,7 +344,7 @@ ALWAYS_INLINE double glance_misses(step_t *s, const int wheels, double allowed)
 ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
 {
 #if SET_IS_ACTED_ON
-    return s->by_axles && missed(s) > MUCH_TOO_LONG*tolerance;
+    return s->stiff.by_axles && missed(s) > MUCH_TOO_LONG*tolerance;
 #else
     (void)s, (void)tolerance;
     return 0;
@@ -411,8 +411,9 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         ratio = change/last;
         (void)ratio_before;
 #if SET_IS_ACTED_ON
-        if (!SET_IS_COUPLED && !s->stiff && is_slow(s, k, ratio, ratio_before, tolerance) && change > 100*sweep_tolerance) {   /* it contracts slowly */
-            s->stiff = 1;
+        if (!SET_IS_COUPLED && !s->stiff.on && is_slow(s, k, ratio, ratio_before, tolerance)
+            && change > 100*sweep_tolerance) {              /* it contracts slowly                          */
+            s->stiff.on = 1;
             stiff_since = k;
             long_at = k + 2;
             last = INFINITY;
@@ -454,7 +455,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))
             return TOO_LONG;
 #if SET_IS_ACTED_ON
-        if (s->stiff && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */
+        if (s->stiff.on && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */
             return missed(s) > 4*tolerance ? TOO_LONG : UNSETTLED;
 #endif
     }
@@ -520,8 +521,8 @@ static double turn_outside(const step_t *s, int wheel)
 static double turn_of_guard(const step_t *s, int guard)
 {
     const nodes_t rate = guard_rate(s, guard);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard_start[guard],
-                       -INFINITY, PASSED*s->guard_noise[guard]);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard.start[guard],
+                       -INFINITY, PASSED*s->guard.noise[guard]);
 }
 #endif
 

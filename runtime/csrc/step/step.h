@@ -128,6 +128,40 @@ typedef struct {
 } asked_t;
 #endif
 
+#if SET_APPROACHES
+/* A step up to a rest, in a clock of its own: approach.c. */
+typedef struct {
+    int stretched;                              /* the power of its clock, else 0                           */
+    nodes_t clock, stretch;                     /* the nodes' times over h, and the rates of these          */
+    double leaves, part;                        /* of the time to rest; of the clock, in the step           */
+    double across, fades;                       /* the slip's rate across its direction at the start; the power with
+                                                 * which the time to rest takes away what it would make of the slip */
+} approach_t;
+#endif
+
+#if SET_IS_ACTED_ON
+/* A step whose rates are solved for implicitly: stiff.c. */
+typedef struct {
+    int on;                                     /* whether the core is                           */
+    int sweeps;                                 /* how many such sweeps this try has had         */
+    int of_nu;                                  /* whether slopes of nu' in nu are needed for it */
+    int by_newton;                              /* it has been in the last try                   */
+    int by_axles;                               /* whether axles' friction alone makes its slopes */
+    double steepest;                            /* the largest h times slope in the last sweep   */
+    nodes_t found_nu[3], slope_nu[9];           /* scratch                                       */
+    newton_t newton;                            /* of nu', where it is stiff                     */
+#if SET_CORE_PARTS
+    lanes_t *core_slope, *core_chord;           /* scratch                                       */
+    nodes_t *found_core, *slope_core, *core_in_nu;
+#endif
+} stiff_t;
+
+/* Guards at the start of a step. */
+typedef struct {
+    double start[MOST_GUARDS], noise[MOST_GUARDS], slope[MOST_GUARDS], weights[3*MOST_GUARDS];   /* weights: of nu */
+} guards_t;
+#endif
+
 typedef struct {
     int wheels;
     const vehicle_t *vehicle;
@@ -159,8 +193,7 @@ typedef struct {
     double *end_core, *weight;                  /* weight: size of nu over that of each number   */
     nodes_t *rate_core;
     lanes_t *at_core;                           /* at the nodes, vector by vector: core_at()     */
-    lanes_t *core_here, *core_dot, *core_slope, *core_chord;    /* scratch                       */
-    nodes_t *found_core, *slope_core, *core_in_nu;          /* scratch of stiff sweeps           */
+    lanes_t *core_here, *core_dot;              /* scratch                                       */
 #endif
 #if SET_SLIPS
     const double *guard_rows;                   /* of the run                                    */
@@ -196,11 +229,7 @@ typedef struct {
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
 #endif
 #if SET_APPROACHES
-    int stretched;                              /* a step up to a rest: the power of its clock, else 0      */
-    nodes_t clock, stretch;                     /* the nodes' times over h, and the rates of these          */
-    double leaves, part;                        /* of the time to rest; of the clock, in the step           */
-    double across, fades;                       /* the slip's rate across its direction at the start; the power with
-                                                 * which the time to rest takes away what it would make of the slip */
+    approach_t approach;
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[MOST_ACCOUNTS];
@@ -242,19 +271,11 @@ typedef struct {
 #endif
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */
-    int stiff;                                  /* whether the core is solved for implicitly     */
-    int stiff_sweeps;                           /* how many such sweeps this try has had         */
-    int nu_is_stiff;                            /* whether slopes of nu' in nu are needed for it */
-    int by_newton;                              /* it has been in the last try                   */
-    int by_axles;                               /* whether axles' friction alone makes its slopes */
-    double steepest;                            /* the largest h times slope in the last stiff sweep */
-    nodes_t found_nu[3], slope_nu[9];           /* scratch of stiff sweeps                       */
-    newton_t newton;                            /* of nu', where it is stiff                     */
+    stiff_t stiff;
     double rest;                                /* what further sweeps would change              */
     double bend_in;                             /* the time until a wheel comes to where rates bend */
     int guards;
-    double guard_start[MOST_GUARDS], guard_noise[MOST_GUARDS], guard_slope[MOST_GUARDS];
-    double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
+    guards_t guard;
 #endif
 } step_t;
 

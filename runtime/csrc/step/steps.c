@@ -18,8 +18,9 @@ ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *w
     s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
     s->rate_core = work->rate_core, s->at_core = work->at_core;
     s->core_here = work->core_here, s->core_dot = work->core_dot;
-    s->core_slope = work->core_slope, s->core_chord = work->core_chord;
-    s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
+    s->stiff.core_slope = work->core_slope, s->stiff.core_chord = work->core_chord;
+    s->stiff.found_core = work->found_core, s->stiff.slope_core = work->slope_core;
+    s->stiff.core_in_nu = work->core_in_nu;
 }
 #endif
 
@@ -47,10 +48,10 @@ ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int 
     s->guards = all_guards(run);
     for (int k = 0; k < s->guards; k++) {
         const double *const guard = run->guards + guard_size(wheels)*k;
-        s->guard_start[k] = guard_value(run, guard, &s->guard_noise[k]);
-        s->guard_slope[k] = guard[1];
+        s->guard.start[k] = guard_value(run, guard, &s->guard.noise[k]);
+        s->guard.slope[k] = guard[1];
         for (int m = 0; m < 3; m++)
-            s->guard_weights[3*k + m] = guard[2 + m];
+            s->guard.weights[3*k + m] = guard[2 + m];
     }
 }
 #endif
@@ -86,7 +87,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->strays = 0;
 #endif
 #if SET_APPROACHES
-    s->stretched = 0;
+    s->approach.stretched = 0;
 #endif
 #if SET_STICKS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0;
@@ -137,10 +138,10 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
 static double time_to_rest(const step_t *s, const int wheels, const point_t *start)
 {
     double time = INFINITY;
-    core_slopes(wheels, start, s->core_slope, s->core_chord);
+    core_slopes(wheels, start, s->stiff.core_slope, s->stiff.core_chord);
     for (int c = 0; c < s->core; c++) {
         const double stop = -s->start_core[c]/s->core_dot[c][0];
-        const double far = 1 - NEAR_REST*sqrt(s->core_slope[c][0]/s->core_chord[c][0]);
+        const double far = 1 - NEAR_REST*sqrt(s->stiff.core_slope[c][0]/s->stiff.core_chord[c][0]);
         if (stop > 0 && far > 0.5)
             time = fmin(time, stop*far);
     }
@@ -190,7 +191,7 @@ ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest,
 #if SET_HAS_SLOPES
     instant_t start;
     at_this_instant(run, work, wheels, &start);
-    if (s->stiff)
+    if (s->stiff.on)
         longest = fmin(longest, time_to_rest(s, wheels, &start.point));
 #endif
 #if SET_IS_ACTED_ON && !SET_SLIPS
@@ -266,8 +267,8 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
 #endif
     const double part = s->h < FAR*run->rise_over ? s->h/run->rise_over : 0;
 #if SET_IS_ACTED_ON
-    s->stiff_sweeps = 0;
-    memset(s->slope_nu, 0, sizeof s->slope_nu);
+    s->stiff.sweeps = 0;
+    memset(s->stiff.slope_nu, 0, sizeof s->stiff.slope_nu);
 #endif
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
@@ -445,7 +446,7 @@ ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int f
     of->last_try = (tried_t){s->h, *error};
 #if SET_IS_ACTED_ON
     /* A shorter step is no better: what decays is far shorter yet. */
-    if ((SET_IS_COUPLED || s->by_axles) && *error > 0.5*before.error)
+    if ((SET_IS_COUPLED || s->stiff.by_axles) && *error > 0.5*before.error)
         *factor = fmin(*factor, SET_IS_COUPLED ? 0.25 : 0.6);
 #endif
     if (!(*error > 1 || found == TOO_LONG))
@@ -523,8 +524,8 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #endif
         const int found = settle(s, wheels, of.most, size*run->tolerance, size*sweep_tolerance(run, s->h));
 #if SET_IS_ACTED_ON
-        s->by_newton = s->stiff;
-        s->stiff = s->stiff && !(found != UNSETTLED && s->steepest < NOT_STIFF);
+        s->stiff.by_newton = s->stiff.on;
+        s->stiff.on = s->stiff.on && !(found != UNSETTLED && s->stiff.steepest < NOT_STIFF);
         of.slow = of.slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
@@ -543,7 +544,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->step_error = fmax(run->step_error, error*run->tolerance);
 #if SET_IS_ACTED_ON
         run->sweep_error += size > 0 ? s->rest/size : 0;
-        s->stiff = s->stiff || (!SET_IS_COUPLED && of.slow && error < EASY);
+        s->stiff.on = s->stiff.on || (!SET_IS_COUPLED && of.slow && error < EASY);
 #endif
         put_next_length(run, s, &of, factor, error);
         return OMNIROLL_RUN_DONE;
@@ -595,7 +596,7 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
  * slope alone would throw a number that has come to rest far off. */
 ALWAYS_INLINE double slope_at_end(const step_t *s, const work_t *work, int c)
 {
-    const double at_node = s->slope_core[c].node[NODES - 1];
+    const double at_node = s->stiff.slope_core[c].node[NODES - 1];
 #if SET_HAS_SLOPES
     return fmin(at_node, work->core_chord[c][0]);
 #else
@@ -623,7 +624,7 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
 #endif
     for (int k = 0; k < 3; k++) {
         for (int l = 0; l < 3; l++)
-            m[k][l] = (k == l) - time*s->slope_nu[3*k + l].node[NODES - 1];
+            m[k][l] = (k == l) - time*s->stiff.slope_nu[3*k + l].node[NODES - 1];
         m[k][3] = time*(nu_dot[k][0] - weighted(&s->rate_nu[k], &gauss_end));
     }
     for (int k = 0; k < 3; k++)
@@ -647,7 +648,7 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
 {
 #if SET_APPROACHES
-    if (s->stretched > 1)
+    if (s->approach.stretched > 1)
         put_pieces(run, s);
     else
 #endif
@@ -669,14 +670,14 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         run->rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
     run->rise_over = s->h;
 #if SET_APPROACHES
-    if (s->stretched > 1)           /* the rates of its last nodes are not those in time                    */
+    if (s->approach.stretched > 1)           /* the rates of its last nodes are not those in time                    */
         run->rise_over = 0;
 #endif
     run->step_count++;
 #if SET_IS_ACTED_ON
     run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
     take_what_acts(run, s, work, wheels);
-    if (s->by_newton && DAMPED*s->steepest > 1 && s->landing < wheels)
+    if (s->stiff.by_newton && DAMPED*s->stiff.steepest > 1 && s->landing < wheels)
         damp(run, work, s, wheels);
 #endif
 #if SET_STICKS && !SET_STANDS

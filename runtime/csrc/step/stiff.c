@@ -95,7 +95,7 @@ static double steepness(const nodes_t *slope, int count, double h)
 ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
 {
     const double time = s->h/2;
-    return time*s->core_in_nu[3*c + l].lanes[b]/(1 - time*s->slope_core[c].lanes[b]);
+    return time*s->stiff.core_in_nu[3*c + l].lanes[b]/(1 - time*s->stiff.slope_core[c].lanes[b]);
 }
 #endif
 
@@ -146,7 +146,7 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
         core_sticks(s, wheels, at);
         newton_rates(s, wheels, point, nu_dot);
         for (int k = 0; k < 3; k++)
-            s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
+            s->stiff.slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->stiff.found_nu[k].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
 #if NEWTON_MOVES_CORE
         for (int c = 0; c < s->core; c++)
@@ -181,9 +181,9 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
 {
     if (!moves_by_itself(s, wheels, 0, s->core))
         return;
-    core_slopes(wheels, point, s->core_slope, s->core_chord);
+    core_slopes(wheels, point, s->stiff.core_slope, s->stiff.core_chord);
     for (int c = 0; c < s->core; c++)
-        s->slope_core[c].lanes[b] = s->stiff_sweeps < CHORDS ? s->core_chord[c] : s->core_slope[c];
+        s->stiff.slope_core[c].lanes[b] = s->stiff.sweeps < CHORDS ? s->stiff.core_chord[c] : s->stiff.core_slope[c];
 }
 #elif SET_CORE_PARTS
 /* The slopes of the rest of the core's rates, by differences, at a point in vector b of the nodes: each number's in itself,
@@ -203,14 +203,14 @@ ALWAYS_INLINE int slopes_of_core(step_t *s, const int wheels, int b, const point
                 continue;
             const lanes_t here = s->core_here[c];
             s->core_here[c] = here + (s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE);
-            s->core_slope[c] = s->core_here[c] - here;
+            s->stiff.core_slope[c] = s->core_here[c] - here;
         }
         newton_rates(s, wheels, point, nu_dot);
         for (int c = first; c < end; c++) {
             if (follows_nu(s, wheels, c))
                 continue;
-            s->core_here[c] -= s->core_slope[c];
-            s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/s->core_slope[c];
+            s->core_here[c] -= s->stiff.core_slope[c];
+            s->stiff.slope_core[c].lanes[b] = (s->core_dot[c] - s->stiff.found_core[c].lanes[b])/s->stiff.core_slope[c];
         }
         first = end;
         count++;
@@ -221,7 +221,8 @@ ALWAYS_INLINE int slopes_of_core(step_t *s, const int wheels, int b, const point
         core_sticks(s, wheels, at);
         newton_rates(s, wheels, point, nu_dot);
         for (int c = 0; c < s->core; c++)
-            s->core_in_nu[3*c + l].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/(at->nu[l] - here);
+            s->stiff.core_in_nu[3*c + l].lanes[b]
+                = (s->core_dot[c] - s->stiff.found_core[c].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
         core_sticks(s, wheels, at);
     }
@@ -235,10 +236,10 @@ ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t 
     lanes_t nu_dot[3];
     newton_rates(s, wheels, point, nu_dot);
     for (int k = 0; k < 3; k++)
-        s->found_nu[k].lanes[b] = nu_dot[k];
+        s->stiff.found_nu[k].lanes[b] = nu_dot[k];
 #if SET_CORE_PARTS
     for (int c = first_found(s); c < s->core; c++)
-        s->found_core[c].lanes[b] = s->core_dot[c];
+        s->stiff.found_core[c].lanes[b] = s->core_dot[c];
 #endif
     if (!is_blind(s))
         keep_held_force(s, wheels, b, at);
@@ -260,13 +261,13 @@ ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double we
 ALWAYS_INLINE lanes_t correct_number(step_t *s, int c, nodes_t *missing, lanes_t change)
 {
     newton_t newton;
-    const double steep = steepness(&s->slope_core[c], 1, s->h);
+    const double steep = steepness(&s->stiff.slope_core[c], 1, s->h);
     if (steep > STIFF) {
-        newton_matrix(&newton, &s->slope_core[c], 1, s->h);
+        newton_matrix(&newton, &s->stiff.slope_core[c], 1, s->h);
         eliminate(newton.row, 1);
         solve_eliminated(newton.row, newton.rows, 1, missing);
     }
-    s->steepest = fmax(s->steepest, steep);
+    s->stiff.steepest = fmax(s->stiff.steepest, steep);
     return corrected(&s->rate_core[c], missing, s->weight[c], change);
 }
 
@@ -278,7 +279,7 @@ ALWAYS_INLINE lanes_t correct_core(step_t *s, const int wheels, lanes_t change)
         if (follows_nu(s, wheels, c))
             continue;
         for (int b = 0; b < BLOCKS; b++)
-            missing.lanes[b] = s->found_core[c].lanes[b] - s->rate_core[c].lanes[b];
+            missing.lanes[b] = s->stiff.found_core[c].lanes[b] - s->rate_core[c].lanes[b];
         change = correct_number(s, c, &missing, change);
     }
     return change;
@@ -291,7 +292,7 @@ ALWAYS_INLINE void take_rates_of_sticking(step_t *s, const int wheels)
 {
     for (int c = first_found(s); c < coupled_size(wheels); c++)
         if (follows_nu(s, wheels, c))
-            s->rate_core[c] = s->found_core[c];
+            s->rate_core[c] = s->stiff.found_core[c];
 }
 #endif
 
@@ -307,8 +308,9 @@ ALWAYS_INLINE lanes_t follow_nu(step_t *s, const int wheels, const nodes_t *chan
         if (follows_nu(s, wheels, c))
             continue;
         for (int b = 0; b < BLOCKS; b++)
-            missing.lanes[b] = s->core_in_nu[3*c].lanes[b]*moved[0].lanes[b]
-                + s->core_in_nu[3*c + 1].lanes[b]*moved[1].lanes[b] + s->core_in_nu[3*c + 2].lanes[b]*moved[2].lanes[b];
+            missing.lanes[b] = s->stiff.core_in_nu[3*c].lanes[b]*moved[0].lanes[b]
+                + s->stiff.core_in_nu[3*c + 1].lanes[b]*moved[1].lanes[b]
+                + s->stiff.core_in_nu[3*c + 2].lanes[b]*moved[2].lanes[b];
         change = correct_number(s, c, &missing, change);
     }
     return change;
@@ -342,16 +344,16 @@ ALWAYS_INLINE lanes_t correct_nu(step_t *s, int renew, nodes_t *missing, lanes_t
 {
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
-            missing[k].lanes[b] = s->found_nu[k].lanes[b] - s->rate_nu[k].lanes[b];
-    const double steep = steepness(s->slope_nu, 9, s->h);
-    s->steepest = fmax(s->steepest, steep);
+            missing[k].lanes[b] = s->stiff.found_nu[k].lanes[b] - s->rate_nu[k].lanes[b];
+    const double steep = steepness(s->stiff.slope_nu, 9, s->h);
+    s->stiff.steepest = fmax(s->stiff.steepest, steep);
     if (renew) {
-        s->nu_is_stiff = steep > STIFF;
-        newton_matrix(&s->newton, s->slope_nu, 3, s->h);
-        eliminate(s->newton.row, 3);
+        s->stiff.of_nu = steep > STIFF;
+        newton_matrix(&s->stiff.newton, s->stiff.slope_nu, 3, s->h);
+        eliminate(s->stiff.newton.row, 3);
     }
-    if (s->nu_is_stiff)
-        solve_eliminated(s->newton.row, s->newton.rows, 3, missing);
+    if (s->stiff.of_nu)
+        solve_eliminated(s->stiff.newton.row, s->stiff.newton.rows, 3, missing);
     for (int k = 0; k < 3; k++)
         change = corrected(&s->rate_nu[k], &missing[k], 1, change);
     return change;
@@ -387,13 +389,13 @@ ALWAYS_INLINE void find_rates_and_slopes(step_t *s, const int wheels, int of_nu,
  * of wheels, which strong friction lets follow nu at once, are corrected first, and once more as nu changes. */
 static double stiff_sweep(step_t *s, const int wheels, int slow)
 {
-    const int renew = slow && (!SET_HAS_SLOPES || s->nu_is_stiff || s->stiff_sweeps > PATIENCE);
+    const int renew = slow && (!SET_HAS_SLOPES || s->stiff.of_nu || s->stiff.sweeps > PATIENCE);
     lanes_t change = lanes_of(0);
     nodes_t missing[3];
-    s->steepest = 0;
+    s->stiff.steepest = 0;
     states_at_nodes(s, wheels);
     axles_t axles = {.known = 0};
-    const int by_axles = AXLES && renew && s->by_axles;
+    const int by_axles = AXLES && renew && s->stiff.by_axles;
 #if AXLES
     if (renew)
         find_axles(s, wheels, &axles);
@@ -409,7 +411,7 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     find_rates_and_slopes(s, wheels, renew && !by_axles, by_axles ? &axles : NULL);
 #if AXLES
     if (renew && !by_axles)
-        s->by_axles = axles_make_slopes(s, wheels, &axles);
+        s->stiff.by_axles = axles_make_slopes(s, wheels, &axles);
 #endif
     change = correct_nu(s, renew, missing, change);
 #if CORE_FOLLOWS
@@ -422,7 +424,7 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     take_rates_of_sticking(s, wheels);
 #endif
     s->sweeps += by_axles ? 2 : renew ? 4 : 1;
-    s->stiff_sweeps++;
+    s->stiff.sweeps++;
     return lanes_largest(change)*s->h;
 }
 #endif

@@ -1,17 +1,40 @@
-/* What happens to bearings that have rates of their own, axles and rollers where wheels may slip: which of them come to
- * rest, turn on and break away, and the rates before, in between and afterwards. How deviations pass that: own_rests.c,
- * side_by_side.c. */
+/* What happens to contacts, and to bearings that have rates of their own, where wheels may slip: which of them come to
+ * rest, turn on, let go and break away, and the rates before, in between and afterwards. */
 
-#if SET_OWN_BEARINGS
+#if SET_CHANGES
 /* A change of modes at the state of a row: from those of one row to those of another. */
 typedef struct {
     long long row, before, after;
-} own_change_t;
+} change_t;
+
+#if SET_GRIPS
+/* Whether a contact that slips one way alone does so the other way from the next row on. */
+ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
+{
+    const double *const heading = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels + i;
+    for (long long k = row; k < row + 2; k++)
+        if (!slides_in(w, k, i) || turns_in(w, k, i))
+            return 0;
+    return heading[0]*heading[SET_INPUTS*w->wheels] < 0;
+}
+
+/* Whether a contact comes to rest between a row and the next. */
+ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)
+{
+    return slides_in(w, row, i) && sticks_in(w, row + 1, i);
+}
+
+/* Whether a contact changes its mode, or the way that it slips, between a row and the next. */
+static int changes_mode(const variations_t *w, long long row, int i)
+{
+    return sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i);
+}
+#endif
 
 #if SET_STRIPS
 /* Whether a contact lets go while its wheel moves along its axle: if its roller sticks, it slips as fast as this has
  * turned. */
-static int slips_along_axle(const variations_t *w, const own_change_t *e, int i)
+static int slips_along_axle(const variations_t *w, const change_t *e, int i)
 {
     const int wheels = OWN_WHEELS(w->wheels);
     if (!sticks_in(w, e->row, i) || sticks_in(w, e->after, i))
@@ -30,7 +53,7 @@ static int slips_along_axle(const variations_t *w, const own_change_t *e, int i)
 
 /* Whether the speed of a bearing is one that what holds it may bring to rest: along the axle of a massless roller where
  * its contact sticks, or comes to rest as well. */
-ALWAYS_INLINE int is_held(const variations_t *w, const own_change_t *e, int k)
+ALWAYS_INLINE int is_held(const variations_t *w, const change_t *e, int k)
 {
 #if SET_STRIPS
     const int i = k - roller_bearing(w, 0, 0);
@@ -47,51 +70,54 @@ ALWAYS_INLINE int jumps_as_it_goes(const variations_t *w, int k)
     return w->run->own_most[k] > (1 + w->run->jumps)*w->run->own_sliding[k];
 }
 
-ALWAYS_INLINE int stops(const variations_t *w, const own_change_t *e, int k)
+/* Whether a bearing comes to rest. */
+ALWAYS_INLINE int stops(const variations_t *w, const change_t *e, int k)
 {
     return own_mode(w, e->before, k) != 0 && own_mode(w, e->before, k) != own_mode(w, e->after, k) && is_held(w, e, k);
 }
 
 /* Whether a massless roller stops on its disk while its contact slips: no speed comes to rest, and no rate jumps. */
-ALWAYS_INLINE int settles(const variations_t *w, const own_change_t *e, int k)
+ALWAYS_INLINE int settles(const variations_t *w, const change_t *e, int k)
 {
     return SET_STRIPS && own_mode(w, e->before, k) != 0 && own_mode(w, e->after, k) == 0 && !is_held(w, e, k);
 }
 
 /* The mode of a bearing while those that come to rest stay there. */
-ALWAYS_INLINE long long mode_at_rest(const variations_t *w, const own_change_t *e, int k)
+ALWAYS_INLINE long long mode_at_rest(const variations_t *w, const change_t *e, int k)
 {
     return stops(w, e, k) ? 0 : own_mode(w, e->before, k);
 }
 
-ALWAYS_INLINE int turns_on(const variations_t *w, const own_change_t *e, int k)
+/* Whether a bearing turns afterwards that would rest, or turn the other way, if nothing had happened but rests. */
+ALWAYS_INLINE int turns_on(const variations_t *w, const change_t *e, int k)
 {
     return mode_at_rest(w, e, k) != own_mode(w, e->after, k) && !settles(w, e, k);
 }
 
-ALWAYS_INLINE int breaks_away(const variations_t *w, const own_change_t *e, int k)
+/* Whether one does so that has not come to rest. */
+ALWAYS_INLINE int breaks_away(const variations_t *w, const change_t *e, int k)
 {
     return turns_on(w, e, k) && !stops(w, e, k);
 }
 
-enum { BEFORE, RESTING, AFTER, INSTANTS };   /* of a change: resting, while those that come to rest stay there */
+enum { BEFORE, RESTING, AFTER };     /* of a change: resting, while those that come to rest stay there */
 
 /* The mode of a bearing in one of these. */
-ALWAYS_INLINE long long mode_of(const variations_t *w, const own_change_t *e, int which, int k)
+ALWAYS_INLINE long long mode_of(const variations_t *w, const change_t *e, int which, int k)
 {
     return which == RESTING ? mode_at_rest(w, e, k) : own_mode(w, which == AFTER ? e->after : e->before, k);
 }
 
 /* Let the bearings of the point have the modes of one of these. */
-static void put_modes_of(const variations_t *w, const own_change_t *e, int which)
+static void put_modes_of(const variations_t *w, const change_t *e, int which)
 {
     lanes_t *free = 0;
 #if SET_GATHERS
-    free = w->free_sticks;
+    free = w->spins.sticks;
 #endif
     for (int k = 0; k < MOST_OWN(w); k++) {
         const long long mode = mode_of(w, e, which, k);
-        *of_bearing(w, k, w->own_sticks, w->own_sticks + w->wheels, free) = lanes_of(mode == 0);
+        *of_bearing(w, k, w->bearings.sticks, w->bearings.sticks + w->wheels, free) = lanes_of(mode == 0);
         *own_torque(w, w->point, k) = lanes_of(-(double)mode*w->run->own_sliding[k]);
     }
 }
@@ -101,10 +127,10 @@ static void put_modes_of(const variations_t *w, const own_change_t *e, int which
 #endif
 
 /* The rates then, with the accelerations of the bearings and what holds those that stick. */
-static void rates_of_change(const variations_t *w, const own_change_t *e, int which, lanes_t *rate, double *dot,
+static void rates_of_change(const variations_t *w, const change_t *e, int which, lanes_t *rate, double *dot,
                             double *asked)
 {
-    const long long row = SET_STANDS && which == AFTER ? e->after : e->row;
+    const long long row = SET_GRIPS && which == AFTER ? e->after : e->row;
     put_state(w, row, w->point);
 #if SET_STANDS
     if (which == RESTING)
@@ -122,48 +148,6 @@ static void rates_of_change(const variations_t *w, const own_change_t *e, int wh
         dot[k] = own_dot(w, &at, k, 0), asked[k] = own_asked(w, &at, k);
 }
 
-#if SET_STRIPS
-/* How speeds of wheels along their axles move, over the distance of the rollers' axes from the ground in their middles,
- * as a vector of columns does. */
-static void put_axle_speeds_moved(const variations_t *w, int group, lanes_t *own, lanes_t *moved)
-{
-    lanes_t slip[2*MOST_WHEELS], slip_moved[2*MOST_WHEELS];
-    const point_t at = point_of(w, &w->column[group], w->point);
-    point_t along = point_of(w, &w->column[group], w->along);
-    along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
-    slips_of(w, &at, &along, slip, slip_moved);
-    for (int i = 0; i < w->wheels; i++)
-        moved[i] = slip_moved[2*i]/w->run->standing[1];
-}
-#endif
-
-/* The deviations of the rates of some bearings in a row, which w->point has: count x groups. */
-static void put_turning(const variations_t *w, const int *of, int count, lanes_t *to)
-{
-    lanes_t own[point_size(w)];
-    memset(own, 0, sizeof own);
-    for (int g = 0; g < w->groups; g++) {
-        put_moved(w, w->moved, g, own);
-        lanes_t *contact = 0, *free = 0;
-#if SET_DISKS_STICK
-        const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), axial = first_momentum(w);
-        lanes_t spin[MOST_WHEELS], moved[MOST_WHEELS], spins[FREE(w)], spins_moved[FREE(w)];
-        const lanes_t *const at = w->point;
-        set_slip_spins_along(wheels, &w->column[g], at, at + chi, at + POINT_CORE + wheels, own, own + chi,
-                             own + POINT_CORE + wheels, spin, moved);
-        set_spins_from_axial_along(wheels, &w->column[g], at, at + chi, at + axial, own, own + chi, own + axial, spins,
-                                   spins_moved);
-        contact = moved, free = spins_moved;
-#elif SET_STRIPS
-        lanes_t axle[MOST_WHEELS];
-        put_axle_speeds_moved(w, g, own, axle);
-        contact = axle;
-#endif
-        for (int j = 0; j < count; j++)
-            to[j*w->groups + g] = *of_bearing(w, of[j], own + POINT_CORE, contact, free);
-    }
-}
-
 /* Whether some bearings, so many from one on, have other modes in another row. */
 static int modes_differ(const variations_t *w, long long row, long long other, int from, int count)
 {
@@ -176,26 +160,14 @@ static double time_of_own_modes(const variations_t *w, long long row, int from, 
 {
     const omniroll_variations_t *const run = w->run;
     long long first = row;
+    if (count == 0)
+        return run->elapsed[run->rows - 1];
     while (first > 0 && !modes_differ(w, first - 1, row, from, count))
         first--;
     return first > 0 ? run->elapsed[row] - run->elapsed[first] : run->elapsed[run->rows - 1];
 }
 
-/* The accelerations of bearings before a change and after it, and what holds those that stick. */
-typedef struct {
-    double *dot[INSTANTS], *asked[INSTANTS];
-} own_rates_t;
-
-/* The acceleration that a bearing could have: by what acts on it before and after, and by what it takes. */
-static double possible(const variations_t *w, const own_rates_t *rates, int k)
-{
-    const double inertia = w->run->own_inertia[k];
-    const double acting = fabs(rates->dot[BEFORE][k]) + fabs(rates->asked[BEFORE][k])/inertia;
-    const double then = fabs(rates->dot[AFTER][k]) + fabs(rates->asked[AFTER][k])/inertia;
-    return fmax(acting, then) + w->run->own_most[k]/inertia;
-}
-
-static int some_turn_on(const variations_t *w, const own_change_t *e)
+static int some_turn_on(const variations_t *w, const change_t *e)
 {
     int found = 0;
     for (int k = 0; k < MOST_OWN(w); k++)
@@ -203,10 +175,15 @@ static int some_turn_on(const variations_t *w, const own_change_t *e)
     return found;
 }
 
-/* Whether bearings change their modes between a row and the next. */
-static int changes_bearings(const variations_t *w, long long row)
+/* Whether contacts or bearings change their modes between a row and the next. */
+static int changes_modes(const variations_t *w, long long row)
 {
-    return modes_differ(w, row, row + 1, 0, WITH_SERIES(w));
+#if SET_GRIPS
+    for (int i = 0; i < w->wheels; i++)
+        if (changes_mode(w, row, i))
+            return 1;
+#endif
+    return SET_OWN_BEARINGS && modes_differ(w, row, row + 1, 0, WITH_SERIES(w));
 }
 
 /* Whether a drive jumps between a row and the next. */
@@ -244,5 +221,16 @@ static int rests_at_switch(const variations_t *w, long long row)
         }
     }
     return 0;
+}
+
+/* Whether the rates of all that is solved for are the same but for roundings. */
+static int are_same(const variations_t *w, const lanes_t *one, const lanes_t *other)
+{
+    double apart = 0, largest = 0;
+    for (int a = 0; a < w->known; a++) {
+        const double x = one[place_of_core(w, a)][0], y = other[place_of_core(w, a)][0];
+        apart = fmax(apart, fabs(x - y)), largest = fmax(largest, fmax(fabs(x), fabs(y)));
+    }
+    return apart <= w->run->jumps*largest;
 }
 #endif
