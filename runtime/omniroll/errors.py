@@ -81,13 +81,13 @@ class SimulationStopped(OmnirollError, RuntimeError):
 
     reason      in words
     t           time at which the run stopped
-    wheel       number of a wheel that kept it from going on, or None
+    wheel       number of a wheel that kept it from going on, from 0, or None; the message counts from 1
     state       dict with nu, chi, pose and contact at that time
     trajectory  the trajectory up to that time
     """
 
     def __init__(self, reason: str, *, t: float, wheel: int | None, state: dict, trajectory: Any = None):
-        at = f"t = {t!r}" + (f", wheel {wheel}" if wheel is not None else "")
+        at = f"t = {t!r}" + (f", wheel {wheel + 1}" if wheel is not None else "")
         shown = ", ".join(f"{name} = {value!r}" for name, value in state.items())
         super().__init__(f"stopped at {at}: {reason} ({shown})")
         self.reason, self.t, self.wheel, self.state, self.trajectory = reason, t, wheel, state, trajectory

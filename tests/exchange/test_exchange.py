@@ -165,6 +165,9 @@ def test_armatures_of_wheels_count_and_of_rollers_do_not(read):
     assert any("a roller has no motor" in words for words in found.assumed)
 
 
+HEAVY_ROLLER = urdf().replace(f'<mass value="{NUMBERS["roller"][0]}"', '<mass value="0.1"', 1)
+
+
 @pytest.mark.parametrize(
     "text, words",
     [
@@ -174,7 +177,7 @@ def test_armatures_of_wheels_count_and_of_rollers_do_not(read):
         (urdf(base=(2.0, 0.001, 0.001, 0.011)), "MuJoCo reads; it says: .*inertia"),
         ("<robot>", "MuJoCo reads"),
         ("not a file of the kind", "MuJoCo reads"),
-        (urdf().replace(f'<mass value="{NUMBERS["roller"][0]}"', '<mass value="0.1"', 1), "wheels whose wheel_inertia is from .* or give wheel_inertia"),
+        (HEAVY_ROLLER, "wheels whose wheel_inertia is from .* or give wheel_inertia"),
     ],
 )  # fmt: skip
 def test_what_is_no_such_vehicle(read, text, words):
@@ -256,7 +259,8 @@ height = 0.05
 def test_a_comparison_takes_friction_and_height_from_the_contact(mujoco, tmp_path, capsys):
     path, output = tmp_path / "scene.toml", tmp_path / "out"
     path.write_text(SKID)
-    assert cli.main(["compare", str(path), "--with", "mujoco", "--spheres", "1", "--output", str(output), "--json"]) == 0
+    call = ["compare", str(path), "--with", "mujoco", "--spheres", "1", "--output", str(output), "--json"]
+    assert cli.main(call) == 0
     summary = json.loads(capsys.readouterr().out)
     assert summary["friction"] == 0.3 and summary["height"] == 0.05 and not summary["left_out"]
     model = mujoco.MjModel.from_xml_path(str(output / "model.xml"))

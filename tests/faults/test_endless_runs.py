@@ -113,7 +113,7 @@ def test_set_valued_contact_and_a_fast_term_are_in_range(fast):
 
 def test_one_wheel_is_named():
     one = omniroll.Bearings(wheel_viscous=(1e-6, 1e3, 1e-6))
-    assert "at wheel 1" in str(sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[one])))
+    assert "at wheel 2" in str(sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[one])))
 
 
 def test_a_run_of_very_many_steps_goes_on_and_its_term_is_named():

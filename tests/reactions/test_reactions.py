@@ -90,7 +90,7 @@ def test_beyond_friction_the_warning_names_time_and_wheels():
     needed = at_start(model="massless", effects=[push(0.1)]).needed_friction[0]
     enough, little = 1.01 * float(needed.max()), 0.99 * float(needed.max())
     assert at_start(model="massless", effects=[push(0.1)], friction=enough).doubts == ()
-    with pytest.warns(RollingWarning, match=r"t = 0, wheel 1: rolling needs friction 0\.\d+ \(and 1 more"):
+    with pytest.warns(RollingWarning, match=r"t = 0, wheel 2: rolling needs friction 0\.\d+ \(and 1 more"):
         found = at_start(model="massless", effects=[push(0.1)], friction=little)
     assert [(doubt.wheel, doubt.reason) for doubt in found.doubts] == [(1, "slip"), (2, "slip")]
     assert found.doubts[1].worst == pytest.approx(needed[2], rel=1e-12)
@@ -123,7 +123,7 @@ def test_a_vehicle_too_high_for_its_slope_tips():
     sines = np.sin(PAPER.wheel_angles)
     held = omniroll.Torque(WEIGHT * np.sin(angle) * PAPER.wheel_radius / 1.5 * sines)
     assert at_start(effects=[*effects, held], height=0.99 * edge).tip_margin[0] > 0
-    with pytest.warns(RollingWarning, match=r"t = 0, wheel 0: rolling needs a load of -.* the ground only pushes"):
+    with pytest.warns(RollingWarning, match=r"t = 0, wheel 1: rolling needs a load of -.* the ground only pushes"):
         found = at_start(effects=[*effects, held], height=1.01 * edge)
     assert found.tip_margin[0] == pytest.approx(-0.01 * PAPER.platform_radius / 2, rel=1e-10)
     assert found.load[0, 0] < 0 and np.isinf(found.needed_friction[0, 0])

@@ -59,6 +59,7 @@ def test_files_samples_and_text(shortened, tmp_path, capsys):
     assert [float(row["x"]) for row in rows] == run.sample([0.1 * k for k in range(6)]).pose[:, 0].tolist()
     switches = list(csv.DictReader((folder / "switches.csv").open()))
     assert [float(row["energy_jump"]) for row in switches] == run.switches["energy_jump"].tolist() and switches
+    assert [int(row["wheel"]) - 1 for row in switches] == run.switches["wheel"].tolist()
 
 
 def test_impulses_are_kept_under_impact_and_only_there(shortened, tmp_path):

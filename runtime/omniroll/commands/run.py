@@ -112,7 +112,7 @@ def text(outcome: Outcome) -> str:
     """The summary for people."""
     summary = outcome.summary()
     start, end = summary["t"]
-    x, y, theta = summary["pose"]
+    (x, y, theta), (ahead, left, turns) = summary["pose"], summary["twist"]
     lines = [
         f"{summary['scene']}: {summary['roller_model']} rollers, "
         + ("wheels that may slip, " if summary["switching"] == "slip" else f"{summary['switching']} switches, ")
@@ -124,6 +124,7 @@ def text(outcome: Outcome) -> str:
         f"{'switches':<12}{summary['switches']}",
         f"{'error':<12}{_number(summary['error_estimate'])} estimated, sensitivity {_number(summary['sensitivity'])}",
         f"{'end':<12}x {x:.6g} m, y {y:.6g} m, heading {theta:.6g} rad",
+        f"{'':<12}{ahead:.6g} m/s ahead, {left:.6g} m/s to the left, {turns:.6g} rad/s counterclockwise",
         f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in summary["nu"]) + " 1/s",
         "",
         f"{'energy':<12}J",

@@ -231,9 +231,9 @@ class Loads:
     def refuse(self, what: str, found: Carried) -> NoReturn:
         """Raises GroundFailsError: loads and friction `what`."""
         wheel = int(np.argmax(np.abs(found.compression)))
-        load = f"wheel {wheel} would carry {found.compression[wheel]:.6g} N"
+        load = f"wheel {wheel + 1} would carry {found.compression[wheel]:.6g} N"
         if not np.isfinite(found.compression).all():
-            load = f"no load of wheel {wheel} is found"
+            load = f"no load of wheel {wheel + 1} is found"
         determinant = f"the determinant of the coupled matrix is {float(found.determinant):.3g}"
         in_one = "in one of them " if what == SEVERAL else ""
         asked = " (it must stay positive)" if found.determinant <= 0 else ""

@@ -66,10 +66,10 @@ def sharpest(task: Task) -> Sharpest | None:
 
 
 def _wheel(task: Task, way: np.ndarray) -> str:
-    """The wheel that a change of nu turns by far the most, in words, counted from 0; empty where there is none."""
+    """The wheel that a change of nu turns by far the most, in words, counted from 1; empty where there is none."""
     speeds = np.abs(task.kernel.wheel_speeds(way / max(float(np.abs(way).max()), 1e-300)))
     second, first = np.sort(speeds)[-2:] if speeds.size > 1 else (0.0, speeds[0])
-    return f" at wheel {int(np.argmax(speeds))}" if first > 2 * second and first > 0 else ""
+    return f" at wheel {int(np.argmax(speeds)) + 1}" if first > 2 * second and first > 0 else ""
 
 
 def _motion_time(task: Task) -> float:

@@ -113,7 +113,7 @@ def _of_ground(contact: Contact) -> list[str]:
     """How the ground of a run differs from MuJoCo's."""
     texts = []
     if contact.friction is None:
-        texts.append(f"the ground's friction is {contact.law}, MuJoCo's is Coulomb's, with a coefficient of {FRICTION:g}")
+        texts.append(f"the ground's friction is {contact.law}, MuJoCo's is Coulomb's, with a coefficient")
     elif np.ndim(contact.friction) and np.ptp(contact.friction):
         texts.append("the ground's friction is an ellipse, MuJoCo's is a circle of its mean")
     if contact.speed is not None:

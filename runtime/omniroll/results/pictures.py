@@ -37,6 +37,7 @@ STYLE = {
 COLOURS = {"massless": "#6b6b6b", "locked": "#1f5fa8", "free": "#d1651a"}
 DASHES = {"smooth": "-", "impact": (0, (4, 1.6)), "slip": (0, (5, 1, 1, 1))}
 SHORT = 10.0  # s: in so short a time some twenty switches can be told apart, and lines are drawn thick
+MANY = 1000.0  # mJ that are drawn in J
 MOST_MARKS = 60  # switches that are marked; the lines of more of them would merge
 TIME_PANELS: dict[str, tuple[str, str, Callable[[Any], np.ndarray], float]] = {
     # panel: title, unit, what is drawn, smallest span of the axis
@@ -149,10 +150,13 @@ def _draw_path(axis: "Axes", lines: list[tuple[dict, SimpleNamespace]]) -> None:
 def _draw_over_time(axis: "Axes", panel: str, lines: list[tuple[dict, SimpleNamespace]]) -> None:
     """One quantity of TIME_PANELS over time."""
     title, unit, drawn, span = TIME_PANELS[panel]
+    factor = 1.0
+    if unit == "mJ" and max(float(np.abs(drawn(rows)).max()) for _, rows in lines) >= MANY:
+        unit, factor = "J", 1e-3
     for style, rows in lines:
-        axis.plot(rows.t, drawn(rows), linewidth=1.3 if rows.t[-1] <= SHORT else 0.9, **style)
+        axis.plot(rows.t, factor * drawn(rows), linewidth=1.3 if rows.t[-1] <= SHORT else 0.9, **style)
     axis.set(title=title, ylabel=unit, xlim=(lines[0][1].t[0], lines[0][1].t[-1]))
-    widen(axis, span)
+    widen(axis, factor * span)
 
 
 def _can_be_told_apart(run: Trajectory, end: float) -> bool:

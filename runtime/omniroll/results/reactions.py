@@ -39,7 +39,7 @@ class Doubt:
     def __str__(self) -> str:
         at = f"t = {self.t_first:.6g}" + (f" to {self.t_last:.6g}" if self.t_last > self.t_first else "")
         needs = "a load of {:.4g} N, and the ground only pushes" if self.reason == "load" else "friction {:.4g}"
-        return f"{at}, wheel {self.wheel}: {self.motion} needs {needs.format(self.worst)}"
+        return f"{at}, wheel {self.wheel + 1}: {self.motion} needs {needs.format(self.worst)}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

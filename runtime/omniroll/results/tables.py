@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omniroll import durable, extras, generated_data, vocabulary
+from omniroll.results.ledger import WORDS
 
 if TYPE_CHECKING:  # only an extra brings them
     import pandas
@@ -35,6 +36,10 @@ AXES: Mapping[str, tuple[str, ...]] = {
     "accelerometer": ("axis",),
     "odometry": ("coordinate",),
 }
+OF_ROWS = {  # what rows keep besides, and the derivation does not name
+    "ground_load": ("N", "load of a contact; 0 where it is off the ground"),
+    "slip_heading": ("rad", "direction in which a contact slips, from its axle; where it sticks that of its last slip"),
+}
 LABELS = {"direction": ("along_axle", "along_rolling")}
 FIRST = {"place": 2}  # places of free rollers are j = 2..n; all other numbers begin with 1
 
@@ -48,10 +53,11 @@ def about(name: str) -> dict[str, str]:
         return {"units": units[name], "long_name": {"t": "time", "theta": "heading"}.get(name, f"{name} of S")}
     if name == "contact":
         return {"units": "1", "long_name": "number of the roller in contact, from 0"}
-    try:
-        described = generated_data.described(name)
-    except KeyError:  # an entry of the account of energy
-        return {"units": "J", "long_name": f"{name.replace('_', ' ')} since the start"}
+    if name in WORDS:  # integrals since the start, also where the derivation describes their rate by that name
+        return {"units": "J", "long_name": f"energy gained since the start: {WORDS[name]}"}
+    if name in OF_ROWS:
+        return dict(zip(("units", "long_name"), OF_ROWS[name], strict=True))
+    described = generated_data.described(name)
     return {"units": described.unit, "long_name": described.meaning}
 
 

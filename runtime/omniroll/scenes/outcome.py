@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.conventions.twists import twist_of_nu
 from omniroll.engine.runs import Interrupted, Keep
 from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.errors import SimulationStopped
@@ -79,7 +80,7 @@ class Outcome:
         figures = trajectory.stats if measured else dict(trajectory.stats)
         return {
             "scene": self.scene.name,
-            "stopped": stopped and {"reason": stopped.reason, "t": stopped.t, "wheel": stopped.wheel},
+            "stopped": stopped and {"reason": stopped.reason, "t": stopped.t, "wheel": _from_one(stopped.wheel)},
             "interrupted": self.interrupted or None,
             "warnings": list(self.warnings),
             "roller_model": trajectory.roller_model,
@@ -90,6 +91,7 @@ class Outcome:
             "seconds": self.seconds,
             **{name: figures.get(name) for name in STATS},
             "nu": trajectory.nu[-1].tolist(),
+            "twist": twist_of_nu(trajectory.vehicle, trajectory.nu[-1]).tolist(),
             "pose": trajectory.pose[-1].tolist(),
             "energy": self.stream.ledger() if self.stream else ledger(trajectory),
             "reactions": self.reactions and _reactions_in_short(self.reactions),
@@ -212,8 +214,16 @@ def page_of(outcome: Outcome) -> View:
     return page.view(outcome.trajectory, labels=[name], reactions=outcome.reactions, title=name)
 
 
+def _from_one(wheel: int | None) -> int | None:
+    """A wheel's number for people."""
+    return None if wheel is None else wheel + 1
+
+
 def _write_switches(trajectory: Trajectory, path: Path) -> None:
-    _write_table(path, trajectory.switches.dtype.names, trajectory.switches.tolist())
+    """Wheels count from 1, as in all tables for people; arrays count from 0."""
+    names, switches = trajectory.switches.dtype.names, trajectory.switches.copy()
+    switches["wheel"] += 1
+    _write_table(path, names, switches.tolist())
 
 
 def _write_impulses(at_switches: Impulses, path: Path) -> None:
