@@ -117,3 +117,15 @@ except ImportError as error:
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "omniroll.gym needs gymnasium, which is missing: pip install 'omniroll[gymnasium]'\n"
+
+
+def test_why_an_episode_is_terminated_is_in_its_info(monkeypatch):
+    env = omniroll.gym.TwistEnv()
+    env.reset(seed=1)
+
+    def stopping(*_, **__):
+        raise omniroll.SimulationStopped("a step that cannot be made", t=0.0, wheel=None, state={})
+
+    monkeypatch.setattr(env.session, "step", stopping)
+    _, _, terminated, _, info = env.step(np.zeros(3))
+    assert terminated is True and info["reason"] == "a step that cannot be made"

@@ -11,6 +11,7 @@ import omniroll
 from omniroll import cli
 from omniroll.scenes import load_scene
 from omniroll.scenes.estimates import estimates
+from omniroll.scenes.explanation import origins_of
 from omniroll.scenes.lints import lints
 from omniroll.scenes.lints_of_vehicle import ring
 
@@ -213,3 +214,12 @@ def test_choices_that_look_wrong(tmp_path):
     assert found.table == "rollers" and "massless would do" in found.text
     at_rest = scene_of(tmp_path, {"preset": "paper"}, nu="[0, 0, 0]")
     assert lints(at_rest, estimates(at_rest)[1][0].distance) == []
+
+
+@pytest.mark.parametrize("inertia, words", [(None, "would add a tenth"), (1e-6, None)])
+def test_a_rotor_that_nobody_gives_is_listed(tmp_path, inertia, words):
+    drive = "[drive]\nvoltage = 1.0\ntorque_constant = 0.02\nresistance = 1.0\ngear_ratio = 3.0\n"
+    drive += "" if inertia is None else f"rotor_inertia = {inertia}\n"
+    found = origins_of(scene_of(tmp_path, {"preset": "paper"}, drive))
+    rotors = [origin for origin in found if origin.name == "rotor_inertia"]
+    assert len(rotors) == (inertia is None) and all(words in origin.reason for origin in rotors)

@@ -32,6 +32,9 @@ SHEET = {
     "roller_diameter": 0.022, "roller_length": 0.025,
 }  # fmt: skip
 MOTOR = {"torque_constant": 0.036, "resistance": 1.0, "gear_ratio": 19.0}
+SHEET_MOTOR = {
+    "voltage": 0, "rated_voltage": 24.0, "stall_torque": 0.78, "free_speed": 703.0, "gear_ratio": 3.5,
+}  # fmt: skip
 LOOP = {"target": [1, 0, 0], "proportional": 0.1, "sample_time": 0.01}
 TIGERS = NUMBERS | {"wheels": 4, "platform_radius": 0.079, "wheel_radius": 0.032, "roller_axis_radius": 0.027,
                    "rollers_per_wheel": 16, "mass": 2.78, "yaw_inertia": 0.012145, "wheel_inertia": 3.6e-5,
@@ -160,6 +163,9 @@ CASES = {
                    "roller_axis_radius": 0.062, "wheel_inertia": 2.9404e-3},
         {"bearings": {"wheel_viscous": 1.0}}, "bearings wheel_viscous"),
     "LeKiwi in lerobot: 90 degrees a second as radians": (NUMBERS, {"start": {"nu": [0, 0, 90]}}, "start nu"),
+    "a free speed in rpm": (
+        NUMBERS, {"drive": SHEET_MOTOR | {"free_speed": 6710.0, "stall_torque": 0.08}}, "drive free_speed"),
+    "a stall torque in mN m": (NUMBERS, {"drive": SHEET_MOTOR | {"stall_torque": 780.0}}, "drive stall_torque"),
     "hangar_sim: armature of 1 kg m^2": (
         NUMBERS | {"mass": 60.0, "yaw_inertia": 1.2, "wheel_inertia": 7.2e-3},
         {"drive": MOTOR | {"voltage": 12, "rotor_inertia": 1.0 / 19**2}}, "drive rotor_inertia"),
@@ -239,6 +245,7 @@ ROBOTS = {
                    "rotor_inertia": 135e-7}}),
     "gains that settle": (
         NUMBERS, {"drive": MOTOR | {"voltage": 0}, "controller": LOOP | {"output": "voltage", "integral": 0.5}}),
+    "a motor of a data sheet": (NUMBERS, {"drive": SHEET_MOTOR}),
     "a heading after some turns": (NUMBERS, {"start": {"nu": [1, 0, 0], "pose": [0, 0, 20.3]}}),
 }  # fmt: skip
 

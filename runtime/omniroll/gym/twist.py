@@ -51,18 +51,18 @@ class TwistEnv(gymnasium.Env):
         return self._observation(), self._info()
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict]:
-        """Observation, reward, terminated, truncated, info after a step.
+        """Observation, reward, terminated, truncated, info after a step; info has the "reason" where it is terminated.
 
         action  (N,) in [-1, 1]
         """
-        action, terminated = self.task.actions(action), False
+        action, terminated, reason = self.task.actions(action), False, {}
         try:
             self.session.step(self.task.step, voltage=self.task.volts(action))
-        except SimulationStopped:
-            terminated = True
+        except SimulationStopped as stopped:
+            terminated, reason = True, {"reason": stopped.reason}
         self.count += 1
         reward = float(self.task.reward(self.session.nu, self.target, action))
-        return self._observation(), reward, terminated, self.count >= self.task.steps, self._info()
+        return self._observation(), reward, terminated, self.count >= self.task.steps, self._info() | reason
 
     def _observation(self) -> np.ndarray:
         return self.task.observation(self.session.nu, self.target, self.session.chi)

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from omniroll import generated_data
+from omniroll.effects.motor import Motor
 from omniroll.engine.compiled_engine import can_run, kernel_of, lacking
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
@@ -88,7 +89,17 @@ def origins_of(scene: Scene) -> list[Origin]:
     if sheet:
         found += [Origin(entry.name, sheet[entry.name], entry.unit, GIVEN) for entry in MOTOR_SHEET]
         found += motor_constants(**sheet).values()
+    motors = [effect for effect in scene.options.get("effects", ()) if isinstance(effect, Motor)]
+    if motors and "rotor_inertia" not in drive and not any(origin.name == "rotor_inertia" for origin in found):
+        found.append(_weightless_rotor(motors[0].gear_ratio, vehicle))
     return found
+
+
+def _weightless_rotor(gear_ratio: float, vehicle: Vehicle) -> Origin:
+    """The rotor of a motor whose inertia nobody gives."""
+    tenth = 0.1 * vehicle.wheel_inertia / gear_ratio**2
+    reason = f"a rotor that weighs nothing, or that wheel_inertia holds; one of {tenth:.2g} would add a tenth to it"
+    return Origin("rotor_inertia", 0.0, "kg m^2", ASSUMED, reason)
 
 
 def _in_drive(origin: Origin, drive: dict[str, Any]) -> Origin:

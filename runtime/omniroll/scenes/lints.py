@@ -6,6 +6,7 @@ from omniroll.scenes.lint import Lint
 from omniroll.scenes.lints_of_angles import of_angles
 from omniroll.scenes.lints_of_ground import of_ground
 from omniroll.scenes.lints_of_motion import of_motion
+from omniroll.scenes.lints_of_motors import of_motors
 from omniroll.scenes.lints_of_vehicle import of_numbers, of_parts, of_sizes
 from omniroll.scenes.loading import Scene
 
@@ -21,6 +22,7 @@ def lints(scene: Scene, without_inertia: float | None = None) -> list[Lint]:
         *of_angles(scene.vehicle, scene.tables),
         *of_motion(scene),
         *of_ground(scene),
+        *of_motors(scene),
         *(Lint(*said) for said in scene.said),
         *_of_choices(scene, without_inertia),
     ]
