@@ -15,7 +15,7 @@ from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
 # Inputs of the kernel: affine in time between two events.
-INPUTS = ("torque", "damping", "bearing_torque", "contact_bearing", "sticks")
+INPUTS = ("torque", "damping", "bearing_torque", "contact_bearing", "sticks", "presses")
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
@@ -25,6 +25,7 @@ PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta"
 OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call beside these
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 STANDS = "standing_dynamics"  # instead of these where axles may stick beside them
+SPRINGS = "spring_dynamics"  # instead of slip_dynamics where loads come from springs, on which the platform tilts
 DISKS = "disk_dynamics"  # instead of slip_dynamics where rollers may stick on their disks
 BEARINGS = "bearing_dynamics"  # instead of all of these where rollers may stick beside contacts that do
 GRIPS = "ground_dynamics"  # instead of these where contacts may also stick on the ground: with their modes as an input
@@ -78,10 +79,11 @@ class EngineSet:
         rates = {array.name: array for f in effects.functions for array in f.outputs}
         present = registry.integrated(effects)
         self.grips = effects.function(GRIPS) is not None
-        self.slips = self.grips or effects.function(SLIP) is not None
+        self.tilts = effects.function(SPRINGS) is not None
+        self.slips = self.grips or self.tilts or effects.function(SLIP) is not None
         names = {state.name for state in present}
         self.spins = SPINS in names
-        slipping = next((name for name in (BEARINGS, STANDS, GRIPS, DISKS) if effects.function(name)), SLIP)
+        slipping = next((name for name in (BEARINGS, STANDS, GRIPS, DISKS, SPRINGS) if effects.function(name)), SLIP)
         self.stands = slipping in (BEARINGS, STANDS)
         self.in_series = effects.function(SERIES) is not None
         self.strips = self.in_series and self.grips  # what their bearings take cuts ellipses of the ground's friction
@@ -251,7 +253,7 @@ class EngineSet:
     @staticmethod
     def power(state: State) -> int:
         """The power of |nu| with which its size grows."""
-        return 2 if state.size == "energy" else 1
+        return {"energy": 2, "deflection": 0, "deflection_rate": 0}.get(state.size, 1)
 
     def later_call(self) -> Call:
         """What gives the axial speeds later in a phase, where they follow from the core."""

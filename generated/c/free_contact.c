@@ -66,7 +66,7 @@ void omniroll_slip_dynamics(const omniroll_model *model, const omniroll_real *nu
 }
 
 /* Slip velocities of the contacts, and the ground's forces on the wheels. Equations: (2.1), (2.2). Steps:
- * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip_along_axle, slip
+ * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_leans, slip_along_axle, slip
  * (maxima/effects/contact.mac). */
 void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                           const omniroll_real *rates, const omniroll_real *contact_omega, omniroll_real *slip,
@@ -158,7 +158,7 @@ void omniroll_slip_energy(const omniroll_model *model, const omniroll_real *nu, 
 }
 
 /* Spins of the rollers in contact where contacts may slip. Equations: (2.1). Steps: yaw, angle
- * (maxima/forms/rolling.mac); roller_that_slips (maxima/effects/contact.mac). */
+ * (maxima/forms/rolling.mac); roller_that_leans (maxima/effects/contact.mac). */
 void omniroll_slip_spins(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                          const omniroll_real *contact_omega, omniroll_real *contact_spin)
 {

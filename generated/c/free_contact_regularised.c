@@ -259,7 +259,7 @@ void omniroll_slip_dynamics(const omniroll_model *model, const omniroll_real *nu
 }
 
 /* Slip velocities of the contacts, and the ground's forces on the wheels. Equations: (2.1), (2.2). Steps:
- * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip_along_axle, slip
+ * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_leans, slip_along_axle, slip
  * (maxima/effects/contact.mac); ground_grip (maxima/effects/contact_regularised.mac); ground_along_axle,
  * ground_along_rolling (maxima/programs/vehicle.mac). */
 void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
@@ -316,7 +316,7 @@ void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, 
 }
 
 /* Power that each contact loses by slipping. Equations: (2.1), (2.2). Steps: yaw, angle
- * (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip_along_axle, slip, ground_loss
+ * (maxima/forms/rolling.mac); axle_speed, roller_that_leans, slip_along_axle, slip, ground_loss
  * (maxima/effects/contact.mac); ground_grip (maxima/effects/contact_regularised.mac); ground_along_axle,
  * ground_along_rolling (maxima/programs/vehicle.mac). */
 void omniroll_ground_power(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,

@@ -81,7 +81,7 @@ def slip_dynamics(model, nu, chi, rates, contact_omega, momenta):
 def slip_forces(model, nu, chi, rates, contact_omega):
     """Slip velocities of the contacts, and the ground's forces on the wheels.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_leans,
     slip_along_axle, slip (maxima/effects/contact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -188,7 +188,7 @@ def slip_energy(model, nu, rates, contact_omega, axial):
 def slip_spins(model, nu, chi, contact_omega):
     """Spins of the rollers in contact where contacts may slip.
 
-    Equations: (2.1). Steps: yaw, angle (maxima/forms/rolling.mac); roller_that_slips
+    Equations: (2.1). Steps: yaw, angle (maxima/forms/rolling.mac); roller_that_leans
     (maxima/effects/contact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.

@@ -147,7 +147,7 @@ def slip_dynamics(model, nu, chi, rates, contact_omega, momenta, ground_push):
 def slip_forces(model, nu, chi, rates, contact_omega, ground_push):
     """Slip velocities of the contacts, and the ground's forces on the wheels.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_leans,
     slip_along_axle, slip (maxima/effects/contact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -206,7 +206,7 @@ def slip_forces(model, nu, chi, rates, contact_omega, ground_push):
 def ground_power(model, nu, chi, rates, contact_omega, ground_push):
     """Power that each contact loses by slipping.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_leans,
     slip_along_axle, slip, ground_loss (maxima/effects/contact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.

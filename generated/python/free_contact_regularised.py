@@ -338,7 +338,7 @@ def slip_dynamics(model, nu, chi, rates, contact_omega, momenta):
 def slip_forces(model, nu, chi, rates, contact_omega):
     """Slip velocities of the contacts, and the ground's forces on the wheels.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_leans,
     slip_along_axle, slip (maxima/effects/contact.mac); ground_grip (maxima/effects/contact_regularised.mac);
     ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -403,7 +403,7 @@ def slip_forces(model, nu, chi, rates, contact_omega):
 def ground_power(model, nu, chi, rates, contact_omega):
     """Power that each contact loses by slipping.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_leans,
     slip_along_axle, slip, ground_loss (maxima/effects/contact.mac); ground_grip
     (maxima/effects/contact_regularised.mac); ground_along_axle, ground_along_rolling
     (maxima/programs/vehicle.mac).

@@ -7,7 +7,7 @@ array of states among them. Outputs are nested lists of components. N is the num
 rollers of a wheel.
 """
 
-from .elementary import circle_ratio, cos, number, sin
+from .elementary import circle_ratio, cos, number, sin, sqrt
 
 
 def inertias(wheels, rollers_per_wheel, platform_mass, platform_inertia, hub_mass, hub_axial_inertia,
@@ -217,6 +217,24 @@ def across_plane(wheels, rollers_per_wheel, gravity_strength, plane_angle):
     """
     gravity_across = gravity_strength*cos(plane_angle)
     return gravity_across
+
+
+def spring_of_load(wheels, rollers_per_wheel, load_at_rest, deflection, damping_ratio, gravity_strength):
+    """Spring and damper of a contact from its load, deflection and damping ratio.
+
+    Equations: (3.1).
+    load_at_rest [N]: load of a contact at rest.
+    deflection [m]: deflection of a spring under the load at rest.
+    damping_ratio [1]: damping of the load's mass on spring and damper, over that at which it ceases to swing.
+    gravity_strength [m/s^2]: gravity.
+    Returns these, as a tuple:
+      stiffness_of [N/m]: stiffness of a spring.
+      damping_of [N s/m]: coefficient of a damper.
+    Operations: once 3 mul, 4 div, 1 sqrt. Intermediates: 0.
+    """
+    stiffness_of = load_at_rest/deflection
+    damping_of = 2*load_at_rest*damping_ratio/sqrt(deflection*gravity_strength)
+    return stiffness_of, damping_of
 
 
 def controller_sample(wheels, rollers_per_wheel, rate_errors, error_sums, proportional, integral,

@@ -7,6 +7,7 @@ from .effects.motor import Motor as Motor
 from .effects.named import register_effect as register_effect
 from .effects.path_follower import PathFollower as PathFollower
 from .effects.slope import Slope as Slope
+from .effects.springs import Springs as Springs
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
 from .engine.batch import Batch as Batch

@@ -420,6 +420,42 @@ BALANCE = (
         optional=True,
     ),
 )
+# The springs at the contacts, on which the platform heaves and tilts
+
+SPRINGS = (
+    derived("height", POSITIVE, needed=True),
+    Entry("deflection", POSITIVE, "m", "how far each spring gives way under its load at rest", "1e-4"),
+    Entry(
+        "damping_ratio",
+        NOT_NEGATIVE,
+        "1",
+        "damping of a load's mass on its spring and damper, over that at which it ceases to swing",
+        "0.3",
+    ),
+    Entry(
+        "tilt_inertia",
+        Numbers(shapes=((), (2,)), above=0),
+        "kg m^2",
+        "inertia of the whole vehicle about the horizontal axes xi and eta through its centre of mass",
+        "from the vehicle's size",
+        optional=True,
+        note="From its size: that of a cylinder over the wheels' circle, from the ground to twice the height",
+    ),
+    Entry(
+        "products",
+        PLACE,
+        "kg m^2",
+        "products of inertia of the whole vehicle about its centre of mass: vertical with xi, vertical with eta",
+        "(0, 0)",
+    ),
+    replace(
+        BALANCE[2], default="wheel_inertia", note="It must be given beside a motor whose rotor has inertia"
+    ),
+    derived("normal_gravity", POSITIVE, default=f"{STANDARD_GRAVITY}", note="That of the contacts"),
+    Entry("tilt", THREE, "m, rad, rad", "heave at the centre of mass, and turns about xi and eta at the start", "0"),
+    Entry("tilt_rate", THREE, "m/s, rad/s, rad/s", "their rates at the start", "0"),
+    Entry("most_tilt", POSITIVE, "rad", "turn about xi or eta at which the vehicle has tipped: the run ends", "0.2"),
+)
 TWO = ((), (2,))
 CONTACT = (
     Entry(

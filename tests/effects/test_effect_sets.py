@@ -79,6 +79,7 @@ NEEDS = {
     "motor": ("drive",),
     **dict.fromkeys(LAWS, ("contact",)),
     "contact_loads": ("contact", "contact_viscous", "reactions"),  # they act through a law
+    "contact_springs": ("contact", "contact_regularised"),
 }
 
 
@@ -120,10 +121,14 @@ def test_the_smaller_set_has_fewer_operations(effect, base):
         assert "slip_dynamics" not in {f["name"] for f in without.signatures}
         assert operations(without) == operations(with_it)
         return
+    if effect == "contact_springs":  # so are those on springs
+        assert "spring_dynamics" not in {f["name"] for f in without.signatures}
+        assert operations(without, "slip_dynamics") < operations(with_it, "spring_dynamics")
+        return
     assert operations(without, solver(effect)) < operations(with_it, solver(effect))
 
 
-@pytest.mark.parametrize("effect", [e for e in EFFECTS if e not in ("contact", "contact_coulomb")])
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e not in ("contact", "contact_coulomb", "contact_springs")])
 def test_the_smaller_set_has_less_machine_code(effect):
     larger, name = added_to_nothing(effect), solver(effect)
     assert object_size("free", tuple(e for e in larger if e != effect), name) < object_size("free", larger, name)

@@ -95,6 +95,8 @@ static void put_guard(omniroll_run_t *run, const double *row, int wheel, omnirol
 #if SET_SLIPS
     for (int i = 0; i < run->wheels; i++)
         guard[6 + i] = i == wheel ? margin.per_rate : 0;
+    for (int k = 6 + run->wheels; k < guard_size(run->wheels); k++)
+        guard[k] = 0;
 #endif
     guard[5] = fabs(margin.at_zero) + fabs(margin.per_signal*value);
     run->leads_to[2*run->guard_count] = follows;

@@ -263,11 +263,13 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
         sizes += fabs(guard[2 + k]*run->nu[k]);
     }
 #if SET_SLIPS
-    for (int i = 0; i < run->wheels; i++) {
-        const double of_rate = guard[6 + i]*run->core[rates_at(run->wheels) + i];
-        value += of_rate;
-        sizes += fabs(of_rate);
-    }
+    const double *weight = guard + 6;
+    for (int part = 0; part < GUARDED_PARTS; part++)
+        for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++) {
+            const double of_core = *weight*run->core[guarded_at(run->wheels, part) + i];
+            value += of_core;
+            sizes += fabs(of_core);
+        }
 #endif
     *noise = EPS*sizes;
     return value;
@@ -293,8 +295,10 @@ static int guards_passed(const omniroll_run_t *run, const work_t *work)
         const double value = guard_value(run, guard, &noise);
         double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
 #if SET_SLIPS
-        for (int i = 0; i < run->wheels; i++)
-            rate += guard[6 + i]*work->core_dot[rates_at(run->wheels) + i][0];
+        const double *weight = guard + 6;
+        for (int part = 0; part < GUARDED_PARTS; part++)
+            for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++)
+                rate += *weight*work->core_dot[guarded_at(run->wheels, part) + i][0];
 #endif
         run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));
         count += k < run->guard_count && run->passed[k];

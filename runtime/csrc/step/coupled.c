@@ -325,17 +325,17 @@ ALWAYS_INLINE void rates_between(double start, double h, const nodes_t *at, node
  * next to where it vanishes: a guess beside that tells Newton's rule nothing. */
 static void guess_that_slip_stays(step_t *s, const int wheels)
 {
-    const int size = s->coupled->size, own = size - 3;
+    const int size = s->coupled->size, of_wheels = size - 3 - 3*SET_TILTS;
     lanes_t at_start[2*MOST_WHEELS];
     states_at_nodes(s, wheels);
     rolling_speeds(s, wheels, -1, at_start);
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t speeds[2*MOST_WHEELS];
         rolling_speeds(s, wheels, b, speeds);
-        for (int n = 0; n < own; n++)
+        for (int n = 0; n < of_wheels; n++)
             s->coupled->missing[n].lanes[b] = speeds[n] + (s->start_core[n] - at_start[n]);
     }
-    for (int n = 0; n < own; n++)
+    for (int n = 0; n < of_wheels; n++)
         if (-s->h*s->coupled->slope[n*size + n] > FOLLOWS)
             rates_between(s->start_core[n], s->h, &s->coupled->missing[n], &s->rate_core[n]);
 }

@@ -24,10 +24,33 @@
 
 #if SET_IS_ACTED_ON
 /* Numbers of a guard: constant, slope, weights of nu, the size of the constant's terms; and weights of the wheels' rates
- * where these are speeds of their own. */
+ * where these are speeds of their own, and of the rates of heave and tilt and of these where there are any. */
+#if SET_SLIPS
+#define GUARDED_PARTS (1 + 2*SET_TILTS)
+#else
+#define GUARDED_PARTS 0
+#endif
+#if SET_SLIPS
+/* Part of the core whose weights stand one after the other in a guard: where it begins, and how many numbers it is. */
+ALWAYS_INLINE int guarded_at(const int wheels, int part)
+{
+#if SET_TILTS
+    if (part > 0)
+        return part == 1 ? tilt_rates_at(wheels) : tilt_at(wheels);
+#endif
+    (void)part;
+    return rates_at(wheels);
+}
+
+ALWAYS_INLINE int guarded_size(const int wheels, int part)
+{
+    return part ? 3 : wheels;
+}
+#endif
+
 ALWAYS_INLINE int guard_size(const int wheels)
 {
-    return 6 + (SET_SLIPS ? wheels : 0);
+    return 6 + (SET_SLIPS ? wheels + 6*SET_TILTS : 0);
 }
 /* The rate of a guard at the nodes. */
 ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
@@ -38,10 +61,13 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
         rate.lanes[b] = s->guard.slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
             + weights[2]*s->rate_nu[2].lanes[b]);
 #if SET_SLIPS
-    const double *const of_rates = s->guard_rows + guard_size(s->wheels)*guard + 6;
-    for (int i = 0; i < s->wheels; i++)
-        for (int b = 0; b < BLOCKS && of_rates[i] != 0; b++)
-            rate.lanes[b] += of_rates[i]*s->rate_core[rates_at(s->wheels) + i].lanes[b];
+    const double *weight = s->guard_rows + guard_size(s->wheels)*guard + 6;
+    for (int part = 0; part < GUARDED_PARTS; part++) {
+        const nodes_t *const rates = s->rate_core + guarded_at(s->wheels, part);
+        for (int i = 0; i < guarded_size(s->wheels, part); i++, weight++)
+            for (int b = 0; b < BLOCKS && *weight != 0; b++)
+                rate.lanes[b] += *weight*rates[i].lanes[b];
+    }
 #endif
     return rate;
 }

@@ -102,6 +102,13 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     (void)work;
 }
 
+#if SET_CORE_PARTS
+ALWAYS_INLINE double size_in_power(double size, int power)
+{
+    return power == 2 ? size*size : power ? size : 1;
+}
+#endif
+
 /* The size of nu that errors are measured against; where something acts, the largest up to the end of the step.
  * Sets the weights of the rest of the core. */
 ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot)
@@ -115,7 +122,7 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
     int c = 0;
     for (int part = 0; part < SET_CORE_PARTS; part++) {
         const int end = core_part_end(run->wheels, run->rollers_per_wheel, part);
-        double of_part = run->part_sizes[part]*(core_part_power(part) == 2 ? size*size : size);
+        double of_part = run->part_sizes[part]*size_in_power(size, core_part_power(part));
         for (int k = c; k < end; k++)
             of_part = larger(of_part, fabs(run->core[k]));
         for (; c < end; c++)

@@ -9,9 +9,10 @@ from omniroll.effects.motor import Motor
 from omniroll.effects.named import KINDS, register_effect
 from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.slope import Slope
+from omniroll.effects.springs import Springs
 from omniroll.effects.torque import Torque, TorqueTable
 
-EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, PathFollower, Bearings, Slope, Contact)
+EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, PathFollower, Bearings, Slope, Contact, Springs)
 for kind in EFFECTS:
     register_effect(kind.__name__)(kind)
 

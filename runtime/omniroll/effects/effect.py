@@ -123,9 +123,11 @@ class Process:
 
     remembers  names of the attributes that change during a run, so that a session can save and restore them; None
                where the process does not say
+    ended      why the run ends at the guard that was passed last; nothing where it goes on
     """
 
     remembers: ClassVar[tuple[str, ...] | None] = None
+    ended: str = ""
 
     def compiled(self) -> tuple[Form, ...] | None:
         """The same for the compiled engine, before the run starts; None where that must ask this process."""
@@ -274,6 +276,10 @@ class Effect:
 
         Entries of the energy account have no such states: they go on over a switch.
         """
+        return {}
+
+    def start(self) -> dict[str, np.ndarray]:
+        """What it integrates, at the start, by name: numbers that no State has. They are 0 where it says nothing."""
         return {}
 
     def axial_later(

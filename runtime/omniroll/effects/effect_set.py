@@ -685,9 +685,9 @@ class Plan:
 
     @cached_property
     def guards_read_speeds_alone(self) -> bool:
-        """Whether guards read nu, and the rates of wheels that may slip, and nothing else; those that are asked for."""
-        wheels = self.acting.kernel.wheels
-        return not self.asks or all(guard.reads_speeds_alone(wheels) for guard in self.acting.begin_phase(0.0))
+        """Whether guards read what the compiled engine's may, and nothing else; those that are asked for."""
+        slices = self.acting.state_vector.slices
+        return not self.asks or all(guard.reads_parts_alone(slices) for guard in self.acting.begin_phase(0.0))
 
     @cached_property
     def largest(self) -> float:

@@ -7,13 +7,14 @@ A guard counts as passed only where its value exceeds its own rounding. Where a 
 the opposite transition is zero but for rounding: it must not end the next phase before the motion really turns back.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 EPS = float(np.finfo(float).eps)
 PASSED = 16  # a guard has been passed where its value is above this many of its roundings
+GUARDED = ("rates", "tilt_rate", "tilt")  # what a guard of the compiled engine may read beside nu; events.c
 LANDED = 2  # a guard is met where its value is within this many of its roundings
 
 
@@ -29,16 +30,15 @@ class Guard:
     weights: np.ndarray
     size: float = 0.0
 
-    def of_speeds(self, wheels: int) -> tuple[np.ndarray, np.ndarray]:
-        """The weights (3,) of nu, and those (N,) of the rates of wheels that may slip, which stand behind the pose."""
-        whole = np.zeros(6 + 2 * wheels)
+    def of_parts(self, slices: Mapping[str, slice]) -> list[np.ndarray]:
+        """The weights of nu, and of the states that GUARDED names, one after the other; slices: where each stands."""
+        whole = np.zeros(max(part.stop for part in slices.values()))
         whole[: len(self.weights)] = self.weights
-        return whole[:3], whole[6 + wheels :]
+        return [whole[slices[name]] for name in ("nu", *GUARDED) if name in slices]
 
-    def reads_speeds_alone(self, wheels: int) -> bool:
+    def reads_parts_alone(self, slices: Mapping[str, slice]) -> bool:
         """Whether all other weights are zero."""
-        others = [*self.weights[3 : 6 + wheels], *self.weights[6 + 2 * wheels :]]
-        return not np.any(others)
+        return sum(map(np.count_nonzero, self.of_parts(slices))) == np.count_nonzero(self.weights)
 
     def later(self, time: float) -> "Guard":
         """The same, where t counts from `time`."""

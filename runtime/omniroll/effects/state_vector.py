@@ -42,6 +42,7 @@ class StateVector:
         _, spins = kernel.wheel_rates(along, np.zeros(kernel.wheels))
         spin = np.abs(spins).max()
         sizes = {"energy": energy, "momentum": kernel.vehicle.roller_inertia * spin, "speed": spin}
+        sizes |= sizes_on_springs(kernel)
         return np.concatenate(
             [np.full(prod(self.shapes[quantity.name]), sizes[quantity.size]) for quantity in self.quantities]
         )
@@ -50,3 +51,12 @@ class StateVector:
         """Write quantities into a state (size,)."""
         for name, value in values.items():
             y[self.slices[name]] = np.ravel(value)
+
+
+def sizes_on_springs(kernel: Kernel) -> dict[str, float]:
+    """Of heave and tilt, and of their rates, where a platform stands on springs: as under twice the load at rest."""
+    if "spring_load" not in kernel.constant_names:
+        return {}
+    load, stiffness = (np.array(kernel.constant(name)) for name in ("spring_load", "spring_stiffness"))
+    deflection = float((load / stiffness).min())
+    return {"deflection": deflection, "deflection_rate": float(np.sqrt(kernel.constant("tilt_gravity") * deflection))}

@@ -144,6 +144,9 @@ class CompiledRun:
             (self.status,) = yield [call]
             while self.status == ASK and not self._is_ended():
                 self._answer()
+                if self.ended:
+                    self.status = ENDED
+                    break
                 (self.status,) = yield [call]
             if self.status == FULL:
                 self._look_ahead()
@@ -292,6 +295,7 @@ class CompiledRun:
             self.acting.pass_time(self.run.elapsed, self._state())
         else:
             self.acting.pass_guards(self.passed[: self.run.guard_count] != 0)
+            self.ended = next((process.ended for process in self.acting.processes if process.ended), "")
         self._give_inputs()
 
     def _take_samples(self) -> None:
@@ -359,9 +363,9 @@ class CompiledRun:
                 signal = self.acting.signals[name]
                 self.inputs[0, k], self.inputs[1, k] = signal.value, signal.slope
         for row, guard in zip(self.guards, guards, strict=False):
-            of_nu, of_rates = guard.of_speeds(self.wheels)
+            of_nu, *others = guard.of_parts(self.columns.state_vector.slices)
             size = max(guard.size, abs(guard.constant))
-            row[:] = [guard.constant, guard.slope, *of_nu, size, *of_rates[: len(row) - GUARD]]
+            row[:] = np.concatenate([[guard.constant, guard.slope], of_nu, [size], *others])
         self.run.guard_count = len(guards)
         self.run.inputs_elapsed, self.run.inputs_carry = self.run.elapsed, self.run.carry
         self.run.next_time = self.acting.next_time()
@@ -410,6 +414,10 @@ class CompiledRun:
             self.axial[...] = state.free_axial()
         for name, speeds in self.task.effects.own_speeds(self.task.kernel, state).items():
             self.speeds(name)[:] = speeds
+        for effect in self.task.effects.effects:
+            for name, numbers in effect.start().items():
+                place = self.columns.starts[name]
+                self.space.core[place : place + len(numbers)] = numbers
 
     def _shares(self) -> float:
         """Into how many parts the engine is given what iterations may leave; with effects it divides that itself."""

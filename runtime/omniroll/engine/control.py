@@ -20,7 +20,7 @@ from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import EPS
 from omniroll.engine.works import Work, result_of, side_by_side
-from omniroll.errors import AccuracyWarning, SimulationStopped
+from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
 from omniroll.results.comparison import difference
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
@@ -107,6 +107,8 @@ def made(task: Task, tolerance: float) -> AnyRun:
 def making(task: Task, tolerance: float) -> Work[AnyRun]:
     """The same as a work, whose calls of the engine others may share."""
     engine = CompiledRun if task.engine == "compiled" and can_run(task) else ReferenceRun
+    if engine is ReferenceRun and "contact_springs" in task.effects.names():
+        raise InvalidValueError("engine", "python", "has no loads from springs: choose compiled")
     run = engine(task, tolerance)
     yield from run.advancing()
     return run

@@ -27,6 +27,8 @@ FOLLOWED = (Torque, TorqueTable, Motor, Controller)  # effects with a process wh
 
 def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> None:
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
+    if "contact_springs" in plain.effects:
+        raise InvalidValueError("sensitivities", "Springs", "loads from springs have no derivatives: leave Springs out")
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         if not known:

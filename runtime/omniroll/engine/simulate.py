@@ -54,7 +54,7 @@ def simulate(
 
     vehicle       Vehicle, with N wheels of n rollers; roller 0 of each wheel has contact at the start
     effects       what acts on the vehicle besides its rolling, a sequence of effects: Torque, TorqueTable, Motor,
-                  Controller, FunctionController, PathFollower, Bearings, Slope, Contact
+                  Controller, FunctionController, PathFollower, Bearings, Slope, Contact, Springs
     {entries}
     progress      function that is called as progress(time done, duration) now and then, or None
     control       True: compare with a second, coarser run from a start moved by 1e-12; its distance is the measure

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects import registry
+from omniroll.effects.guards import GUARDED
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS
@@ -22,7 +23,7 @@ FEWEST = 32  # rows that they are at least
 GROWTH = 8  # times its rows has a buffer that grows: a page costs nothing before it is written to, and a copy much
 ALIGNMENT = 128  # bytes
 MOST_GUARDS = 256  # run.c
-GUARD = 6  # numbers of a guard, before those of the wheels' rates; events.c
+GUARD = 6  # numbers of a guard, before those of the wheels' rates and of the tilt; events.c
 
 
 def engine_of(kernel: Kernel) -> Any:
@@ -50,6 +51,7 @@ class Columns:
     starts  where each of them begins among these
     order   of these in the trajectory, as places in the row of the engine
     part_sizes  the size at |nu| = 1 of each state
+    guarded     how many numbers are those that a guard may read beside nu
     """
 
     def __init__(self, kernel: Kernel, quantities: tuple[Quantity, ...]):
@@ -65,6 +67,7 @@ class Columns:
         self.end = 7 + kernel.wheels + self.added
         self.width = self.end + kernel.wheels * (1 + len(self.inputs))
         self.plain = 6 + kernel.wheels
+        self.guarded = [size for name, size in zip(self.states, self.sizes, strict=True) if name in GUARDED]
 
     def _place_states(self, kernel: Kernel) -> None:
         outputs = {a.name: a.shape for s in kernel.signatures.values() for a in s.outputs}
@@ -132,7 +135,7 @@ class Workspace:
         self.core, self.core_before = np.zeros(columns.added + 1), np.zeros(columns.added + 1)
         self.accounts, self.part_sizes = np.zeros(columns.added + 1), np.zeros(len(columns.states) + 1)
         self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
-        self.guards = np.zeros((MOST_GUARDS, GUARD + (wheels if kernel.slips else 0)))
+        self.guards = np.zeros((MOST_GUARDS, GUARD + sum(columns.guarded)))
         self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
         self.contact = np.zeros(wheels, np.int64)
         self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)

@@ -76,7 +76,7 @@ class Contacts:
             return self._called("slip_spins", values)["contact_spin"]
         if not self.axial:
             return self.kernel.wheel_rates(nu, chi)[1]
-        return self.kernel.call("slip_spins", nu, chi, *self.axial)
+        return call_named(self.kernel, "slip_spins", self._state(nu, chi))
 
     @property
     def _massless_stick(self) -> bool:
@@ -84,12 +84,28 @@ class Contacts:
         return "slip_contact_loss" in self.kernel.signatures
 
     def _state(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
-        return dict(self.states) | {"nu": nu, "chi": chi}
+        return self._upright | dict(self.states) | {"nu": nu, "chi": chi}
+
+    @property
+    def tilts(self) -> bool:
+        """Whether loads come from springs, on which the platform heaves and tilts."""
+        return "support_state" in self.kernel.signatures
+
+    @property
+    def _upright(self) -> dict[str, np.ndarray]:
+        """Heave and tilt where they are not given: those of a vehicle that stands upright."""
+        if not self.tilts:
+            return {}
+        none = np.zeros((*self.rates.shape[:-1], 3))
+        return {"tilt": none, "tilt_rate": none, "presses": np.ones_like(self.rates)}
 
     def energy(self, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None) -> np.ndarray:
         """(...) in J, the kinetic energy; `spins` are those of the free rollers."""
         free = () if spins is None else (self.kernel.axial_speeds(nu, chi, spins),)
-        return self.kernel.call("slip_energy", nu, self.rates, *self.axial, *free)
+        upright = self.kernel.call("slip_energy", nu, self.rates, *self.axial, *free)
+        if not self.tilts:
+            return upright
+        return upright + call_named(self.kernel, "tilt_energy", self._state(nu, chi))
 
     def forces(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Slip velocities and forces of the ground (..., N, 2), in m/s and N, along the axle and along the rolling
@@ -97,7 +113,11 @@ class Contacts:
         if self.grip is None:
             known = dict(zip(self.kernel.constant_names, self.kernel.constants, strict=True)).get("contact_load")
             loads = None if known is None else np.broadcast_to(known, self.rates.shape)
-            found = self._called("slip_forces", self._beside(nu, chi) if self._massless_stick else self._state(nu, chi))
+            more = self._massless_stick or self.tilts
+            values = self._beside(nu, chi) if more else self._state(nu, chi)
+            found = self._called("slip_forces", values)
+            if self.tilts:
+                loads = self._called("support_state", values)["support_loads"]
             return found["slip"], found["ground_force"], loads
         slip, loads, values = self._under_grip(nu, chi)
         return slip, values["ground_force"], loads
@@ -110,7 +130,7 @@ class Contacts:
             bound = "does not tell accelerations where rollers stick and wheels may slip; give it a roller_speed"
             raise InvalidValueError("effects", "Bearings", bound)
         values = self._beside(nu, chi)
-        return values | self._called("slip_dynamics", values)
+        return values | self._called("spring_dynamics" if self.tilts else "slip_dynamics", values)
 
     def _under_grip(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """Slip velocities, loads, and the accelerations where contacts have modes."""
@@ -207,7 +227,7 @@ class Contacts:
         """The inputs of the accelerations but the forces on contacts that slip."""
         none = {name: np.zeros_like(self.rates) for name in ("sticks", "axle_sticks")}
         none |= {name: np.ones_like(self.rates) for name in ("load_factor", "passed_on")}
-        values = none | dict(self.given()) | self._state(nu, chi)
+        values = none | self._state(nu, chi) | dict(self.given()) | dict(self.states)
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])
         if MOMENTS[0] in values:

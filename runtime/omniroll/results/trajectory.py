@@ -16,7 +16,7 @@ from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
-from omniroll.results import tables, trajectory_files
+from omniroll.results import on_springs, tables, trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.measurements import NAMES, Instruments, Moments, checked_instruments, reckoned, true_values
@@ -463,6 +463,13 @@ class Trajectory(MadeOnDemand):
         names = self.effects.drives()
         return self.drive[:, names.index("sticks")] > 0.5 if "sticks" in names else None
 
+    @property
+    def presses(self) -> np.ndarray | None:
+        """(T, N) bool: contacts that press on the ground, on springs; None elsewhere. A row that ends a phase has the
+        modes of that phase."""
+        names = self.effects.drives()
+        return self.drive[:, names.index("presses")] > 0.5 if "presses" in names else None
+
     @cached_property
     def _on_ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         return self.contacts.forces(self.nu, self.chi)
@@ -507,6 +514,9 @@ class Trajectory(MadeOnDemand):
                 self._effect_kernel.call(name, pose) for pose in (self.pose[0], self._state_vector.view(y, "pose"))
             )
             accounts[entry] = at_start - potential
+        if on_springs.WORK in accounts:
+            start, work = self._rows(np.zeros(1, int))[0], accounts.pop(on_springs.WORK)
+            accounts |= on_springs.in_two(self._effect_kernel, self._state_vector, work, start, y)
         return accounts
 
     def gained(self) -> np.ndarray:

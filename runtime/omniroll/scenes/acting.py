@@ -12,6 +12,7 @@ from omniroll.effects import (
     Motor,
     PathFollower,
     Slope,
+    Springs,
     Torque,
     TorqueTable,
 )
@@ -128,4 +129,5 @@ MAKERS: dict[str, Callable[[dict[str, Any]], Effect]] = {
     "bearings": lambda keys: Bearings(**keys),
     "slope": lambda keys: Slope(**keys),
     "contact": lambda keys: Contact(**keys),
+    "springs": lambda keys: Springs(**keys),
 }

@@ -23,6 +23,7 @@ from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, STATE, Entry, by
 JOINTS = "joints of rollers: the contact passes to the next one"
 ALLOWED = 5.0  # s of work for estimates and prices together, so that all is said within 10 s
 UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
+UNITS |= {"deflection": "m, rad, rad", "deflection_rate": "m/s, rad/s, rad/s"}
 
 
 def explained(scene: Scene) -> dict[str, Any]:

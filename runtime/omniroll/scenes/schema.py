@@ -186,6 +186,12 @@ SCENE = (
         vocabulary.CONTACT,
     ),
     Table(
+        "springs",
+        "Loads from springs and dampers at the contacts, on which the platform heaves and tilts; beside `[contact]` "
+        "with the law regularised. A contact may leave the ground and come back.",
+        vocabulary.SPRINGS,
+    ),
+    Table(
         "layout",
         "Wheels at places of their own, and a centre of mass that is not S.",
         (vocabulary.LAYOUT[0], replace(vocabulary.WHEEL_ANGLES, default="those of [vehicle]"), *vocabulary.LAYOUT[1:]),
