@@ -28,6 +28,8 @@ say = @printf '\n==> %s\n' "$(1)"
 # One after the other even under -j; each step reads the files that the step before it wrote.
 STEPS := regenerate build show-formulas motions
 all:
+	@printf '%s\n' 'omniroll: derive the equations and prove them (1 to 2 minutes of a processor), compile the kernels (4 minutes of a' \
+	    'processor, on all cores at once), run the paper'"'"'s motions (seconds). make build does without the derivation.'
 	@for step in $(STEPS); do $(MAKE) --no-print-directory $$step || exit 1; done
 
 $(VENV_STAMP):
@@ -62,20 +64,20 @@ check-generated: $(DEPS_STAMP) ## derive again and compare with the committed ge
 	$(call say,check-generated: Maxima -> compare with generated/)
 	@$(BIN)/python -m codegen --check
 
-what-if: $(DEPS_STAMP) ## derive from a changed maxima/: proofs that fail, equations old and new (ONLY=paper: of its own steps)
+what-if: $(DEPS_STAMP) ## derive from a changed maxima/: proofs that fail, equations old and new (ONLY=paper: in seconds)
 	$(call say,what-if: Maxima -> failing proofs and changed equations)
 	@$(BIN)/python -m codegen.what_if $(if $(filter paper,$(ONLY)),--only-paper)
 
-maxima: $(DEPS_STAMP) ## open Maxima with the derivation loaded
+maxima: $(DEPS_STAMP) ## open Maxima with the paper's part of the derivation loaded, in seconds
 	@$(BIN)/python -m codegen.interactive
 
 show-formulas: build
 	$(call say,formulas: the paper as printed and as derived)
-	@$(BIN)/python -m omniroll formulas
+	@$(BIN)/python -m omniroll formulas --counts
 
 formulas: ## derive again, then print the comparison with the paper's formulas
-	@$(MAKE) --no-print-directory regenerate
-	@$(MAKE) --no-print-directory show-formulas
+	@$(MAKE) --no-print-directory regenerate build
+	@$(BIN)/python -m omniroll formulas
 
 # A program for an environment beside .venv, whose name is its argument: it sees what .venv has, omniroll among it.
 SEES_VENV := import pathlib, sys, sysconfig as s; own = s.get_path('purelib'); pathlib.Path(own, 'omniroll-environment.pth').write_text('import site; site.addsitedir(' + repr(own.replace(sys.argv[1], '$(VENV)')) + ')\n')

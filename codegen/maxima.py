@@ -26,6 +26,8 @@ BEGIN, END = "omniroll: begin", "omniroll: end"
 LIBRARY = "stringproc"  # Maxima's own, which writes what is derived
 TIMEOUT = 3600.0  # seconds; two minutes on a quiet core, and many on a machine that is busy
 FAILED_CLAIM = "identity is not zero:"
+SYNTAX = re.compile(r".+\.mac:\d+:\d+:\s*incorrect syntax")  # Maxima goes on with the next file after one
+LINES_OF_A_SYNTAX_ERROR = 3  # file, line, column and what is wrong; the text there; a mark below it
 LINES_OF_A_FAILURE = 12
 Report = Callable[[str], None]
 
@@ -90,6 +92,9 @@ class Maxima:
         )
         with tempfile.TemporaryDirectory(prefix="omniroll-home-") as home:
             said, is_late = self._run(batch, script.parent, Path(home), report, timeout)
+        wrong = next((place for place, line in enumerate(said) if SYNTAX.match(line)), None)
+        if wrong is not None:
+            raise MaximaError("\n".join(said[wrong:][:LINES_OF_A_SYNTAX_ERROR]))
         if is_late:
             raise MaximaError(f"{script.name}: stopped after {timeout:g} s; Maxima said last:\n{last(said)}")
         if END not in said:
@@ -122,9 +127,11 @@ class Maxima:
             for line in map(str.strip, process.stdout):
                 if has_begun and line:
                     said.append(line)
-                    has_failed = has_failed or line.startswith(FAILED_CLAIM)
+                    has_failed = has_failed or line.startswith(FAILED_CLAIM) or bool(SYNTAX.match(line))
                     if line != END and not has_failed:
                         report(line)
+                if has_begun and len(said) >= LINES_OF_A_SYNTAX_ERROR and SYNTAX.match(said[-LINES_OF_A_SYNTAX_ERROR]):
+                    stop(process)
                 has_begun = has_begun or line == BEGIN
             process.wait()
         finally:

@@ -1,10 +1,11 @@
 """python -m codegen.what_if: what follows from a changed assumption.
 
-Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it; they are listed with
-what is left of their claims, in the order of the derivation: the first ones say where the change comes in, the others
-follow. The equations that have changed are printed, old and new, and all equations are written as LaTeX; a text file
-beside that has what is too long for the terminal. Nothing in generated/ changes. With --only-paper the steps of
-maxima/paper/ are run alone: the same equations, and the proofs about them.
+Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it. Of each file of
+maxima/paper/ the first that fails is printed, with what is left of its claim: the first of all says where the change
+comes in, the others follow. Of the other folders they are counted: the forms there are those of the old assumption. The
+equations that have changed are printed, old and new, and all equations are written as LaTeX; a text file beside that
+has every proof that fails, and what is too long for the terminal. Nothing in generated/ changes. With --only-paper the
+steps of maxima/paper/ are run alone: the same equations, and the proofs about them.
 """
 
 import argparse
@@ -12,16 +13,19 @@ import json
 import re
 import sys
 import tempfile
+from collections import Counter
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 
 from .__main__ import ROOT, SCRIPT, say
-from .expressions import Canonical, Expression, Order, Power
+from .expressions import Call, Canonical, Expression, Order, Power, Product, Sum, Symbol
 from .infix import Infix
 from .latex import Latex
 from .maxima import Maxima, MaximaError
 from .rendering import template
 
+GENERAL = ("paper", "machinery")  # folders whose steps hold for any assumption
 LONGEST = 300  # characters of a residual or an equation that are printed
 REPEATED = re.compile(r"(?<![\w^])(\w+(?:\(\w+\))?)(?:\*\1(?![\w(^]))+")  # R*R*R
 
@@ -71,10 +75,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     order = Order(found["symbols"])
     changes = compared(json.loads(options.old.read_text(encoding="utf-8"))["equations"], found["equations"], order)
-    say("\n".join(map(shortened, report(found, changes))))
+    what_changes = [*new_symbols(changes), *changed_equations(changes)]
+    say("\n".join(map(shortened, ["", *first_failures(found), *what_changes])))
     options.output.parent.mkdir(parents=True, exist_ok=True)
     in_full = options.output.with_suffix(".txt")
-    in_full.write_text("\n".join([*report(found, changes), ""]), encoding="utf-8")
+    in_full.write_text("\n".join([*every_failure(found), *what_changes, ""]), encoding="utf-8")
     options.output.write_text(latex_text(found["symbols"], changes), encoding="utf-8")
     say(f"\nthe same in full: {in_full}\nLaTeX, old and new: {options.output}")
     return 0
@@ -84,7 +89,7 @@ def derive(script: Path, only_paper: bool) -> dict:
     flags = ("collect_failures", "only_paper") if only_paper else ("collect_failures",)
     with tempfile.TemporaryDirectory(prefix="omniroll-") as folder:
         output = Path(folder) / "what-if.json"
-        Maxima.find(say).derive(script, output, lambda line: None, flags=flags)
+        Maxima.find(say).derive(script, output, say, flags=flags)
         return json.loads(output.read_text(encoding="utf-8"))
 
 
@@ -101,19 +106,73 @@ def compared(old: list[dict], new: list[dict], order: Order) -> list[Change]:
     return [change(name) for name in dict.fromkeys([*after, *before])]
 
 
-def report(found: dict, changes: list[Change]) -> list[str]:
-    """Lines: what failed, and the equations that are not what they were."""
-    failures, stopped = found["failures"], found["stopped"]
-    lines = [f"{found['proofs']} proofs hold, {len(failures)} fail"]
-    for failure in failures:
-        lines += [
-            f"  {failure['name']} ({failure['file']}): {failure['claim']}",
-            f"    leaves {failure['residual']}",
-        ]
-    for stop in stopped:
-        lines += [f"{stop['file']} stopped before its end: {stop['error']}"]
+def first_failures(found: dict) -> list[str]:
+    """Lines: how many proofs fail; of each file of paper/ the first, with how many more there are; of other folders how
+    many.
+    """
+    lines = [counted(found)]
+    of_files: dict[str, list[dict]] = {}
+    for failure in found["failures"]:
+        of_files.setdefault(failure["file"], []).append(failure)
+    for file, (first, *more) in of_files.items():
+        if file.split("/")[0] in GENERAL:
+            others = ", ".join(failure["name"] for failure in more)
+            lines += [*failed(first), *([f"    and {len(more)} more of this file: {others}"] if more else [])]
+    elsewhere = Counter(folder for file in of_files.values() for folder in folders_of(file) if folder not in GENERAL)
+    if elsewhere:
+        counts = ", ".join(f"{number} of {folder}/" for folder, number in elsewhere.items())
+        lines += [f"  {counts}: written for the old assumption; the text file has them"]
+    return [*lines, *stops(found)]
+
+
+def folders_of(failures: list[dict]) -> list[str]:
+    return [failure["file"].split("/")[0] for failure in failures]
+
+
+def every_failure(found: dict) -> list[str]:
+    """Lines: how many proofs fail, and which."""
+    return [counted(found), *(line for failure in found["failures"] for line in failed(failure)), *stops(found)]
+
+
+def counted(found: dict) -> str:
+    return f"{found['proofs']} proofs hold, {len(found['failures'])} fail"
+
+
+def failed(failure: dict) -> list[str]:
+    return [
+        f"  {failure['name']} ({failure['file']}): {failure['claim']}",
+        f"    leaves {failure['residual']}",
+    ]
+
+
+def stops(found: dict) -> list[str]:
+    return [f"{stop['file']} stopped before its end: {stop['error']}" for stop in found["stopped"]]
+
+
+def new_symbols(changes: list[Change]) -> list[str]:
+    """A line: the symbols that come in. What is missing here has dropped out, or means something in maxima/ already."""
+    old, new = (
+        {name for change in changes for name in symbols_in(side(change))} for side in map(attrgetter, ("old", "new"))
+    )
+    names = sorted(new - old)
+    return [f"new in the equations: {', '.join(names)}"] if names else []
+
+
+def symbols_in(e: Expression | None) -> set[str]:
+    match e:
+        case Symbol(name):
+            return {name}
+        case Sum(parts) | Product(parts):
+            return set().union(*map(symbols_in, parts))
+        case Power(inner, _) | Call(_, inner):
+            return symbols_in(inner)
+    return set()
+
+
+def changed_equations(changes: list[Change]) -> list[str]:
+    """Lines: the equations that are not what they were."""
     changed = [change for change in changes if change.old != change.new]
-    lines += ["", f"{len(changed)} of {len(changes)} equations change"]
+    lines = ["", f"{len(changed)} of {len(changes)} equations change"]
     for change in changed:
         lines += [f"  {change.id}, {change.title}", f"    old {plain(change.old)}", f"    new {plain(change.new)}"]
     return lines

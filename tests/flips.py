@@ -98,7 +98,7 @@ WRONG = {
 BRUTE_FORCE = "paper/brute_force"  # its loop over vehicles takes minutes: they are asked one by one
 WITHOUT_THEIR_LOOPS = ("machinery/write_data", BRUTE_FORCE)
 PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole", "prove_of_slip"}
-MACHINERY = ("claims", "steps", "effects", "tangents", "write_data")
+MACHINERY = ("claims", "steps", "effects", "tangents", "lagrange", "equations", "latex", "write_data")
 NOT_DERIVED = {f"machinery/{name}" for name in MACHINERY}  # chapters without a claim
 
 

@@ -1,14 +1,17 @@
 """A new effect adds files of its own to what is generated, and changes nothing of the other sets."""
 
 import copy
+from pathlib import Path
 
 import pytest
 from toy import array, derivation
 
 from codegen.derivation import Derivation
+from codegen.maxima import Maxima, MaximaError
 from codegen.programs import steps
 from codegen.rendering import render
 
+MACHINERY = Path(__file__).resolve().parents[2] / "maxima/machinery"
 OWN = {"c/toy_wind.c", "python/toy_wind.py", "data/kernels/toy_wind.json"}
 NAMING = {"data/programs.json", "data/effects.json", "data/arguments.json"}  # its steps, itself, its argument
 
@@ -41,6 +44,14 @@ def test_what_a_new_effect_changes():
     assert "Steps: wind (maxima/effects/wind.mac)" in own
     assert own.count("void omniroll_") == 1, "only what the effect changes"
     assert b"gust" not in after["c/toy.c"] + after["python/toy.py"]
+
+
+def test_an_effect_after_the_programs_that_are_made_of_what_it_brings_is_refused(tmp_path):
+    load = "".join(f'load("{MACHINERY / name}.mac")$ ' for name in ("claims", "steps", "effects"))
+    closed = "closed_kinds: ['force_steps]$ brings(\"wind\", 'constants, [])$ "
+    (tmp_path / "late.mac").write_text(load + closed + "brings(\"wind\", 'force_steps, [])$")
+    with pytest.raises(MaximaError, match="wind brings force_steps.*stand before effects/derivatives_by_numbers"):
+        Maxima.find(lambda line: None).derive(tmp_path / "late.mac", tmp_path / "out", lambda line: None)
 
 
 def test_a_set_has_what_its_effects_need():

@@ -2,8 +2,11 @@
 
 import contextlib
 import io
+import math
+import random
 import re
 import shutil
+import string
 import subprocess
 from pathlib import Path
 
@@ -76,9 +79,77 @@ def test_one_changed_term_of_the_kinetic_energy(asked):
     compiled(tex)
 
 
+TURNING = "I_S*theta_dot^2)/2$"  # the end of the platform's energy
+COORDINATES, ASSIGNED_BEFORE = set("xy"), set("qV")  # the others have no value where the energies are written
+
+
+def test_failures_are_told_by_their_files():
+    """Of each file of paper/ the first, of other folders how many."""
+    names = ("paper/momenta.mac", "paper/momenta.mac", "forms/rolling.mac", "effects/drive.mac", "effects/slope.mac")
+    failures = [{"name": f"p{k}", "file": file, "claim": "a = b", "residual": "a-b"} for k, file in enumerate(names)]
+    found = {"proofs": 7, "failures": failures, "stopped": [{"file": "paper/brackets", "error": "not a list"}]}
+    assert what_if.first_failures(found) == [
+        "7 proofs hold, 5 fail",
+        "  p0 (paper/momenta.mac): a = b",
+        "    leaves a-b",
+        "    and 1 more of this file: p1",
+        "  1 of forms/, 2 of effects/: written for the old assumption; the text file has them",
+        "paper/brackets stopped before its end: not a list",
+    ]
+    assert sum("leaves" in line for line in what_if.every_failure(found)) == 5
+
+
 def test_asked_of_the_paper_alone_the_equations_are_as_committed(asked):
     told, _ = asked("paper/geometry.mac", "axle: level_axle$", "axle: 1*level_axle$", "--only-paper")
-    assert "0 fail" in told and "0 of 46 equations change" in told
+    assert "0 fail" in told and re.search(r"\b0 of \d+ equations change", told)
+
+
+def test_no_letter_of_the_alphabet_is_lost(asked):
+    """A spring along x, its stiffness a sum of all letters: each letter a comes back as -a R x cos(theta)."""
+    letters = sorted(set(string.ascii_letters) - ASSIGNED_BEFORE - COORDINATES)
+    spring = f"I_S*theta_dot^2)/2 - ({' + '.join(letters)})*x^2/2$"
+    told, tex = asked("paper/kinetic_energy.mac", TURNING, spring, "--only-paper")
+    forces = dict(re.findall(r"3\.4:platform:([12]), .*\n.*\n    new (.*)", tex.with_suffix(".txt").read_text()))
+    values = {letter: random.Random(letter).random() for letter in (*letters, "x")}
+    motion = values | {"nu_1": 0, "nu_2": 0, "nu_3": 0, "Lambda": 1, "I_S": 1, "theta": 0.3, "chi": 0.1}
+    motion["rho"] = motion["l"] * math.cos(motion["chi"]) - motion["r"]
+    pull = -sum(values[letter] for letter in letters) * motion["R"] * motion["x"]
+    for name, share in (("1", math.cos(motion["theta"])), ("2", -math.sin(motion["theta"]))):
+        force = eval(forces[name].replace("^", "**"), {"sin": math.sin, "cos": math.cos}, motion)
+        assert force == pytest.approx(pull * share, rel=1e-12)
+    assert "Lagrange" not in told, "the equations are those of Lagrange and d'Alembert, which have no brackets"
+
+
+@pytest.mark.long
+def test_a_letter_that_has_a_value_is_an_error(asked):
+    told, _ = asked("paper/kinetic_energy.mac", TURNING, "I_S*theta_dot^2 - q*x^2)/2$", "--only-paper")
+    assert re.search("paper/(kinetic_energy|momenta) stopped before its end: .+", told)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("kinetic_energy", TURNING, "I_S*theta_dot^2)/2 + M*k*theta_dot*(y_dot*cos(theta) - x_dot*sin(theta))$"),
+        ("kinetic_energy", "phi_s_dot, roller_axis(chi + kappa), wheel_turning)/2$",
+         "phi_s_dot, roller_axis(chi + kappa), wheel_turning)/2 + u*sin(chi + kappa) + e*chi_dot^2$"),
+        ("constraints", "rho_of_chi: l*cos(chi) - r$", "rho_of_chi: l*cos(chi) - r + g*sin(chi)^2 + f*chi^2$"),
+    ],
+    ids=["eccentric mass", "energies of a free roller", "profile of a roller"],
+)  # fmt: skip
+@pytest.mark.long
+def test_changed_equations_are_those_of_lagrange_and_dalembert(asked, file, old, new):
+    told, _ = asked(f"paper/{file}.mac", old, new, "--only-paper")
+    assert "Lagrange" not in told and "stopped" not in told
+
+
+def test_a_syntax_error_is_told_with_its_line(tmp_path, capfd):
+    folder = shutil.copytree(ROOT / "maxima", tmp_path / "maxima")
+    file = folder / "paper/kinetic_energy.mac"
+    text = file.read_text()
+    line = 1 + text[: text.index("T_platform: (M*")].count("\n")
+    file.write_text(text.replace("T_platform: (M*(x_dot^2 + y_dot^2)", "T_platform: (M*(x_dot^2 + y_dot^2"))
+    assert what_if.main(["--script", str(folder / "derive.mac"), "--only-paper"]) == 2
+    assert re.search(rf"paper/kinetic_energy\.mac:{line}:\d+:\s*incorrect syntax: Missing \)", capfd.readouterr().err)
 
 
 @pytest.mark.long

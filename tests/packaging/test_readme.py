@@ -20,9 +20,9 @@ def blocks(language: str, page: str = README) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
 
 
-def test_the_first_commands_are_make_and_make_test():
+def test_the_first_commands_are_make_build_and_test():
     commands = [line.split("#")[0].strip() for line in blocks("sh")[0].splitlines()]
-    assert commands == ["make", "make test"]
+    assert commands == ["make", "make build", "make test"]
 
 
 def test_the_example_has_ten_lines_and_runs_as_printed(tmp_path):

@@ -12,7 +12,8 @@ from omniroll.errors import InvalidValueError, OmnirollError
 
 SUMMARY = "show which of the paper's formulas agree with the derivation, and what the others should say"
 EXAMPLES = (
-    ("omniroll formulas", "the list, the misprints first"),
+    ("omniroll formulas", "the list, in the paper's order"),
+    ("omniroll formulas --counts", "how many have each verdict, and where all are read"),
     ("omniroll formulas 7.1:m33", "one formula in full"),
     ("omniroll formulas --verdict misprint", "only those with this verdict"),
 )
@@ -25,6 +26,7 @@ VERDICTS = (
 def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("id", nargs="?", metavar="ID", help="one entry in full, for instance 7.1:m33")
     parser.add_argument("--verdict", choices=VERDICTS, help="only the entries with this verdict")
+    parser.add_argument("--counts", action="store_true", help="how many entries have each verdict, without the list")
     parser.add_argument("--json", action="store_true", help="a list of objects, mathematics as LaTeX")
 
 
@@ -36,6 +38,8 @@ def run(arguments: Namespace) -> int:
         print()
     elif arguments.id:
         print(entry(records[0], columns()))
+    elif arguments.counts:
+        print(f"{counted(records)}\nall of them: generated/formulas/formulas.md, or omniroll formulas")
     else:
         print(table(records, columns()))
     return 0
@@ -81,9 +85,14 @@ def table(records: list[dict], width: int) -> str:
     for record in records:
         head = f"{record['id']:<{ids}}  {record['verdict']:<{verdicts}}  "
         lines += filled(said_of(record), width, head, indent)
+    return "\n".join([*lines, "", counted(records)])
+
+
+def counted(records: list[dict]) -> str:
+    """How many entries have each verdict."""
     counts = {verdict: sum(r["verdict"] == verdict for r in records) for verdict in VERDICTS}
     total = ", ".join(f"{number} {verdict}" for verdict, number in counts.items() if number)
-    return "\n".join([*lines, "", f"{len(records)} entries: {total or 'none'}"])
+    return f"{len(records)} entries: {total or 'none'}"
 
 
 def said_of(record: dict) -> str:

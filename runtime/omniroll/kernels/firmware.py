@@ -95,6 +95,8 @@ def _named(kernel: Kernel) -> tuple[tuple[str, object], ...]:
 
 def write(folder: Path, files: Mapping[str, str]) -> list[Path]:
     """Write files, all or none. Raises OmnirollError where one is there that this did not write, and OSError."""
+    if folder.exists() and not folder.is_dir():
+        raise OmnirollError(f"{folder} is a file; name a folder")
     folder.mkdir(parents=True, exist_ok=True)
     for name in files:
         path = folder / name

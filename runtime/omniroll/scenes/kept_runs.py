@@ -28,6 +28,8 @@ def shown_runs(paths: Sequence[Path]) -> list[Shown]:
 def _shown(path: Path, label: str) -> Shown:
     if path.suffix == ".toml":
         raise InvalidValueError("RUN", str(path), "is a scene: `omniroll run SCENE --view` simulates and shows it")
+    if not path.exists():
+        raise InvalidValueError("RUN", str(path), "is not there; name a folder that `omniroll run` wrote")
     if not path.is_dir():
         return Shown(Trajectory.load(path), label)
     try:
