@@ -78,6 +78,9 @@ def test_angles_with_units(scene):
         ('[start]\nnu = [0, 0, 0]\npose = [0, 0, "90 furlongs"]\n', "must be in rad, or in a unit of deg"),
         ('[start]\nnu = [0, 0, 0]\npose = [0, 0, "north"]\n', "must be 3 numbers|must be"),
         (CONTROLLER + "wheel_rate = [1, 2]\n", "wheel_rate"),
+        ("[start]\nnu = [0, 0, 0]\npose = [0, 0, 90]\n[reactions]\nhight = 1\n", "(?s)looks like degrees.*hight"),
+        ("[start]\nnu = [0, 0, 0]\nroller_angle = 0.8\n", "mecanum wheels, which are not modelled"),
+        ("[start]\nnu = [0, 0, 0]\nrows = 2\n", "two rows of rollers, which are not modelled"),
         (CONTROLLER + "wheel_rate = [1, 2, 3]\ntwist = [1, 2, 3]\n", "cannot stand beside"),
     ],
 )

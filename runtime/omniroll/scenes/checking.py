@@ -1,5 +1,6 @@
 """Checks of a scene's tables against the schema: every key by itself, so that one message names all that is wrong."""
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,6 +11,10 @@ from omniroll.scenes.problems import Problem, nearest, shown
 from omniroll.scenes.reading import Lines
 from omniroll.scenes.schema import INSTEAD, OF_LOG, SCENE, TABLES, Table, keys
 
+NOT_MODELLED = {  # what keys of other kinds of wheels have in their names
+    "mecanum|roller_angle|slant": "asks for mecanum wheels, which are not modelled: rollers lie in the wheel's plane",
+    "double|rows|row_offset": "asks for two rows of rollers, which are not modelled: give all rollers as one row",
+}
 PAPER_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
 
 
@@ -68,7 +73,8 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
     names = {key.name for key in table.keys}
     for name, value in content.items():
         if name not in names:
-            findings.add(table.name, name, f"no such key{_hint(name, names, table.name)}", shown(value))
+            what = _not_modelled(name) or f"no such key{_hint(name, names, table.name)}"
+            findings.add(table.name, name, what, shown(value))
     good = {}
     for key in table.keys:
         if key.name not in content:
@@ -86,6 +92,11 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
         else:
             findings.add(table.name, key.name, complaint + _unit(key.unit), shown(content[key.name]))
     return good
+
+
+def _not_modelled(name: str) -> str | None:
+    """A sentence on a key that asks for another kind of wheel."""
+    return next((words for pattern, words in NOT_MODELLED.items() if re.search(pattern, name.lower())), None)
 
 
 def _stands_for(table: str, key: str, content: dict[str, Any]) -> bool:

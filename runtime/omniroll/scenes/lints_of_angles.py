@@ -17,26 +17,33 @@ EPS = 1e-14  # rad, what directions that are meant exactly are off
 
 def of_angles(vehicle: Vehicle, tables: dict[str, dict[str, Any]]) -> Iterator[Lint]:
     """All angles of a scene."""
+    yield from of_degrees(vehicle, tables)
     table = "layout" if "wheel_angles" in tables.get("layout", {}) else "vehicle"
-    given = "wheel_angles" in tables.get(table, {})
-    if given and _looks_like_degrees(vehicle.wheel_angles):
-        yield Lint(table, "wheel_angles", _degrees(vehicle.wheel_angles))
-    elif given and (exact := evenly_spaced(vehicle.wheel_angles)):
+    given = "wheel_angles" in tables.get(table, {}) and not _looks_like_degrees(vehicle.wheel_angles)
+    if given and (exact := evenly_spaced(vehicle.wheel_angles)):
         shown = ", ".join(map(repr, exact))
         text = "are a regular polygon but for rounding; a vehicle that is exactly symmetric has"
         yield Lint(table, "wheel_angles", f"{text} [{shown}]")
     if _are_parallel(vehicle.wheel_angles):
         yield Lint(table, "wheel_angles", "all axles are parallel: along them nothing drives or brakes the vehicle")
-    pose, slope = tables.get("start", {}).get("pose"), tables.get("slope", {})
-    if pose and _looks_like_degrees(pose[2:]):
-        yield Lint("start", "pose", _degrees(pose[2:]))
-    if _looks_like_degrees([slope.get("direction", 0.0)]):
-        yield Lint("slope", "direction", _degrees([slope["direction"]]))
+    slope = tables.get("slope", {})
     if slope.get("angle", 0.0) > STEEP:
         text = (
             f"{slope['angle']:g} rad are {math.degrees(slope['angle']):.3g} degrees, on which rollers need a friction"
         )
         yield Lint("slope", "angle", f"{text} of {math.tan(slope['angle']):.3g}; is it meant in degrees?")
+
+
+def of_degrees(vehicle: Vehicle, tables: dict[str, dict[str, Any]]) -> Iterator[Lint]:
+    """Angles that look like degrees."""
+    table = "layout" if "wheel_angles" in tables.get("layout", {}) else "vehicle"
+    if "wheel_angles" in tables.get(table, {}) and _looks_like_degrees(vehicle.wheel_angles):
+        yield Lint(table, "wheel_angles", _degrees(vehicle.wheel_angles))
+    pose, slope = tables.get("start", {}).get("pose"), tables.get("slope", {})
+    if pose and _looks_like_degrees(pose[2:]):
+        yield Lint("start", "pose", _degrees(pose[2:]))
+    if _looks_like_degrees([slope.get("direction", 0.0)]):
+        yield Lint("slope", "direction", _degrees([slope["direction"]]))
 
 
 def _looks_like_degrees(angles: Iterable[float]) -> bool:

@@ -18,6 +18,7 @@ from omniroll.results.reactions import Reactions, judged_reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.acting import check_together, effects_of, with_layout
 from omniroll.scenes.checking import Findings, checked_tables, sizes
+from omniroll.scenes.lints_of_angles import of_degrees
 from omniroll.scenes.logs import replay_logs
 from omniroll.scenes.problems import SceneError, shown
 from omniroll.scenes.reading import read
@@ -134,6 +135,9 @@ def load_scene(path: str | PathLike) -> Scene:
     if not findings.problems:
         _check_whole(vehicle, options, tables, findings)
     if findings.problems:
+        for lint in of_degrees(vehicle, tables) if vehicle is not None else ():  # what else is wrong may follow from it
+            findings.add(lint.table, lint.key, lint.text)
+            findings.problems.insert(0, findings.problems.pop())
         raise SceneError(path, findings.problems)
     return Scene(_name(path), vehicle, options, tables, tuple(said))
 
