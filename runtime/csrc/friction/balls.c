@@ -17,12 +17,12 @@ FRICTION_LINKAGE void friction_slopes(friction_balls_t *b)
     const double taken = taken_of_yaw(b);
     double yaw = b->yaw_yaw*taken;
     for (int k = 0; k < b->dense; k++) {
-        double sum = b->given[k];
+        long double sum = b->given[k];          /* forces all but balance: what is left needs all its digits   */
         for (int l = 0; l < b->dense; l++)
-            sum += b->matrix[k*b->dense + l]*b->force[l];
+            sum += (long double)b->matrix[k*b->dense + l]*b->force[l];
         for (int e = 0; e < b->equalities; e++)
-            sum += b->equality[e*b->dense + k]*b->multiplier[e];
-        b->slope[k] = sum;
+            sum += (long double)b->equality[e*b->dense + k]*b->multiplier[e];
+        b->slope[k] = (double)sum;
         if (b->apart)
             b->slope[k] += b->yaw_rows[k]*taken, yaw += b->yaw_rows[k]*b->force[k];
     }
