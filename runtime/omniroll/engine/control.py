@@ -17,11 +17,12 @@ from omniroll.effects.ground_with_massless_rollers import GroundWithMasslessRoll
 from omniroll.effects.loaded_massless_rollers import GroundBesideMasslessRollers
 from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.engine.compiled_engine import CompiledRun, can_run
-from omniroll.engine.runs import Task
+from omniroll.engine.runs import STATE, Task
 from omniroll.engine.switching import EPS
 from omniroll.engine.works import Work, result_of, side_by_side
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
 from omniroll.results.comparison import difference
+from omniroll.results.laws import broken
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
 
@@ -116,7 +117,17 @@ def making(task: Task, tolerance: float) -> Work[AnyRun]:
 
 def one_run(task: Task, tolerance: float) -> Trajectory:
     """One simulation with one tolerance. Raises SimulationStopped."""
-    return made(task, tolerance).trajectory()
+    return lawful(made(task, tolerance).trajectory())
+
+
+def lawful(run: Trajectory) -> Trajectory:
+    """A run that obeys the laws of friction. Raises SimulationStopped for another one, which is no result."""
+    if (law := broken(run)) is None:
+        return run
+    row = max(0, int(np.searchsorted(run.t, law.t)) - 1)
+    state = {name: getattr(run, name)[row].tolist() for name in STATE}
+    reason = f"{law.what}: this is a fault of omniroll, and the motion from there on is wrong; please report the scene"
+    raise SimulationStopped(reason, t=law.t, wheel=law.wheel, state=state, trajectory=run)
 
 
 @dataclass
@@ -129,7 +140,7 @@ class Controlled:
 
     def trajectory(self) -> Trajectory:
         """The trajectory, with the estimate among its figures. Raises SimulationStopped."""
-        trajectory = self.run.trajectory()
+        trajectory = lawful(self.run.trajectory())
         trajectory.stats["error_estimate"] = self.error_estimate
         trajectory.stats.make_on_demand("sensitivity", self.sensitivity)
         return trajectory

@@ -502,6 +502,10 @@ class Trajectory(MadeOnDemand):
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
         return self._contributions_of(self._rows(np.arange(len(self))))
 
+    def contributions_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """The same at times (K,) within the run."""
+        return self._contributions_of(self.state_and_row(times)[0])
+
     def _contributions_of(self, y: np.ndarray) -> dict[str, np.ndarray]:
         """The same in states (K, 6 + N + E)."""
         accounts = {

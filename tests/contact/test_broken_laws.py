@@ -1,0 +1,38 @@
+"""A run whose contacts, bearings or energy do not obey the laws is never returned."""
+
+from dataclasses import replace
+
+import pytest
+
+import omniroll
+from omniroll.effects.effect_set import EffectSet
+from omniroll.engine.control import lawful
+
+PAPER = omniroll.Vehicle.paper()
+PUSH = omniroll.Torque((0.02, -0.01, 0.03))
+
+
+def sticking(friction):
+    return omniroll.Contact(law="coulomb", friction=friction)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return omniroll.simulate(
+        PAPER, nu=(0.3, 0, 0.2), duration=0.05, effects=[sticking(0.8), PUSH], roller_model="massless", accuracy=1e-7
+    )
+
+
+def test_a_contact_that_takes_more_than_its_friction(run):
+    assert lawful(run) is run
+    wrong = replace(run, effects=EffectSet.checked([sticking(1e-3), PUSH], PAPER))
+    with pytest.raises(omniroll.SimulationStopped, match="takes more than its static friction: this is a fault") as said:
+        lawful(wrong)
+    assert said.value.wheel is not None and said.value.trajectory is wrong
+
+
+def test_energy_from_nowhere(run):
+    dense = run.dense.copy()
+    dense[..., 6 + PAPER.wheels :] *= 1.5  # the work of the drive, and what slips lose
+    with pytest.raises(omniroll.SimulationStopped, match="come from nowhere"):
+        lawful(replace(run, made=run.made | {"dense": lambda: dense}, in_part={}))
