@@ -74,7 +74,7 @@ def _of_contacts(run: Trajectory, samples: Samples, rows: np.ndarray, bound: flo
         found = np.where(sticks, broken_by, 0.0)
         if not found.max() <= bound:
             k, side, wheel = np.unravel_index(np.argmax(found), found.shape)
-            return Broken(f"the contact of wheel {wheel} {what}", float(samples.t[k, side]), int(wheel))
+            return Broken(f"the contact of wheel {wheel + 1} {what}", float(samples.t[k, side]), int(wheel))
     return None
 
 
