@@ -172,6 +172,12 @@ def test_float_without_a_macro(tmp_path):
     run(tmp_path / "program")
 
 
+def test_a_file_is_no_folder(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert main(["kernel", "free", "--output", str(tmp_path / "file")]) == 1
+    assert "file is a file; name a folder" in capsys.readouterr().err
+
+
 def test_files_of_others_stay(tmp_path, capsys):
     (tmp_path / "omniroll.c").write_text("int mine;\n")
     assert kernel_command("free", "--output", tmp_path) == 1

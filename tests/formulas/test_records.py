@@ -114,6 +114,17 @@ def test_table(capsys):
     assert f"{len(RECORDS)} entries" in said
 
 
+def test_counts(capsys):
+    """The last line of the list, and where all are read."""
+    assert main(["formulas"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert main(["formulas", "--counts"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        last,
+        "all of them: generated/formulas/formulas.md, or omniroll formulas",
+    ]
+
+
 def test_one_entry(capsys):
     assert main(["formulas", "7.1:m33"]) == 0
     said = capsys.readouterr().out

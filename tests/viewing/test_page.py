@@ -119,6 +119,8 @@ def test_runs_beside_each_other_are_named_after_their_folders(kept, tmp_path):
 
 
 def test_what_holds_no_run_is_refused(kept, tmp_path, capsys):
+    assert main(["view", str(tmp_path / "nothing")]) == BAD_CALL
+    assert "is not there; name a folder that `omniroll run` wrote" in capsys.readouterr().err
     assert main(["view", str(tmp_path / "kit.toml")]) == BAD_CALL
     assert "omniroll run SCENE --view" in capsys.readouterr().err
     assert main(["view", str(tmp_path)]) == BAD_CALL
