@@ -89,33 +89,6 @@ def test_engines_agree(name):
     assert_agreement(with_all_effects(vehicle, options), python, 1e-7)
 
 
-def changes(run, modes, wheel):
-    """When the mode of a contact changes, and the modes that follow."""
-    mode = modes[:, wheel]
-    at = np.flatnonzero(mode[1:] != mode[:-1]) + 1
-    return run.t[at], mode[at].tolist()
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2])
-@pytest.mark.parametrize("name", STICKING)
-def test_engines_agree_about_what_sticks(name, seed):
-    """Modes, their instants, forces in the rows, the state at the end and the account."""
-    vehicle, options = slipping_task(name, seed)
-    options |= {"duration": 0.04, "control": False}
-    own, other = (simulate(vehicle, **options, engine=engine) for engine in ("compiled", "python"))
-    assert own.stats["engine"] == "compiled"
-    for wheel in range(vehicle.wheels):
-        (instants, modes), (theirs, those) = changes(own, own.sticks, wheel), changes(other, other.sticks, wheel)
-        assert modes == those
-        np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-10)
-    assert own.switches.wheel.tolist() == other.switches.wheel.tolist()
-    np.testing.assert_allclose(own.ground_load[-1], other.ground_load[-1], rtol=0, atol=1e-8)
-    np.testing.assert_allclose(own.ground_force[-1], other.ground_force[-1], rtol=0, atol=1e-6)
-    assert distance_at(own, other, np.linspace(0, 0.04, 7)) < 1e-8
-    np.testing.assert_allclose(own.added[-1], other.added[-1], rtol=0, atol=1e-7 * (1 + np.abs(other.added).max()))
-    assert abs(own.ledger.residual) <= 1e-10 * (own.energy.max() + 1e-3)
-
-
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("name", ["viscous", "regularised"])
 def test_the_own_kernel_of_a_scene_gives_the_same(name, seed):

@@ -1,10 +1,8 @@
-"""Massless rollers whose bearings stick where wheels may slip, on the compiled engine: the Python engine's motion,
-sessions, sweeps, and what they cost. Closed forms and the laws in every row are in test_massless_rollers.py."""
+"""Massless rollers whose bearings stick where wheels may slip, on the compiled engine:
+sessions, sweeps, and steps at events. Closed forms and the laws in every row are in test_massless_rollers.py."""
 
 import numpy as np
 import pytest
-from costs.counting import missing
-from costs.massless_rollers import DRIVES, GROUNDS, measured
 
 from contact.in_steps import (
     assert_a_session_goes_back_to_the_bit,
@@ -16,7 +14,6 @@ from omniroll import Bearings, Contact, Session, TorqueTable, Vehicle, simulate
 from omniroll.effects.massless_rollers import holds
 from omniroll.engine.simulate import checked_task
 from omniroll.kernels import sets
-from omniroll.results.comparison import distance_at
 from omniroll.scenes.explanation import runs_on
 
 DURATION = 0.3
@@ -46,44 +43,6 @@ def events(run):
     """The instants of all wheels in (0, 0.9 DURATION), in their order."""
     instants = np.unique(np.concatenate([own for own, _ in changes(run)]))
     return instants[(instants > 1e-3) & (instants < 0.9 * DURATION)]
-
-
-def both(number, **options):
-    """A scene's runs: on the compiled engine, and on the Python engine."""
-    vehicle, own = scene(number)
-    return [simulate(vehicle, duration=DURATION, engine=engine, **own | options) for engine in ("compiled", "python")]
-
-
-def assert_phases_agree(own, other, within):
-    """Rollers change their modes alike, at instants within some seconds of each other."""
-    assert own.stats["phases"] == other.stats["phases"]
-    for (instants, modes), (theirs, those) in zip(changes(own), changes(other), strict=True):
-        assert modes == those
-        np.testing.assert_allclose(instants, theirs, rtol=0, atol=within)
-
-
-def assert_runs_agree(own, other):
-    """A run on the compiled engine, and that on the Python engine."""
-    assert [run.stats["engine"] for run in (own, other)] == ["compiled", "python"]
-    assert own.switches.wheel.tolist() == other.switches.wheel.tolist()
-    assert_phases_agree(own, other, 1e-9 * DURATION)
-    assert distance_at(own, other, np.linspace(0, DURATION, 7)) < own.accuracy
-    size = own.energy.max() + sum(map(abs, own.ledger.contributions.values()))
-    np.testing.assert_allclose(
-        own.added[-1], other.added[-1], rtol=0, atol=own.accuracy * (1 + np.abs(own.added).max())
-    )
-    assert abs(own.ledger.residual) <= 1e-11 * size
-
-
-@pytest.mark.parametrize("number", range(8))
-def test_both_engines_make_the_same_motion(number):
-    assert_runs_agree(*both(number))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", range(8, 20))
-def test_both_engines_make_the_same_motion_in_many_scenes(number):
-    assert_runs_agree(*both(number))
 
 
 # Sessions and sweeps
@@ -143,22 +102,6 @@ def test_the_compiled_engine_runs_them_and_says_so():
 @pytest.mark.parametrize("others", [(), ("axle_sticking",)])
 def test_all_sets_have_a_header(law, others):
     assert sets.programs().kernel("massless", ("contact", law, "roller_sticking", *others)).files()["engine_set.h"]
-
-
-# Cost
-
-
-@pytest.mark.long
-@pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-@pytest.mark.parametrize("drive", DRIVES)
-def test_rollers_that_stick_against_rollers_that_turn_on_the_same_ground(drive):
-    """What the ground itself costs beside rolling is another matter."""
-    grounds = measured((drive,))[drive]
-    for ground in GROUNDS:
-        turn, stick = grounds[ground]
-        assert turn.switches == stick.switches == 0
-        assert stick.evaluations <= 2 * turn.evaluations
-        assert 1e5 < turn.instructions and stick.instructions <= 2 * turn.instructions
 
 
 def test_an_event_moves_a_step_to_it():

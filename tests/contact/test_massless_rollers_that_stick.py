@@ -324,12 +324,6 @@ def test_the_laws_hold_in_every_row(number):
     assert_the_laws_hold(number)
 
 
-@pytest.mark.long
-def test_the_laws_hold_in_every_row_of_more_scenes():
-    for number in (1, 3, 4, 5, 6, *range(10, 22)):
-        assert_the_laws_hold(number)
-
-
 def assert_free_rollers_tend_to_it(end, **of_loads):
     """At first order of their inertia, of a vehicle whose contacts all slip and whose rollers begin to turn, until the
     time `end` in s. Returns the run with massless ones."""

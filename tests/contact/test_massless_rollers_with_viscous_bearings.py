@@ -1,5 +1,5 @@
 """Massless rollers whose bearings stick and have viscous friction, too, under the laws viscous and regularised: closed
-forms, every body, the laws in every row, both engines, and free rollers as their inertia goes to
+forms, every body, the laws in every row, and free rollers as their inertia goes to
 zero."""
 
 from dataclasses import replace
@@ -35,14 +35,13 @@ from contact.test_massless_rollers import (
     scene,
     viscous,
 )
-from contact.test_massless_rollers_compiled import DURATION, assert_runs_agree, changes
+from contact.test_massless_rollers_compiled import DURATION, changes
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LOAD, RELATIVE, slipping_case
 from contact.test_newton_euler import LAWS as GROUNDS
 from omniroll import Bearings, Contact, Slope, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
-ENGINES = ("compiled", "python")
 EPS = float(np.finfo(float).eps)
 LAWS = ("viscous", "regularised")
 DAMPED = ("contact", "contact_regularised", "roller_sticking", "roller_viscous")
@@ -327,34 +326,6 @@ def assert_laws(vehicle, options, run, bound=1e-12):
     assert np.abs(np.where(turns, taken + np.sign(spins) * sliding, 0.0)).max() <= bound * sliding.max()
     lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
     assert abs(run.ledger.residual) <= 1e-9 * lost
-
-
-def assert_same_motion(number, law):
-    vehicle, options = rubbing(number, law)
-    assert_runs_agree(*(simulate(vehicle, duration=DURATION, engine=engine, **options) for engine in ENGINES))
-
-
-@BOTH_LAWS
-@pytest.mark.parametrize("number", range(6))
-def test_both_engines_make_the_same_motion(number, law):
-    assert_same_motion(number, law)
-
-
-@pytest.mark.long
-@BOTH_LAWS
-@pytest.mark.parametrize("number", range(6, 10))
-def test_both_engines_make_the_same_motion_in_many_scenes(number, law):
-    assert_same_motion(number, law)
-
-
-@pytest.mark.long
-@BOTH_LAWS
-def test_many_scenes_run_to_their_ends(law):
-    for number in range(100):
-        vehicle, options = rubbing(number, law)
-        run = simulate(vehicle, duration=0.1, engine="compiled", **options)
-        assert run.t[-1] == 0.1, number
-        assert_laws(vehicle, options, run, bound=1e-10)
 
 
 @BOTH_LAWS

@@ -396,56 +396,10 @@ def assert_obeys_the_laws(vehicle, run, options, rows=None):
     assert abs(run.ledger.residual) <= 1e-7 * scale
 
 
-def switching_scene(number):
-    """The same vehicle in motion, with its wheels near their joints: rollers come into contact in their modes."""
-    vehicle, options = scene(number)
-    rng = np.random.default_rng([62, number])
-    start = {"nu": tuple(2 * rng.normal(size=3)), "chi": tuple(0.98 * np.pi / 4 * rng.choice((-1, 1), vehicle.wheels))}
-    return vehicle, options | start | {"duration": 0.02}
-
-
-def assert_engines_agree(vehicle, options):
-    """Both obey the laws, have as many phases and switches, and end at the same place."""
-    runs = [simulate(vehicle, engine=engine, **options) for engine in ("compiled", "python")]
-    for run, engine in zip(runs, ("compiled", "python"), strict=True):
-        assert run.stats["engine"] == engine
-        assert_obeys_the_laws(vehicle, run, options)
-    assert_same_motion(*runs)
-    return runs[0]
-
-
-def assert_same_motion(here, there):
-    """Both end at the same place in the same modes, after as many phases and switches."""
-    speed, force = max(np.abs(there.nu).max(), 1e-3), np.abs(there.ground_force).max()
-    assert here.nu[-1] == pytest.approx(there.nu[-1], abs=1e-8 * speed)
-    assert here.pose[-1] == pytest.approx(there.pose[-1], abs=1e-9)
-    assert here.ground_force[-1] == pytest.approx(there.ground_force[-1], abs=1e-6 * force)
-    assert np.array_equal(here.sticks[-1], there.sticks[-1])
-    assert here.energy[-1] == pytest.approx(there.energy[-1], abs=1e-8 * (there.energy.max() + 1e-6))
-    assert here.stats["phases"] == there.stats["phases"] and len(here.switches) == len(there.switches)
-
-
 TURNS = 268  # a slip of this scene turns round in a phase, and rows before its rest had its force the wrong way
 
 
-@pytest.mark.parametrize("number", [0, 3, TURNS])
-def test_both_engines_make_the_same_motion_and_obey_the_laws_in_every_row(number):
-    assert_engines_agree(*scene(number))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", [1, 2, *range(4, 10), 120, 208])
-def test_both_engines_make_the_same_motion_in_more_scenes(number):
-    assert_engines_agree(*scene(number))
-
-
-@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.long) for number in (2, 4))])
-def test_both_engines_make_the_same_motion_where_rollers_pass_on(number):
-    run = assert_engines_agree(*switching_scene(number))
-    assert len(run.switches) >= 1
-
-
-@pytest.mark.parametrize("number", range(24, 40))
+@pytest.mark.parametrize("number", [TURNS, 24, 30, 36, 39])
 def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
     vehicle, options = scene(number)
     run = simulate(vehicle, **options)

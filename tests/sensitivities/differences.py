@@ -89,21 +89,6 @@ def differenced(case: Case, name: str, change: float, t: float | None = None, **
     return (16 * second - first) / 15
 
 
-def sticking_at_random(random: np.random.Generator, which: str, most: float) -> dict[str, float]:
-    """Numbers of bearings that stick, and take less where they turn: of axles ("wheel"), which take up to `most` N m
-    then, of rollers ("roller"), or of "both"."""
-    numbers = {}
-    if which != "roller":
-        slides = random.uniform(0.01, most)
-        numbers |= {"wheel_coulomb": slides, "wheel_break_away": slides * random.uniform(1.1, 2)}
-    if which != "wheel":
-        slides = 10.0 ** random.uniform(-5, -3)
-        numbers |= {"roller_coulomb": slides, "roller_break_away": slides * random.uniform(1.1, 2)}
-    if which == "both":
-        numbers["roller_viscous"] = 1e-6
-    return numbers
-
-
 def assert_the_same_backwards_and_in_sessions(case):
     """A gradient is the sum of sensitivities, and a session in five steps has those of the run."""
     names, end = ("nu[2]", "mass", "roller_coulomb[1]"), case.duration
