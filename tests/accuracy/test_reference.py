@@ -138,7 +138,7 @@ def test_friction_stops_a_vehicle_that_turns_on_the_spot():
     slowing = PAPER.wheels * RATIO * 0.01 / TURNING
     ends = 0.5 / slowing
     task = checked_task(
-        PAPER, nu=(0, 0, 0.5 * PAPER.yaw_scale), duration=1.5 * ends, roller_model="massless", engine="python",
+        PAPER, nu=(0, 0, 0.5 * PAPER.yaw_scale), duration=1.5 * ends, roller_model="massless",
         effects=[Bearings(wheel_coulomb=0.01)],
     )  # fmt: skip
     times = ends * np.array([0.5, 1 - 1e-9, 1 + 1e-9, 1.5])
@@ -154,7 +154,7 @@ def test_a_vehicle_breaks_away_where_the_torques_pass_what_holds_it():
     table = TorqueTable([0, 1], [[0.0] * 3, [-0.05] * 3])
     friction = Bearings(wheel_coulomb=0.01, wheel_break_away=0.02)
     task = checked_task(
-        PAPER, nu=(0, 0, 0), duration=1, roller_model="massless", engine="python", effects=[table, friction]
+        PAPER, nu=(0, 0, 0), duration=1, roller_model="massless", effects=[table, friction]
     )
     times = np.array([0.2, 0.4 - 1e-9, 0.4 + 1e-9, 0.6, 1.0])
     after = np.maximum(times - 0.4, 0.0)
@@ -169,7 +169,7 @@ def test_a_vehicle_that_nothing_holds_moves_at_once():
     """Torques beyond what the axles at rest take, from the start on: it goes in rounds, down to the sliding torque."""
     effects = [Torque(-0.05), Bearings(wheel_coulomb=0.01, wheel_break_away=0.02)]
     task = checked_task(
-        PAPER, nu=(0, 0, 0), duration=0.5, roller_model="massless", engine="python", effects=effects
+        PAPER, nu=(0, 0, 0), duration=0.5, roller_model="massless", effects=effects
     )  # fmt: skip
     times = np.array([1e-9, 0.1, 0.5])
     for y in both_ways(task, times):
@@ -195,7 +195,7 @@ UP_AND_DOWN = TorqueTable([0, 0.3, 0.6], [[0.0] * 4, [0.02, -0.011, 0.004, 0.018
     ],
 )
 def test_references_agree_with_the_engine_where_axles_stop_and_break_away_one_by_one(vehicle, model, start, effects):
-    task = checked_task(vehicle, nu=start, duration=0.6, roller_model=model, engine="python", effects=effects)
+    task = checked_task(vehicle, nu=start, duration=0.6, roller_model=model, effects=effects)
     found = confirmed(task, np.linspace(0, 0.6, 13))
     assert 0 < found.confirmed < 1e-16
     resting = [(np.abs(task.kernel.wheel_speeds(y[:3].astype(float))) < 1e-15).sum() for y in found.y]

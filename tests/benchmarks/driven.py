@@ -86,7 +86,7 @@ class Scipy:
         passed = np.ones(1, bool)
         while passed.any():
             y[: 6 + wheels] = np.concatenate([inside.nu[0], inside.chi[0], inside.pose[0]])
-            flow, guards = acting.phase(0.0, state.free_axial(), y)
+            flow, guards = acting.phase(0.0, state.free_axial())
             passed = guards.beyond(0.0, y)
             acting.pass_guards(passed)
         y[: 6 + wheels] = np.concatenate([state.nu, state.chi, state.pose])

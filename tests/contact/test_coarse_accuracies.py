@@ -62,7 +62,7 @@ def test_rows_on_the_way_to_rest_are_as_exact_as_the_run(accuracy):
         "chi": (0.03710352240491652, 0.056299168588826276, -2.2529080199840124e-05), "control": False,
     }  # fmt: skip
     run = simulate(leaning, **task, accuracy=accuracy)
-    exact = simulate(leaning, **task, accuracy=1e-12, engine="python")
+    exact = simulate(leaning, **task, accuracy=1e-12)
     slips = ~run.sticks.all(axis=1)
     times = np.concatenate([run.t, (run.t[1:] + run.t[:-1]) / 2])
     here, there = run.sample(times), exact.sample(times)

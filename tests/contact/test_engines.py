@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hard.ground_anywhere import scene
 from random_scenes import PAPER, PLACES, controller, coulomb, limited_motors, linear_table, slope, viscous
 
 from omniroll import Contact, Torque, Vehicle, simulate
@@ -81,14 +80,6 @@ def with_all_effects(vehicle, options):
     return run
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_engines_agree(name):
-    vehicle, options = slipping_task(name, 1)
-    python = simulate(vehicle, **options, engine="python", accuracy=1e-8, control=False)
-    assert python.stats["engine"] == "python"
-    assert_agreement(with_all_effects(vehicle, options), python, 1e-7)
-
-
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("name", ["viscous", "regularised"])
 def test_the_own_kernel_of_a_scene_gives_the_same(name, seed):
@@ -115,10 +106,3 @@ def test_the_error_estimate_holds():
     finer = simulate(vehicle, **options, accuracy=1e-12, control=False)
     error = distance_at(run, finer, run.elapsed)
     assert error <= 1e-6 and error <= 10 * run.stats["error_estimate"] + 1e-12
-
-
-def test_a_slip_that_comes_to_rest_where_its_rate_vanishes_later():
-    """A step ends where the slip would turn back, beyond rest: its rate there does not say that it has rested."""
-    vehicle, task = scene(7788)
-    compiled, python = (simulate(vehicle, **task | {"engine": engine}) for engine in ("compiled", "python"))
-    assert distance_at(compiled, python, [task["duration"]]) <= 10 * task["accuracy"]

@@ -132,7 +132,7 @@ def test_slopes_under_loads_that_follow_are_those_of_the_rates_of_a_run(model, l
     if model == "free":
         axial = bound.axial_speeds(nu, chi, spins["spins"])
         assert "axial" in names and run.state_vector.view(y, "axial") == pytest.approx(axial, rel=1e-14)
-    flow, _ = run.phase(0.0, axial, y)
+    flow, _ = run.phase(0.0, axial)
     assert linear.rates == pytest.approx(flow(0.0, y)[own], rel=1e-11, abs=1e-11)
     for column, place in enumerate(own):
 

@@ -23,8 +23,6 @@ RHO = CROSS.wheel_radius - CROSS.roller_axis_radius  # of a roller that touches 
 GRAVITY, INCLINE = 9.80665, 0.2
 INSTANT = 1e-10  # relative, of instants in closed form
 MASSLESS = {"roller_model": "massless", "control": False}
-BOTH = pytest.mark.parametrize("engine", ["python", "compiled"])
-
 
 def contact_torques(run):
     """(T, N) in N m, what the bearings of the rollers in contact take in each row."""
@@ -38,16 +36,14 @@ def first_row(happens):
 # Closed forms
 
 
-@BOTH
 @pytest.mark.parametrize("above", [1.0, 1.5])
-def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above, engine):
+def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above):
     """All axles stick: it slides, M v' = M g sin b - 4 c v, until rho c v is what two bearings hold; from there on
     these take T/rho each, M v' = M g sin b - 2 c v - 2 T/rho, and the rollers spin with v/rho - T/(rho^2 c)."""
     c, sliding, end = 6.0, 0.02, 0.25
     bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding, wheel_coulomb=3.0)
     effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, engine=engine, **MASSLESS)
-    assert run.stats["engine"] == engine
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
     fall, stuck, turning = GRAVITY * np.sin(INCLINE), 4 * c / MASS, 2 * c / MASS
     speed = above * sliding / (RHO * c)
     let_go = -np.log(1 - speed * stuck / fall) / stuck
@@ -65,12 +61,11 @@ def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above, engine):
     assert not run.quantity("rates").any()
 
 
-@BOTH
-def test_rollers_that_turn_stop_on_their_disks(engine):
+def test_rollers_that_turn_stop_on_their_disks():
     """M v' = -2 c v - 2 T/rho along two axles until c v = T/rho, then -4 c v."""
     c, torque, start, end = 6.0, 0.02, 1.0, 1.2
     effects = [Contact(c, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=3.0)]
-    options = {"duration": end, "effects": effects, "accuracy": 1e-12, "engine": engine, **MASSLESS}
+    options = {"duration": end, "effects": effects, "accuracy": 1e-12, **MASSLESS}
     run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), **options)
     rate, drag, rests = 2 * c / MASS, torque / (RHO * c), torque / (RHO * c)
     stops = np.log((start + drag) / (rests + drag)) / rate
@@ -84,13 +79,12 @@ def test_rollers_that_turn_stop_on_their_disks(engine):
     assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
 
 
-@BOTH
-def test_break_away_on_sliding_ground_with_a_named_speed(engine):
+def test_break_away_on_sliding_ground_with_a_named_speed():
     """M v' = M g sin b - 4 mu N v/sqrt(v^2 + w^2) until rho mu N v/sqrt(v^2 + w^2) is what a bearing holds."""
     mu, named, torque = 0.4, 0.05, 0.03
     ground = Contact(law="regularised", friction=mu, speed=named, normal_gravity=GRAVITY * np.cos(INCLINE))
     effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=3.0), Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, engine=engine, **MASSLESS)
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, **MASSLESS)
     load = MASS * GRAVITY * np.cos(INCLINE) / 4
     part = torque / (RHO * mu * load)
     assert part < 0.9
@@ -214,13 +208,12 @@ def scene(number):
     return vehicle, {"nu": 2 * rng.normal(size=3), "effects": effects, "accuracy": 1e-10, **MASSLESS}
 
 
-@BOTH
 @pytest.mark.parametrize("number", [0, 2, 3, 4, 5, 6, 7])
-def test_the_laws_hold_in_every_row(number, engine):
+def test_the_laws_hold_in_every_row(number):
     """The ground's force along the axle is the bearing's torque over rho, and that of the law at the slip; the bearing
     of a roller that turns takes its sliding torque against the spin, of one that sticks no more than it holds."""
     vehicle, options = scene(number)
-    run = simulate(vehicle, duration=0.3, engine=engine, **options)
+    run = simulate(vehicle, duration=0.3, **options)
     contact, bearings = options["effects"][:2]
     rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
     taken, slip, force, spins = contact_torques(run), run.slip, run.ground_force, run.contact_spin
@@ -244,10 +237,9 @@ def test_the_laws_hold_in_every_row(number, engine):
     assert abs(run.ledger.residual) <= 1e-9 * lost
 
 
-@BOTH
-def test_samples_between_rows_are_those_of_finer_runs(engine):
+def test_samples_between_rows_are_those_of_finer_runs():
     vehicle, options = scene(2)
-    options |= {"duration": 0.3, "engine": engine}
+    options |= {"duration": 0.3}
     names = ("slip", "ground_force", "contact_spin")
     assert_samples_are_those_of_finer_runs(vehicle, options, np.linspace(0.01, 0.29, 57), names, 1e-10)
 

@@ -1,4 +1,4 @@
-"""Massless rollers whose bearings stick beside the law coulomb, on the compiled engine: the Python engine's motion, the
+"""Massless rollers whose bearings stick beside the law coulomb the
 laws in every row of many scenes, sessions and sweeps. Closed forms are in test_massless_rollers_that_stick.py."""
 
 from dataclasses import replace
@@ -13,10 +13,9 @@ from contact.in_steps import (
     assert_a_sweep_ends_where_its_runs_end,
     assert_steps_may_end_beside,
 )
-from contact.test_massless_rollers import BOTH
 from contact.test_massless_rollers_that_stick import LAW, contact_torques, residuals, scene
 from omniroll import simulate
-from omniroll.effects.massless_rollers import holds
+from omniroll.results.slipping import rollers_hold
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import distance_at
 from omniroll.scenes.explanation import runs_on
@@ -32,7 +31,7 @@ def changes(run, bearings):
     have its sliding torque where its phase begins or ends."""
     names, first = run.effects.drives(), run.step_rows
     taken, heading = contact_torques(run), run.drive[:, names.index("slip_heading")]
-    turns = ~holds(taken, np.array(bearings.roller_coulomb), heading)
+    turns = ~rollers_hold(taken, np.array(bearings.roller_coulomb), heading)
     turns = turns[first] & turns[first + 1]
     modes = np.concatenate([run.sticks[first], np.where(turns, -np.sign(taken[first]), 0)], axis=1)
     at = np.flatnonzero((modes[1:] != modes[:-1]).any(axis=1)) + 1
@@ -147,10 +146,9 @@ def test_a_step_may_end_however_little_before_an_event(number):
     assert_steps_may_end_beside(vehicle, run, instants[:4], **own)
 
 
-@BOTH
-def test_a_sweep_ends_where_its_runs_end(engine):
+def test_a_sweep_ends_where_its_runs_end():
     vehicle, own = scene(2)
-    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"engine": engine, "duration": 0.03})
+    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"duration": 0.03})
 
 
 # Which engine runs

@@ -9,9 +9,9 @@ from contact.in_steps import (
     assert_a_sweep_ends_where_its_runs_end,
     assert_steps_may_end_beside,
 )
-from contact.test_massless_rollers import BOTH, contact_torques, scene
+from contact.test_massless_rollers import contact_torques, scene
 from omniroll import Bearings, Contact, Session, TorqueTable, Vehicle, simulate
-from omniroll.effects.massless_rollers import holds
+from omniroll.results.slipping import rollers_hold
 from omniroll.engine.simulate import checked_task
 from omniroll.kernels import sets
 from omniroll.scenes.explanation import runs_on
@@ -24,7 +24,7 @@ def changes(run):
     sign of its spin. A row that ends a phase has the torque of that phase; where a spin is zero both modes have one. A
     roller that turns back has stuck between two rows."""
     taken = contact_torques(run)
-    sticks = holds(taken, run.effects.sliding_of_massless_rollers(run._effect_kernel))
+    sticks = rollers_hold(taken, run.effects.sliding_of_massless_rollers(run._effect_kernel))
     found = []
     for mode in np.where(sticks, 0, -np.sign(taken)).T:
         instants, modes = [], []
@@ -68,10 +68,9 @@ def test_a_step_may_end_however_little_before_an_event(number):
     assert_steps_may_end_beside(vehicle, run, events(run)[:4], **own)
 
 
-@BOTH
-def test_a_sweep_ends_where_its_runs_end(engine):
+def test_a_sweep_ends_where_its_runs_end():
     vehicle, own = scene(4)
-    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"engine": engine, "duration": DURATION})
+    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"duration": DURATION})
 
 
 def test_a_session_has_the_derivatives_of_its_run():

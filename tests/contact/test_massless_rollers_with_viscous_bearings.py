@@ -18,7 +18,6 @@ from contact.in_steps import (
     assert_steps_may_end_beside,
 )
 from contact.test_massless_rollers import (
-    BOTH,
     CROSS,
     DISTANCE,
     GRAVITY,
@@ -76,17 +75,15 @@ def after(time, speed, rate, rest):
     return rest + (speed - rest) * np.exp(-rate * time)
 
 
-@BOTH
 @pytest.mark.parametrize("above", [1.0, 1.5])
-def test_bearings_hold_a_vehicle_on_a_slope_and_brake_it(above, engine):
+def test_bearings_hold_a_vehicle_on_a_slope_and_brake_it(above):
     """All axles stick. Until rho c v is what two bearings hold, M v' = M g sin b - 4 c v; from there on their contacts
     slip with (d v + T/rho)/(c + d), d = c_phi/rho^2, and their rollers have the rest of v."""
     c, sliding, end = 6.0, 0.02, 0.25
     bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding, wheel_coulomb=3.0)
     bearings = replace(bearings, roller_viscous=DAMPER)
     effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, engine=engine, **MASSLESS)
-    assert run.stats["engine"] == engine
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
     fall, stuck, d = GRAVITY * np.sin(INCLINE), 4 * c / MASS, DAMPER / RHO**2
     speed = above * sliding / (RHO * c)
     let_go = -np.log(1 - speed * stuck / fall) / stuck
@@ -105,13 +102,12 @@ def test_bearings_hold_a_vehicle_on_a_slope_and_brake_it(above, engine):
     assert np.abs(run.slip[-1, moving, 0]) == pytest.approx([slip] * 2, rel=1e-10)
 
 
-@BOTH
-def test_rollers_that_turn_stop_on_their_disks(engine):
+def test_rollers_that_turn_stop_on_their_disks():
     """Two wheels slip along their rolling directions, and the rollers of two turn, M v' = -2 c v - 2 c s with the slip
     s = (d v + T/rho)/(c + d), until c v = T/rho; then M v' = -4 c v."""
     c, torque, start, end = 6.0, 0.02, 1.0, 1.2
     effects = [Contact(c, wheel_rates=0), Bearings(roller_coulomb=torque, roller_viscous=DAMPER, wheel_coulomb=3.0)]
-    options = {"duration": end, "effects": effects, "accuracy": 1e-12, "engine": engine, **MASSLESS}
+    options = {"duration": end, "effects": effects, "accuracy": 1e-12, **MASSLESS}
     run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), **options)
     d, rests = DAMPER / RHO**2, torque / (RHO * c)
     rate = (2 * c + 2 * c * d / (c + d)) / MASS
@@ -126,9 +122,8 @@ def test_rollers_that_turn_stop_on_their_disks(engine):
     assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
 
 
-@BOTH
 @pytest.mark.parametrize("damping", [2e-6, 4e-4])
-def test_rollers_that_turn_stop_on_sliding_ground(damping, engine):
+def test_rollers_that_turn_stop_on_sliding_ground(damping):
     """M v' = -2 F(v) - 2 F(s) with F(s) = mu N s/sqrt(s^2 + w^2), and v = s + (F(s) - T/rho)/d, until F(v) = T/rho. In
     the slip s as the variable that is an integral."""
     mu, named, torque, start = 0.4, 0.02, 0.03, 0.5
@@ -151,21 +146,19 @@ def test_rollers_that_turn_stop_on_sliding_ground(damping, engine):
     slowest = named * part / np.sqrt(1 - part**2)
     first = brentq(lambda slip: speed(slip) - start, slowest, start, xtol=1e-300, rtol=1e-15)
     stops, _ = quad(time_by, slowest, first, epsabs=0, epsrel=1e-13, limit=200)
-    options = {"duration": 1.5 * stops, "effects": effects, "accuracy": 1e-12, "engine": engine, **MASSLESS}
+    options = {"duration": 1.5 * stops, "effects": effects, "accuracy": 1e-12, **MASSLESS}
     run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), **options)
-    assert run.stats["engine"] == engine
     spins = np.abs(run.contact_spin).max(axis=1)
     assert spins[0] == pytest.approx((start - first) / RHO, rel=1e-10)
     assert run.t[first_row(spins < 1e-9)] == pytest.approx(stops, rel=INSTANT)
     assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
 
 
-@BOTH
-def test_what_bearings_take_is_of_both_kinds(engine):
+def test_what_bearings_take_is_of_both_kinds():
     """The ledger's loss is T |phi'| + c phi'^2, added up over finely sampled rows."""
     c, torque, end = 6.0, 0.02, 0.2
     effects = [Contact(c, wheel_rates=0), Bearings(roller_coulomb=torque, roller_viscous=DAMPER, wheel_coulomb=3.0)]
-    options = {"duration": end, "effects": effects, "accuracy": 1e-12, "engine": engine, **MASSLESS}
+    options = {"duration": end, "effects": effects, "accuracy": 1e-12, **MASSLESS}
     run = simulate(CROSS, nu=(1 / DISTANCE, 0, 0), **options)
     nodes, weights = np.polynomial.legendre.leggauss(20)
     spins = np.array([run.sample(end * (1 + node) / 2).contact_spin for node in nodes])
@@ -288,13 +281,11 @@ def test_slips_are_the_roots_as_well_as_the_pull_is_known(part, drag):
 # Runs
 
 
-@BOTH
 @BOTH_LAWS
 @pytest.mark.parametrize("number", [0, 2, 3])
-def test_the_laws_hold_in_every_row(number, law, engine):
+def test_the_laws_hold_in_every_row(number, law):
     vehicle, options = rubbing(number, law)
-    run = simulate(vehicle, duration=DURATION, engine=engine, **options)
-    assert run.stats["engine"] == engine
+    run = simulate(vehicle, duration=DURATION, **options)
     assert_laws(vehicle, options, run)
     spins = np.abs(run.contact_spin)
     assert (spins > 1e-3 * spins.max()).any() and (spins <= 1e-9 * spins.max()).any()
@@ -364,11 +355,10 @@ def test_a_session_is_the_run_and_goes_back_to_the_bit(law, number):
     assert_steps_may_end_beside(vehicle, simulate(vehicle, duration=DURATION, **own), instants[:2], **own)
 
 
-@BOTH
 @BOTH_LAWS
-def test_a_sweep_ends_where_its_runs_end(law, engine):
+def test_a_sweep_ends_where_its_runs_end(law):
     vehicle, own = rubbing(2, law)
-    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"engine": engine, "duration": DURATION})
+    assert_a_sweep_ends_where_its_runs_end(vehicle, own | {"duration": DURATION})
 
 
 @BOTH_LAWS

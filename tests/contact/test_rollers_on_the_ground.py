@@ -15,6 +15,7 @@ from contact.laws import judged
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_rollers import all_spins, contact_torques
+from oracle.directions import allowed_by, directions_allowed
 from omniroll import (
     Bearings,
     Contact,
@@ -24,9 +25,6 @@ from omniroll import (
     Vehicle,
     simulate,
 )
-from omniroll.effects import cones
-from omniroll.effects.complementarity import allowed_by, directions_allowed
-from omniroll.effects.least_use import Uses, least_norm, least_use
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
@@ -40,22 +38,10 @@ INSTANT = 1e-10  # relative, of instants in closed form
 HOLDS = 9.0  # N m, more than any bearing is asked for
 
 
-@pytest.fixture(params=["compiled", pytest.param("python", marks=pytest.mark.long)])
-def run_of(request):
-    """A run of the cross by each engine."""
-
-    def run(effects, duration, nu=(0, 0, 0)):
-        found = simulate(CROSS, nu=nu, duration=duration, roller_model="free", effects=effects, accuracy=ACCURACY,
-                         control=False, engine=request.param)  # fmt: skip
-        assert found.stats["engine"] == request.param
-        return found
-
-    return run
-
-
-def within(uses, use, forces):
-    """(K,) positive where forces use less; smooth."""
-    return (use - uses.lacking) ** 2 - (uses.of(forces) - uses.lacking) ** 2
+def run_of(effects, duration, nu=(0, 0, 0)):
+    """A run of the cross."""
+    return simulate(CROSS, nu=nu, duration=duration, roller_model="free", effects=effects, accuracy=ACCURACY,
+                    control=False)  # fmt: skip
 
 
 def axle_torques(run):
@@ -166,7 +152,7 @@ def by_kernel(case, modes, axles, push, torque, given, along):
 
 @pytest.mark.parametrize("friction", [2.0, 0.2])
 @pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1.5])
-def test_a_vehicle_stands_on_a_slope_until_bearings_and_ground_give(run_of, part, friction):
+def test_a_vehicle_stands_on_a_slope_until_bearings_and_ground_give(part, friction):
     """Two wheels hold it by their axles, S/l each or the ground's friction, and two by their rollers, T/rho each or the
     ground's friction: rest holds as long as some forces within these balance the weight."""
     gravity, angle, breaks, turns = 9.0, 0.1, 0.05, 0.01
@@ -189,7 +175,7 @@ def test_a_vehicle_stands_on_a_slope_until_bearings_and_ground_give(run_of, part
 
 
 @pytest.mark.parametrize("turns", [0.01, 1.0])
-def test_torques_break_axles_and_what_holds_the_other_wheels_together(run_of, turns):
+def test_torques_break_axles_and_what_holds_the_other_wheels_together(turns):
     """Two wheels push by (b t - S)/l each, and two hold by T/rho each or by the ground's friction, whichever is less.
     Then (M + 2 J/l^2 + 2 B/rho^2) v' is the rest of it, without the rollers' inertia where these wheels slip."""
     growth, breaks, friction, load = 2.0, 0.05, 0.3, 6.0
@@ -212,7 +198,7 @@ def test_torques_break_axles_and_what_holds_the_other_wheels_together(run_of, tu
 
 @pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1 + 1e-6, 1.3])
 @pytest.mark.parametrize("way", [0.0, 0.3, np.pi / 4, 4.0])
-def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, way, part):
+def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(way, part):
     """It rests up to tan b = mu whichever way it stands: no polygon would say so. Then v' = g (sin b - mu cos b)."""
     angle = 0.25
     friction = np.tan(angle) / part
@@ -232,7 +218,7 @@ def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, way, part
 
 @pytest.mark.parametrize("part", [1 + 1e-7, 1.3])
 @pytest.mark.parametrize("holds", [1e6, 1e14])
-def test_ample_bearings_do_not_hide_that_contacts_slip(run_of, holds, part):
+def test_ample_bearings_do_not_hide_that_contacts_slip(holds, part):
     """What pulls at a contact is a part of 1e-14 of what such bearings could do, and less. The block lets go at its
     static friction and slides with the lower one: v' = g (sin b - mu cos b)."""
     angle, above = 0.25, 1.4
@@ -245,7 +231,7 @@ def test_ample_bearings_do_not_hide_that_contacts_slip(run_of, holds, part):
     assert not run.sticks.any() and np.linalg.norm(run.nu[-1, :2]) * ARM == pytest.approx(wanted, rel=1e-12)
 
 
-def test_a_push_across_the_slope_breaks_a_round_bound(run_of):
+def test_a_push_across_the_slope_breaks_a_round_bound():
     """On a slope along y wheels 2 and 4 push along x by P = (b t - S)/l each, and 1 and 3 hold against them; each also
     holds a quarter of the weight's part G along y. So all let go at P^2 = (mu N)^2 - (G/4)^2."""
     growth, breaks, friction, angle = 2.0, 0.02, 0.3, 0.2
@@ -259,7 +245,7 @@ def test_a_push_across_the_slope_breaks_a_round_bound(run_of):
 
 
 @pytest.mark.parametrize("way", [0.0, 1.0])
-def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(run_of, way):
+def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(way):
     """v' = -mu g: what the ellipse gives does not depend on how the wheels look."""
     friction, speed = 0.3, 3.0
     ground = Contact(law="coulomb", friction=friction, wheel_rates=0, contact_spins=0)
@@ -273,7 +259,7 @@ def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(run_of, way):
     assert -run.contributions()["ground_loss"][-1] == pytest.approx(run.energy[0], rel=1e-10)
 
 
-def test_a_vehicle_with_blocked_bearings_stops_to_turn(run_of):
+def test_a_vehicle_with_blocked_bearings_stops_to_turn():
     """All rollers turn with their disks: I theta'' = -4 mu N R with the yaw inertia of the whole."""
     friction, turn = 0.3, 2.0
     ground = Contact(law="coulomb", friction=friction, wheel_rates=0, contact_spins=0)
@@ -283,7 +269,7 @@ def test_a_vehicle_with_blocked_bearings_stops_to_turn(run_of):
     assert not run.nu[-1].any() and np.abs(all_spins(run)).max() <= 1e-12 * turn
 
 
-def test_a_rolling_vehicle_rests_by_its_bearings(run_of):
+def test_a_rolling_vehicle_rests_by_its_bearings():
     """(M + 2 J/l^2 + 2 B/rho^2) v' = -2 S/l - 2 T/rho: two wheels roll on their rollers, two on their axles."""
     breaks, turns, speed = 0.02, 0.002, 0.1
     bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=turns)
@@ -299,42 +285,7 @@ def test_a_rolling_vehicle_rests_by_its_bearings(run_of):
 # ---- forces that are not determinate ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("lacks", [False, True])
-@pytest.mark.parametrize("number", range(8))
-def test_the_least_use_and_the_least_norm_are_those_of_a_general_minimiser(number, lacks):
-    """SciPy's SLSQP, on as many forces as a vehicle of three to six wheels has, with ellipses and bearings, of which
-    some can take less than that by which forces are measured, or nothing."""
-    rng = np.random.default_rng([51, number])
-    count, parts = int(rng.integers(4, 13)), int(rng.integers(6, 16))
-    columns, force = rng.normal(size=(3, count)), rng.normal(size=3)
-    per_force = rng.normal(size=(parts, 2, count)) * (rng.random((parts, 1, count)) < 0.5)
-    per_force[:, 1] *= (rng.random(parts) < 0.5)[:, None]
-    per_force[np.arange(count) % parts, 0, np.arange(count)] += 1
-    uses = Uses(per_force, 0.3 * rng.normal(size=(parts, 2)))
-    if lacks:
-        uses = replace(uses, lacking=rng.uniform(-0.2, 1.1, parts) * (rng.random(parts) < 0.5))
-    use, forces = least_use(columns, force, uses)
-    assert columns @ forces == pytest.approx(force, abs=1e-13)
-    assert uses.of(forces).max() == pytest.approx(use, rel=1e-12)
-    equal = {"type": "eq", "fun": lambda x: columns @ x[:count] - force}
-    options = {"ftol": 1e-15, "maxiter": 500}
-    found = minimize(
-        lambda x: x[-1], np.append(0.9 * forces, 2 * use + 1), jac=lambda x: np.append(np.zeros(count), 1.0),
-        constraints=[equal, {"type": "ineq", "fun": lambda x: within(uses, x[-1], x[:-1])}],
-        options=options, method="SLSQP",
-    )  # fmt: skip
-    assert use == pytest.approx(found.fun, rel=1e-7) and use <= uses.of(found.x[:-1]).max() * (1 + 1e-11)
-    wider = Uses(uses.per_force / (1.1 * use), uses.given / (1.1 * use), uses.lacking / (1.1 * use))
-    forces = least_norm(columns, force, wider)
-    found = minimize(
-        lambda x: x @ x / 2, forces, jac=lambda x: x, options=options, method="SLSQP",
-        constraints=[equal, {"type": "ineq", "fun": lambda x: within(wider, 1.0, x)}],
-    )  # fmt: skip
-    assert wider.of(forces).max() <= 1 + 1e-12
-    assert forces @ forces <= found.x @ found.x * (1 + 1e-9) and forces == pytest.approx(found.x, abs=1e-6)
-
-
-def test_forces_that_are_not_determinate_are_those_of_least_norm_within_the_bounds(run_of):
+def test_forces_that_are_not_determinate_are_those_of_least_norm_within_the_bounds():
     """Eight directions in which wheels stand, three equations; two bearings cut forces off."""
     angle, breaks, turns, friction = 0.09, 0.05, 0.03, 0.6
     gravity = GRAVITY * np.cos(angle)
@@ -405,26 +356,6 @@ def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
     run = simulate(vehicle, **options)
     assert run.stats["engine"] == "compiled"
     assert_obeys_the_laws(vehicle, run, options)
-
-
-@pytest.mark.parametrize("number", range(6))
-def test_contacts_beside_rollers_that_are_light_are_decided_to_rounding(number):
-    """Free rollers feel contacts little and are asked for little: what is drawn by the size of the largest stays 1e-10
-    away from a bound that is just reached, so that a contact lets go and comes to rest again and again."""
-    rng = np.random.default_rng([71, number])
-    parts, light = int(rng.integers(4, 8)), int(rng.integers(4, 12))
-    rows = rng.normal(size=(parts + light, 6))
-    rows[parts:] *= 10 ** rng.uniform(-6.0, -3.0, (light, 1))
-    plain = rows @ rows.T + np.diag(np.arange(parts + light) >= parts)
-    matrix, given = plain.reshape(parts + light, 1, parts + light, 1), (rows @ rng.normal(size=6))[:, None]
-    reach = 10 ** rng.uniform(-1, 0.5, (parts + light, 1))
-    reach[parts:] = 8 * (np.abs(given[parts:]) + np.abs(plain[parts:, :parts]) @ reach[:parts])
-    found = cones.decide_semidefinite(matrix, given, reach)
-    sizes = np.abs(given * reach) + np.einsum("kcjd,jd->kc", np.abs(matrix), reach) * reach
-    missing = np.abs(found.rate * reach) / sizes
-    inside = np.abs(found.force) < reach * (1 - 1e-12)
-    assert inside[parts:].all() and (missing * inside).max() <= 1e-13
-    assert ((found.rate * found.force)[~inside] <= 0).all()
 
 
 @pytest.mark.long

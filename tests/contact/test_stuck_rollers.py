@@ -24,7 +24,6 @@ from omniroll import (
     Vehicle,
     simulate,
 )
-from omniroll.effects.slipping_rollers import common_acceleration
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
@@ -35,7 +34,6 @@ RHO = RADIUS - CROSS.roller_axis_radius  # of a roller that touches the ground i
 GRAVITY, INCLINE = 9.80665, 0.2
 INSTANT = 1e-10  # relative, of instants in closed form
 ROUNDING = 1e-13  # rad/s, spins of rollers that stick
-ENGINES = ("compiled", "python")
 
 
 def all_spins(run):
@@ -53,13 +51,12 @@ def contact_torques(run):
     return run.drive[:, run.effects.drives().index("contact_bearing")]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_free_roller_spins_down_and_sticks(engine):
+def test_a_free_roller_spins_down_and_sticks():
     """B w' = -T, opposite to the ground, where its disk passes the reaction on to nobody."""
     torque, speed = 6e-3, 40.0
     spins = np.zeros((4, 3))
     spins[0, 1] = speed
-    run = simulate(CROSS, nu=(0, 0, 0), spins=spins, duration=0.2, roller_model="free", control=False, engine=engine,
+    run = simulate(CROSS, nu=(0, 0, 0), spins=spins, duration=0.2, roller_model="free", control=False,
                    effects=[Contact(5.0), Bearings(roller_coulomb=torque)])  # fmt: skip
     stops = ROLLER * speed / torque
     assert 0.02 < stops < 0.15
@@ -69,13 +66,12 @@ def test_a_free_roller_spins_down_and_sticks(engine):
     assert run.ledger.contributions["roller_loss"] == pytest.approx(-ROLLER * speed**2 / 2, rel=1e-10)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_rollers_in_contact_spin_down_and_stick(engine):
+def test_rollers_in_contact_spin_down_and_stick():
     """B w' = -T - c rho^2 w, of two opposite wheels whose forces the platform takes from each other."""
     c, torque, speed = 3.0, 2e-4, 60.0
     effects = [Contact(c, contact_spins=(speed, 0, speed, 0)), Bearings(roller_coulomb=torque)]
     run = simulate(CROSS, nu=(0, 0, 0), duration=0.1, roller_model="free", effects=effects, control=False,
-                   engine=engine, accuracy=1e-11)  # fmt: skip
+                   accuracy=1e-11)  # fmt: skip
     stops = np.log(1 + c * RHO**2 * speed / torque) * ROLLER / (c * RHO**2)
     assert stops < 0.08
     row = stopped(run.contact_spin[:, 0])
@@ -83,8 +79,7 @@ def test_rollers_in_contact_spin_down_and_stick(engine):
     assert np.abs(run.contact_spin[row:]).max() <= ROUNDING and np.abs(contact_torques(run)[-1]).max() <= 1e-12 * torque
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_vehicle_turns_on_the_spot_with_rollers_on_their_disks(engine):
+def test_a_vehicle_turns_on_the_spot_with_rollers_on_their_disks():
     """Its wheels stand at first: J chi'' = -l c s and I theta'' = -N R c s with s = l chi' + R theta', as of wheels
     that are rigid, until one roller would have to follow its disk faster than its bearing takes it along."""
     c, turn, break_away, sliding = 2.0, 20.0, 1e-3, 5e-4
@@ -94,7 +89,7 @@ def test_a_vehicle_turns_on_the_spot_with_rollers_on_their_disks(engine):
     def run(holds):
         bearings = Bearings(roller_coulomb=sliding, roller_break_away=holds)
         return simulate(CROSS, nu=(0, 0, turn), chi=at, duration=0.05, roller_model="free", control=False,
-                        effects=[Contact(c, wheel_rates=0, contact_spins=0), bearings], engine=engine,
+                        effects=[Contact(c, wheel_rates=0, contact_spins=0), bearings],
                         accuracy=1e-12)  # fmt: skip
 
     decay = c * (RADIUS**2 / WHEEL + 4 * DISTANCE**2 / BODY)
@@ -132,16 +127,15 @@ def test_a_vehicle_turns_on_the_spot_with_rollers_on_their_disks(engine):
     assert broken.t[row - 1] == pytest.approx(breaks, rel=INSTANT)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("above", [1.0, 1.5])
-def test_rollers_hold_a_vehicle_along_their_axles_until_they_break_away(engine, above):
+def test_rollers_hold_a_vehicle_along_their_axles_until_they_break_away(above):
     """All axles stick: the vehicle slides down a slope, M v' = M g sin b - 4 c v, until rho c v is what the rollers'
     bearings hold; then B w' = rho c (v - rho w) - T."""
     c, sliding, end = 6.0, 0.02, 0.25
     breaks = above * sliding
     bearings = Bearings(roller_coulomb=sliding, roller_break_away=breaks, wheel_coulomb=3.0)
     effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, roller_model="free", effects=effects, engine=engine,
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, roller_model="free", effects=effects,
                    accuracy=1e-11, control=False)  # fmt: skip
     fall, rate, speed = GRAVITY * np.sin(INCLINE), 4 * c / MASS, breaks / (RHO * c)
     let_go = -np.log(1 - speed * rate / fall) / rate
@@ -162,24 +156,6 @@ def test_rollers_hold_a_vehicle_along_their_axles_until_they_break_away(engine, 
     assert np.linalg.norm(run.nu[-1, :2]) * DISTANCE == pytest.approx(wanted[0], rel=1e-9)
     assert spins[-1, moving] == pytest.approx([wanted[1]] * 2, rel=1e-8)
     assert np.abs(contact_torques(run)).max() == pytest.approx(breaks, rel=1e-11)
-
-
-def test_common_acceleration_is_the_root_of_a_monotone_function():
-    """By bisection, for bearings by chance, some without a part in the motion."""
-    rng = np.random.default_rng(8)
-    for _ in range(200):
-        count, mass, inertia = int(rng.integers(1, 12)), 10 ** rng.uniform(-3, 1), 10 ** rng.uniform(-5, -1)
-        per_yaw, given = rng.normal(size=count) * (rng.random(count) < 0.8), 10 * rng.normal(size=count)
-        bounds = inertia * 10 ** rng.uniform(-1, 2, count) * (rng.random(count) < 0.9)
-
-        def left(x, own=(mass, per_yaw, given, inertia, bounds)):
-            mass, per_yaw, given, inertia, bounds = own
-            return mass * x + per_yaw @ np.clip(inertia * (per_yaw * x - given), -bounds, bounds)
-
-        x, torques = common_acceleration(mass, per_yaw, given, inertia, bounds)
-        reach = np.abs(per_yaw) @ bounds / mass + 1e-300
-        assert x == pytest.approx(brentq(left, -2 * reach, 2 * reach, xtol=1e-14 * reach), abs=1e-11 * reach)
-        assert torques == pytest.approx(np.clip(inertia * (per_yaw * x - given), -bounds, bounds), abs=1e-11 * inertia)
 
 
 @pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
@@ -289,17 +265,6 @@ def torques_that_hold(run):
         held = np.concatenate([given_out["contact_holding"][:, None], given_out["free_holding"]], axis=1)
         found.append((sticks, given + held))
     return tuple(map(np.array, zip(*found, strict=True)))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", range(6))
-def test_both_engines_make_the_same_motion(number):
-    vehicle, options = scene(number)
-    one, other = (simulate(vehicle, duration=0.15, engine=engine, **options) for engine in ENGINES)
-    assert one.stats["engine"] == "compiled" and other.stats["engine"] == "python"
-    assert distance_at(one, other, np.linspace(0, 0.15, 40)) <= 1e-8
-    spins, wanted = all_spins(one), all_spins(other)
-    assert spins[-1] == pytest.approx(wanted[-1], rel=1e-7, abs=1e-7 * np.abs(wanted).max())
 
 
 @pytest.mark.long

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 from omniroll import (
     Bearings,
@@ -19,20 +20,26 @@ from omniroll import (
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import difference
 
-from .test_complementarity import load
 
 PAPER = Vehicle.paper()
 FOUR = Vehicle.paper(4, 6).replace(wheel_angles=(0.1, 1.5, 3.3, 4.8))
 RATIO = PAPER.platform_radius / PAPER.wheel_radius  # chi' = - RATIO theta' where the vehicle turns on the spot
 TURNING = PAPER.yaw_inertia + PAPER.wheels * PAPER.wheel_inertia * RATIO**2
 EXACT = {"roller_model": "massless", "accuracy": 1e-11, "control": False}
-STATIC = 3e-3  # N m
-ENGINES = ("compiled", "python")
 
 
-@pytest.fixture(params=ENGINES)
-def engine(request):
-    return request.param
+def load(force, rows, bounds):
+    """The least part of their bounds with which torques give the force, by linear programming; inf where none do."""
+    count = len(rows)
+    found = linprog(
+        np.append(np.zeros(count), 1.0),
+        A_eq=np.column_stack([rows.T, np.zeros(3)]),
+        b_eq=force,
+        A_ub=np.block([[np.eye(count), -bounds[:, None]], [-np.eye(count), -bounds[:, None]]]),
+        b_ub=np.zeros(2 * count),
+        bounds=[(None, None)] * count + [(0, None)],
+    )
+    return found.fun if found.status == 0 else np.inf
 
 
 def rows_of(vehicle):
@@ -73,19 +80,18 @@ def test_wheels_stick_one_by_one_as_in_moreaus_scheme(vehicle):
     sliding = np.array([4e-3, 3e-3, 5e-3, 2e-3])[: vehicle.wheels]
     coarse, fine = (moreau(vehicle, (1, 0.1, 0.3), 3.2, steps, sliding) for steps in (200, 400))
     task = {"nu": (1, 0.1, 0.3), "duration": 3.2, "effects": [Bearings(wheel_coulomb=sliding)], **EXACT}
-    for engine in ENGINES:
-        run = simulate(vehicle, **task, engine=engine)
-        error = np.abs(fine - run.nu[-1]).max()
-        assert error < 2e-3 and error < 0.7 * np.abs(coarse - run.nu[-1]).max()
-        sticks = np.abs(bearing_torques(run)) < 0.999 * sliding
-        assert len({tuple(row) for row in sticks}) >= 3  # one after the other
+    run = simulate(vehicle, **task)
+    error = np.abs(fine - run.nu[-1]).max()
+    assert error < 2e-3 and error < 0.7 * np.abs(coarse - run.nu[-1]).max()
+    sticks = np.abs(bearing_torques(run)) < 0.999 * sliding
+    assert len({tuple(row) for row in sticks}) >= 3  # one after the other
 
 
 @pytest.mark.long
-def test_all_stick_at_once(engine):
+def test_all_stick_at_once():
     """Turning on the spot all rates are the same; what is left of the last is nothing, and stays so."""
     torque = 2e-3
-    run = simulate(PAPER, nu=(0, 0, 1), duration=5, effects=[Bearings(wheel_coulomb=torque)], engine=engine, **EXACT)
+    run = simulate(PAPER, nu=(0, 0, 1), duration=5, effects=[Bearings(wheel_coulomb=torque)], **EXACT)
     slowing = torque * PAPER.wheels * RATIO / TURNING  # of theta'
     stop = 1 / PAPER.yaw_scale / slowing
     assert 0 < stop < 5
@@ -98,14 +104,14 @@ def test_all_stick_at_once(engine):
 
 @pytest.mark.long
 @pytest.mark.parametrize("static", [1.0, 1.5])
-def test_they_break_away_together_when_torques_have_grown(static, engine):
+def test_they_break_away_together_when_torques_have_grown(static):
     """Equal torques that grow: rest until they are at the break-away torque, then the sliding torque goes off."""
     sliding, growth = 2e-3, 1e-3
     effects = [
         Bearings(wheel_coulomb=sliding, wheel_break_away=static * sliding),
         TorqueTable([0, 10], [[0, 0, 0], [-10 * growth] * 3]),
     ]
-    run = simulate(PAPER, nu=(0, 0, 0), duration=6, effects=effects, engine=engine, **EXACT)
+    run = simulate(PAPER, nu=(0, 0, 0), duration=6, effects=effects, **EXACT)
     start = static * sliding / growth
     rate = PAPER.wheels * RATIO / TURNING * PAPER.yaw_scale
     after = np.maximum(run.t - start, 0)
@@ -120,7 +126,7 @@ def test_they_break_away_together_when_torques_have_grown(static, engine):
 @pytest.mark.parametrize("vehicle", [PAPER, FOUR], ids=["three wheels", "four wheels"])
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
 @pytest.mark.parametrize("heading", [0.3, 1.9])
-def test_a_slope_at_exactly_the_break_away_angle(vehicle, roller_model, heading, engine):
+def test_a_slope_at_exactly_the_break_away_angle(vehicle, roller_model, heading):
     """Held within rounding of the torques that linear programming finds, and not beyond."""
     slope = Slope(0.02, 0.7)
     bound = kernel(
@@ -135,7 +141,7 @@ def test_a_slope_at_exactly_the_break_away_angle(vehicle, roller_model, heading,
 
     def run(torque):
         effects = [Bearings(wheel_coulomb=torque), slope]
-        return simulate(vehicle, **start, accuracy=1e-9, control=False, effects=effects, engine=engine)
+        return simulate(vehicle, **start, accuracy=1e-9, control=False, effects=effects)
 
     for torque in (exact, exact * (1 + 1e-12), exact * 1.5):
         held = run(torque)
@@ -146,7 +152,7 @@ def test_a_slope_at_exactly_the_break_away_angle(vehicle, roller_model, heading,
 
 
 @pytest.mark.long
-def test_rest_is_held_where_torques_of_least_norm_would_let_go(engine):
+def test_rest_is_held_where_torques_of_least_norm_would_let_go():
     """Four wheels have torques to spare: one of the least-norm torques is above its bound, and others hold."""
     rows = rows_of(FOUR)
     wanted = rows.T @ np.array([1.0, 0.2, -0.3, 0.4]) * 1e-3
@@ -156,7 +162,7 @@ def test_rest_is_held_where_torques_of_least_norm_would_let_go(engine):
     assert load(wanted, rows, bounds) < 1
     driven = np.linalg.lstsq(rows.T, -wanted, rcond=None)[0]
     effects = [Bearings(wheel_coulomb=bounds), Torque(driven)]
-    run = simulate(FOUR, nu=(0, 0, 0), duration=1, effects=effects, engine=engine, **EXACT)
+    run = simulate(FOUR, nu=(0, 0, 0), duration=1, effects=effects, **EXACT)
     assert (run.nu == 0).all()
     found = bearing_torques(run)
     assert (np.abs(found) <= bounds).all() and (np.abs(found).max(axis=0) == bounds).any()
@@ -175,13 +181,12 @@ def test_reversal_through_zero_speed():
 
     coarse, fine = (moreau(PAPER, (0, 0, 0), 3.0, steps, sliding, torque) for steps in (300, 2400))
     task = {"nu": (0, 0, 0), "duration": 3, "effects": [Bearings(wheel_coulomb=sliding), table], **EXACT}
-    for engine in ENGINES:
-        run = simulate(PAPER, **task, engine=engine)
-        assert np.abs(fine - run.nu[-1]).max() < 5e-5 < 0.25 * np.abs(coarse - run.nu[-1]).max()
-        rates = run.sample(np.linspace(0, 3, 301)).nu @ rows_of(PAPER).T
-        assert (rates[:, :2].max(axis=0) > 0.05).all() and (rates[:, :2].min(axis=0) < -0.02).all()
-        assert np.abs(rates[:, 2]).max() < 1e-15
-        assert (np.abs(bearing_torques(run)) <= sliding * (1 + 1e-12)).all()
+    run = simulate(PAPER, **task)
+    assert np.abs(fine - run.nu[-1]).max() < 5e-5 < 0.25 * np.abs(coarse - run.nu[-1]).max()
+    rates = run.sample(np.linspace(0, 3, 301)).nu @ rows_of(PAPER).T
+    assert (rates[:, :2].max(axis=0) > 0.05).all() and (rates[:, :2].min(axis=0) < -0.02).all()
+    assert np.abs(rates[:, 2]).max() < 1e-15
+    assert (np.abs(bearing_torques(run)) <= sliding * (1 + 1e-12)).all()
 
 
 def test_the_regularised_law_tends_to_it():
@@ -221,26 +226,14 @@ def test_rollers_with_a_small_named_speed_follow_the_vehicle():
 
 
 @pytest.mark.long
-def test_both_engines_agree_where_axles_stick_and_rollers_rub(engine):
-    """held_accelerations: the spins' rates where axles stick."""
-    effects = [Bearings(wheel_coulomb=2e-3, roller_coulomb=1e-5, roller_speed=1e-2)]
-    start = {"nu": (1, 0, 1), "duration": 1, "accuracy": 1e-9, "control": False, "effects": effects}
-    run = simulate(PAPER, **start, engine=engine)
-    other = simulate(PAPER, **start, engine="python" if engine == "compiled" else "compiled")
-    assert np.abs(run.nu[-1] - other.nu[-1]).max() < 1e-8
-    assert np.abs(run.spins[-1] - other.spins[-1]).max() < 1e-7
-    assert abs(run.ledger.residual) < 1e-9 * run.energy[0]
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("switching", ["impact", "smooth"])
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
-def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching, engine):
+def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching):
     """Also through switches, whose impacts may turn what stuck."""
     torque = np.array([3e-3, 2e-3, 4e-3])
     run = simulate(
         PAPER, nu=(1, 0.1, 0.6), duration=2.5, roller_model=roller_model, switching=switching, accuracy=1e-9,
-        control=False, effects=[Bearings(wheel_coulomb=torque, wheel_break_away=1.3 * torque)], engine=engine,
+        control=False, effects=[Bearings(wheel_coulomb=torque, wheel_break_away=1.3 * torque)],
     )  # fmt: skip
     rows = np.flatnonzero(np.diff(run.t) > 0)
     nodes, weights = np.polynomial.legendre.leggauss(12)
@@ -255,10 +248,10 @@ def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching, eng
 
 
 @pytest.mark.long
-def test_reported_torques_keep_what_sticks_at_rest(engine):
+def test_reported_torques_keep_what_sticks_at_rest():
     effects = [Bearings(wheel_coulomb=(4e-3, 3e-3, 5e-3), wheel_viscous=1e-4), Slope(0.01)]
     task = {"nu": (1, 0, 0.3), "duration": 3, "accuracy": 1e-9, "control": False, "effects": effects}
-    run = simulate(PAPER, **task, engine=engine)
+    run = simulate(PAPER, **task)
     bound, rows, torques = run.effects.kernel(PAPER, "free", "python"), rows_of(PAPER), bearing_torques(run)
     stuck = 0
     for k in range(len(run)):
@@ -271,28 +264,28 @@ def test_reported_torques_keep_what_sticks_at_rest(engine):
         stuck += sticks.sum()
         assert np.abs(accelerations[sticks]).max(initial=0) < 1e-11
         assert (np.abs(torques[k]) <= np.array([4e-3, 3e-3, 5e-3])).all()
-    assert stuck > (5 if engine == "compiled" else 20)  # its steps are longer
+    assert stuck > 5
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
-def test_a_wheel_that_sticks_on_its_joint_stays_there(roller_model, engine):
+def test_a_wheel_that_sticks_on_its_joint_stays_there(roller_model):
     joint = np.pi / PAPER.rollers_per_wheel
     start = {"nu": (0, 0, 0), "chi": (joint, 0.1, -joint), "duration": 1, "accuracy": 1e-9, "control": False}
-    start |= {"roller_model": roller_model, "engine": engine}
+    start |= {"roller_model": roller_model}
     run = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=3e-3), Torque((2e-3, 0, -1e-3))])
     assert (run.chi == run.chi[0]).all() and len(run.switches) == 0
     away = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=3e-3), Torque((2e-2, 0, -1e-3))])
     assert len(away.switches) > 0 and np.abs(away.nu[-1]).max() > 0.1
 
 
-def test_a_controller_with_motors_stops_and_starts_what_sticks(engine):
+def test_a_controller_with_motors_stops_and_starts_what_sticks():
     effects = [
         Motor(0.0, 0.02, 1.5, gear_ratio=4, current_limit=0.3),
         Controller((0.4, 0.1, 0.2), 0.5, 0.02, integral=2.0, output="voltage"),
         Bearings(wheel_coulomb=2e-3, wheel_break_away=3e-3),
     ]
-    run = simulate(PAPER, nu=(0, 0, 0), duration=1.2, effects=effects, accuracy=1e-9, control=False, engine=engine)
+    run = simulate(PAPER, nu=(0, 0, 0), duration=1.2, effects=effects, accuracy=1e-9, control=False)
     assert np.abs(run.nu[-1] - [0.4, 0.1, 0.2]).max() < 0.2
     assert abs(run.ledger.residual) < 1e-9 * run.ledger.scale
     assert (run.nu[0] == 0).all()
@@ -361,7 +354,7 @@ def test_any_vehicle_keeps_the_law_and_the_account(seed):
         Slope(float(rng.choice([0.0, 0.02])), rng.uniform(0, 6)),
     ]
     run = simulate(
-        vehicle, nu=rng.normal(size=3) * rng.choice([0.0, 0.3, 1.0]), duration=0.6, effects=effects, engine="python",
+        vehicle, nu=rng.normal(size=3) * rng.choice([0.0, 0.3, 1.0]), duration=0.6, effects=effects,
         roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False,
     )  # fmt: skip
     torques, rates = bearing_torques(run), run.nu @ rows_of(vehicle).T

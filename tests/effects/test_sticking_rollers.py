@@ -28,8 +28,6 @@ from omniroll.scenes.outcome import run_scene
 
 PAPER = Vehicle.paper()
 TASK = {"accuracy": 1e-9, "control": False}
-ENGINES = ("compiled", "python")
-on_both_engines = pytest.mark.parametrize("engine", ENGINES)
 
 
 class Bodies:
@@ -126,16 +124,15 @@ def begun(vehicle, nu, chi):
 
 
 @pytest.mark.long
-@on_both_engines
 @pytest.mark.parametrize("axles", [0.0, 4e-3])
-def test_bodies_under_moreaus_scheme_move_so(axles, engine):
+def test_bodies_under_moreaus_scheme_move_so(axles):
     """Rollers and axles stop one by one, some stick while the vehicle goes on; errors fall with the step."""
     nu, chi, duration, torque = (0.1, 0.02, 0.25), (-0.3, 0.1, 0.2), 0.5, 2e-5
     errors = []
     friction = {"wheel_coulomb": axles} if axles else {}
     acting = [Bearings(roller_coulomb=torque, **friction)]
-    run = simulate(PAPER, nu=nu, chi=chi, duration=duration, effects=acting, engine=engine, **TASK)
-    assert not len(run.switches) and run.stats["engine"] == engine
+    run = simulate(PAPER, nu=nu, chi=chi, duration=duration, effects=acting, **TASK)
+    assert not len(run.switches)
     for steps in (250, 1000):
         w = moreau(PAPER, begun(PAPER, nu, chi), steps, duration, torque, axles)
         spins = w[3 + PAPER.wheels :].reshape(PAPER.wheels, -1)[:, 1:]
@@ -152,11 +149,10 @@ def spinning(vehicle, nu_3):
 
 
 @pytest.mark.long
-@on_both_engines
 @pytest.mark.parametrize("switching", ["impact", "smooth"])
-def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(switching, engine):
+def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(switching):
     """On the spot the wheels' centres do not move along their axles: no roller spins, and no switch takes energy."""
-    law = {"switching": switching, "engine": engine, **TASK}
+    law = {"switching": switching, **TASK}
     run = simulate(PAPER, nu=(0, 0, 3.0), duration=5, effects=[Bearings(roller_coulomb=1.0)], **law)
     _, rate, energy = spinning(PAPER, 3.0)
     assert len(run.switches) >= 3 * int(abs(rate) * 5 / (2 * np.pi / PAPER.rollers_per_wheel) - 0.5) > 3
@@ -165,14 +161,13 @@ def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(sw
     assert np.abs(run.spins).max() < 1e-12 and run.quantity("roller_loss")[-1] == pytest.approx(0, abs=1e-15)
 
 
-@on_both_engines
-def test_a_free_roller_breaks_away_where_its_disk_asks_for_more(engine):
+def test_a_free_roller_breaks_away_where_its_disk_asks_for_more():
     """Its disk takes it along: B theta' chi' cos(psi) with constant rates. The first one is near the top."""
     yaw, rate, _ = spinning(PAPER, 1.0)
     beside = 0.3  # rad from the top
     torque = PAPER.roller_inertia * yaw * abs(rate) * np.cos(beside)
     acting = [Bearings(roller_coulomb=torque)]
-    run = simulate(PAPER, nu=(0, 0, 1.0), duration=0.7, effects=acting, engine=engine, **TASK)
+    run = simulate(PAPER, nu=(0, 0, 1.0), duration=0.7, effects=acting, **TASK)
     instant = (np.pi / PAPER.rollers_per_wheel - beside) / abs(rate)
     assert np.isclose(run.t, instant, rtol=1e-9).any()
     resting = run.t <= instant * (1 + 1e-9)
@@ -190,9 +185,8 @@ def test_the_regularised_law_tends_to_it():
 
 
 @pytest.mark.long
-@on_both_engines
 @pytest.mark.parametrize("seed", range(8))
-def test_any_vehicle_keeps_the_law_and_the_account(seed, engine):
+def test_any_vehicle_keeps_the_law_and_the_account(seed):
     rng = np.random.default_rng(seed)
     vehicle = Vehicle.paper(int(rng.choice([2, 3, 4])), int(rng.integers(4, 7)))
     sliding = rng.uniform(0, 2e-4, vehicle.wheels)
@@ -200,7 +194,7 @@ def test_any_vehicle_keeps_the_law_and_the_account(seed, engine):
     effects = [Bearings(roller_coulomb=sliding, roller_break_away=holding), Slope(0.02, 1.0), Torque(1e-3)]
     run = simulate(
         vehicle, nu=rng.normal(size=3) * rng.choice([0.0, 0.3]), duration=0.3, effects=effects,
-        roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False, engine=engine,
+        roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False,
     )  # fmt: skip
     torques = run.drive[:, run.effects.drives().index("contact_bearing")]
     assert (np.abs(torques) <= holding * (1 + 1e-12)).all()

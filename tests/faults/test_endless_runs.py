@@ -22,8 +22,6 @@ from omniroll.scenes.allowance import Allowance
 PAPER = omniroll.Vehicle.paper()
 ROLLERS = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-15)
 WHEELS = omniroll.Bearings(wheel_viscous=1e12)
-STICKING = omniroll.Bearings(wheel_coulomb=1e-3)
-STIFF_AND_STICKING = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-15, wheel_coulomb=1e-3)
 ROLLERS_OF_TWO = omniroll.Bearings(roller_viscous=1e3, wheel_viscous=1e-4)  # one of its two terms is stiff
 MOTOR = omniroll.Motor(6.0, torque_constant=20.0, resistance=1.5, gear_ratio=4)
 
@@ -41,8 +39,6 @@ def done(effects, engine, **changes):
         ([WHEELS], "python", "wheel_viscous = 1000000000000.0"),
         ([MOTOR], "python", "Motor"),
         ([ROLLERS_OF_TWO], "python", "roller_viscous = 1000.0"),
-        ([MOTOR, STICKING], "python", "Motor"),
-        ([STIFF_AND_STICKING], "python", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
     ],
 )
 def test_steps_that_collapse_are_stopped_and_the_term_is_named(effects, engine, term):

@@ -10,7 +10,7 @@ from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurement
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
 from omniroll import Vehicle
-from omniroll.effects.complementarity import directions_allowed
+from oracle.directions import directions_allowed
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, optional_effects, signatures
 
 

@@ -97,7 +97,7 @@ def simulate(
         if motion.t >= start_time + acting.next_time():
             acting.pass_time(acting.next_time(), state)
         y, span = np.append(_packed(state), work), (motion.t, min(end, start_time + acting.next_time()))
-        flow, _ = acting.phase(motion.t - start_time, state.free_axial(), y)
+        flow, _ = acting.phase(motion.t - start_time, state.free_axial())
         if law is not None:
             flow = _driven(flow, acting, law)
         try:

@@ -9,7 +9,7 @@ import numpy as np
 from hard import naive, on_the_spot
 from hard.case import Case, Measurement, Scale
 from hard.known_times import equal, interpolated
-from hard.setting import ENGINES, EPS, JOINT, LAWS, MODELS, PAPER, Setting, settings, speeds_of_wheels
+from hard.setting import EPS, JOINT, LAWS, MODELS, PAPER, Setting, settings, speeds_of_wheels
 from hard.sticking_flow import Held, Motion, follow
 from omniroll import Bearings, Slope, Torque, TorqueTable, Trajectory
 from omniroll.studies.accuracy.reference import digits
@@ -24,11 +24,8 @@ TENFOLD = 10 * ACCURACY / EPS  # eps: ten times the accuracy that was asked for
 
 @cache
 def engines() -> tuple[str, ...]:
-    """Those that have the set-valued law."""
-    probe = Setting("massless", "impact", "compiled").run(
-        nu=(0, 0, 0), duration=1.0, effects=(Bearings(wheel_coulomb=1.0),)
-    )
-    return ENGINES if probe.stats["engine"] == "compiled" else ("python",)
+    """Those that have the set-valued law with events."""
+    return ("compiled",)
 
 
 def dead_band(sliding: np.ndarray, drive: naive.Law | None = None) -> naive.Law:

@@ -15,7 +15,7 @@ from flint import arb, arb_series
 import omniroll
 from hard.constrained import Row, Series, coefficient, coefficients, first_zero
 from hard.moving import CONSTANTS, larger, split
-from hard.on_springs import UNKNOWN, OnSprings
+from hard.on_springs import OnSprings
 from omniroll.engine.runs import Task
 from omniroll.kernels import sets
 from omniroll.studies.accuracy.acting import Acting
@@ -147,10 +147,7 @@ class SlippingBearings(OnSprings, Bearings):
 
     def __init__(self, task: Task, name: str, change: Any):
         super().__init__(task, name, change)
-        contact = next(e for e in task.effects.effects if isinstance(e, omniroll.Contact))
-        self.unknown_loads = UNKNOWN * contact.is_loaded
-        if contact.is_loaded:
-            self.stand_on_springs(contact, name, change)
+        self.unknown_loads = 0
 
     def unbalanced(self, y: Row, torques: Row, rates: Row, springs: Row) -> Row:
         """The sums of the loads and of their moments, beyond what the loads have."""

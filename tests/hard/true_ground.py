@@ -155,7 +155,7 @@ class Vehicle:
         self.module = omniroll.kernels.sets.python_module(own.base, own.effects)
         self.wheels, self.rollers, self.heavy = own.wheels, own.rollers_per_wheel, own.has_spins
         constants = dict(zip(own.constant_names, (nested_numbers(c.tolist(), arb) for c in own.constants), strict=True))
-        self.ground, self.is_loaded = Friction.of(contact, task), contact.is_loaded
+        self.ground, self.is_loaded = Friction.of(contact, task), False
         self.start_number, moved = (number, place, change), self.ground.move(number, place, change)
         kernel_name = CONSTANTS.get(number, number)
         self.without = self.module.prepare(self.wheels, self.rollers, *constants.values())

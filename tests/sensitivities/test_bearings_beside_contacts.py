@@ -100,7 +100,7 @@ def test_a_vehicle_that_stands_depends_on_nothing():
     start = {"nu": (0, 0, 0), "spins": STILL}
     case = Case("free", effects=(STANDING, firm, Torque((0.01, 0, 0))), start=start, duration=0.1)
     names = ("nu[0]", "mass", "wheel_coulomb", "roller_coulomb", "friction", "spins[1][2]", "wheel_angles[0]")
-    run = case.run(sensitivities=names, engine="python")
+    run = case.run(sensitivities=names)
     assert kinds(run) == {(3, 15, 3)}
     for name in names:
         assert not derivative(run, name).any()
@@ -111,7 +111,7 @@ def test_numbers_that_do_nothing_while_all_that_may_stick_sticks():
     effects = STANDING, Bearings(roller_coulomb=1.0, roller_break_away=2.0)
     case = Case("free", effects=effects, start={"nu": (0, 0, 1.0), "spins": STILL, "chi": (0, 0, 0)}, duration=0.01)
     names = ("roller_break_away", "roller_coulomb", "friction", "nu[2]")
-    run = case.run(sensitivities=names, engine="python")
+    run = case.run(sensitivities=names)
     assert kinds(run) == {(3, 15)}
     assert not any(derivative(run, name).any() for name in names[:3])
     assert run.sensitivity("nu[2]").nu[-1, 2] != 0
@@ -122,7 +122,7 @@ def test_a_roller_that_sticks_by_all_its_friction_has_none():
 
     def case(held, **options):
         effects = HELD, Bearings(roller_coulomb=(held, 0.002, 0.002)), Torque((0.0, 0.01, -0.01))
-        return replace(BREAKING_AWAY, effects=effects, duration=1e-5).run(engine="python", **options)
+        return replace(BREAKING_AWAY, effects=effects, duration=1e-5).run(**options)
 
     run = case(1.0)
     assert kinds(run) == {(3, 13)}
@@ -138,7 +138,7 @@ def test_a_number_that_turns_one_of_two_parallel_axles_whose_wheels_stand_has_no
     start = {"nu": (0, 1.0, 0), "spins": np.zeros((4, 4)).tolist(), "chi": (0.1, 0.2, -0.2, 0.1)}
     effects = STANDING, Bearings(roller_coulomb=1.0, roller_break_away=2.0)
     case = Case("free", effects=effects, start=start, duration=0.001, vehicle=Vehicle.paper(4, 5))
-    assert np.isfinite(case.run(sensitivities=("mass",), engine="python").sensitivity("mass").nu).all()
+    assert np.isfinite(case.run(sensitivities=("mass",)).sensitivity("mass").nu).all()
     with pytest.raises(NoDerivativeError, match=r"would leave other directions; by wheel_angles\[0\]") as error:
-        case.run(sensitivities=("wheel_angles[0]",), engine="python")
+        case.run(sensitivities=("wheel_angles[0]",))
     assert error.value.t == 0

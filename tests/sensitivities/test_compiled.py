@@ -7,10 +7,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, Slope, TorqueTable, Vehicle, simulate
+from omniroll import Bearings, Contact, Slope, Vehicle, simulate
 from omniroll.engine import sensitivities, variations
 from omniroll.engine.compiled_variations import Models, library_of
-from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.motion import Columns, Motion, columns_beside
 from omniroll.engine.variations import Deviations
 from omniroll.kernels import sets
@@ -19,11 +18,9 @@ from omniroll.results.dense import weights_at
 from tests.costs import counting
 from tests.sensitivities.costs import task
 from tests.sensitivities.differences import Case, derivative
-from tests.sensitivities.spies import rows_passed
 from tests.sensitivities.test_ground import FOUR, FOUR_START, MOTOR, REGULARISED
 from tests.sensitivities.test_ground import VISCOUS as SLIPPING
 from tests.sensitivities.test_runs import COULOMB, LIMITED, TABLE, TIED, VISCOUS
-from tests.sensitivities.test_sticking_contacts import CASES as ON_COULOMB_GROUND
 
 NAMES = ("nu[0]", "chi[1]", "pose[2]", "mass", "wheel_radius", "platform_radius", "wheel_angles[1]")
 EVERY = ("yaw_inertia", "wheel_inertia", "roller_inertia", "roller_axis_radius", "yaw_scale")
@@ -61,7 +58,7 @@ def far_from_rest(run):
     """(T,) bool: rows in which no slip is about to come to rest, or has just begun. The direction of one turns faster
     and faster on its way to rest, and turns roundings as well; where it rests nothing is left of that."""
     contacts = Motion(run).contacts
-    if contacts is None or not contacts.grips:
+    if contacts is None:
         return np.ones(len(run), bool)
     return (run.sticks | (np.linalg.norm(run.slip, axis=-1) > 1e-5)).all(axis=1)
 
@@ -128,70 +125,6 @@ def test_with_effects_too(case, names, monkeypatch):
 @pytest.mark.parametrize("case, names", ON_THE_GROUND.values(), ids=ON_THE_GROUND)
 def test_wheels_that_slip_under_smooth_laws_too(case, names, monkeypatch):
     same_as_in_python(case, names, monkeypatch)
-
-
-@pytest.mark.long
-def test_the_rows_before_a_rest_too(monkeypatch):
-    """Speeds of 1 m/s are known to a rounding, and the direction of a slip to that over the slip; its derivative is no
-    better known. Where it has come to rest C was 7e-2 off while the direction of a slip was no unknown of its own."""
-    case, changes = ON_COULOMB_GROUND["rolling, free"]
-    own, reference = runs_in_c_and_python(case, tuple(changes), monkeypatch)
-    apart, size = np.abs(own.followed.rows - reference.followed.rows), np.abs(reference.followed.rows).max(axis=(0, 1))
-    slips = np.where(own.sticks, np.inf, np.linalg.norm(own.slip, axis=-1)).min(axis=1)
-    assert (slips < 1e-16).sum() == 4 and (slips < 1e-8).sum() >= 8, "four rests, and rows on the way to them"
-    rests = slips < 1e-16
-    turned = ROUNDINGS + np.where(rests, 1e-9, np.finfo(float).eps / np.maximum(slips, 1e-16))
-    assert (apart <= turned[:, None, None] * size).all()
-    finer = sensitivities.Followed.along(own, tuple(changes), 24).rows
-    assert (np.abs(own.followed.rows - finer)[rests] <= 1e-8 * size).all()  # the rows before them: 1.5e-7
-
-
-def test_a_knot_just_before_a_rest_leaves_the_sign_of_what_is_lost_there(monkeypatch):
-    """The steps between them have slips that are near rounding, and where these go is what an iteration has left. The
-    deviation of the slip was of the wrong size or sign behind such steps. Slips there are 1e-12 of speeds that are
-    rounded to 1e-16; what that leaves differs from one processor to another, by 1.1e-6 where it is most."""
-    skid = ON_COULOMB_GROUND["skid"][0]
-    plain = skid.run()
-    rest = np.flatnonzero((plain.sticks[1:] & ~plain.sticks[:-1]).any(axis=1))[1]
-    wanted = derivatives_of_slip(skid.run(sensitivities=("mass",)), rest)
-    for before in (5e-13, 1e-13):
-        still = TorqueTable((0.0, plain.t[rest] - before, 1.0), ((0.0,) * 3,) * 3)
-        case = replace(skid, effects=(*skid.effects, still), duration=plain.t[rest] + 1e-4)
-        own, reference = runs_in_c_and_python(case, ("mass",), monkeypatch)
-        finer = sensitivities.Followed.along(own, ("mass",), 24)
-        row = np.flatnonzero((own.sticks[1:] & ~own.sticks[:-1]).any(axis=1))[1]
-        assert 0 < own.t[row] - own.t[row - 1] < 2 * before
-        size = np.abs(finer.rows[row]).max()
-        for other in (reference.followed, finer):
-            assert np.abs(own.followed.rows[row] - other.rows[row]).max() <= 1e-6 * size
-        assert derivatives_of_slip(own, row) == pytest.approx(wanted, rel=1e-5)
-
-
-def derivatives_of_slip(run, row):
-    """(2,) those of the contact that comes to rest behind a row, by the first number."""
-    contact = np.flatnonzero(run.sticks[row + 1] & ~run.sticks[row])[0]
-    deviations = ContactDeviations(Motion(run), columns_beside(run, run.followed.names))
-    return deviations._slips(row, run.followed.rows[row])[0, contact]
-
-
-@pytest.mark.long
-def test_rests_of_slips_are_passed_in_c(monkeypatch):
-    """Also where the slip of a massless roller turns back."""
-    passed = rows_passed(monkeypatch, ContactDeviations, "passed")
-    for name in ("rolling, free", "rolling, massless", "turns back"):
-        passed.clear()
-        case, changes = ON_COULOMB_GROUND[name]
-        run = case.run(sensitivities=tuple(changes))
-        assert run.followed.compiled is not None and not passed, name
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case, changes", ON_COULOMB_GROUND.values(), ids=ON_COULOMB_GROUND)
-def test_contacts_that_slip_and_stick_too(case, changes, monkeypatch):
-    """In the case with one friction, whose contacts let go and rest many times, the reference with 20 nodes in a step
-    and that with 24 are 3e-10 apart."""
-    bound = 2e-10 if case is ON_COULOMB_GROUND["one friction"][0] else ROUNDINGS
-    same_as_in_python(case, tuple(changes), monkeypatch, bound, switches=0)
 
 
 def test_from_row_to_row_fewer_nodes_are_as_exact_as_the_run(monkeypatch):

@@ -70,11 +70,10 @@ def test_wheels_that_switch_together_have_one_derivative_whatever_their_order(re
 
 
 @pytest.mark.long
-def test_backwards_in_sessions_and_on_the_python_engine_they_are_the_same():
+def test_backwards_and_in_sessions_they_are_the_same():
     case, names = Case("free", effects=(VISCOUS,)), ("nu[0]", "chi[1]", "mass", "coefficient[0]", "spins[1][2]")
     run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([0.33, 0.9])
     found = omniroll.gradient(run, names, times, pose=weights)
-    other = case.run(engine="python", accuracy=1e-11, sensitivities=names)
     session = omniroll.Session(
         VEHICLE, **START, spins=SPINS, roller_model="free", effects=case.effects, accuracy=1e-12, sensitivities=names
     )
@@ -84,7 +83,6 @@ def test_backwards_in_sessions_and_on_the_python_engine_they_are_the_same():
         forwards = (weights * run.sensitivity(name, times).pose).sum()
         assert found[name] == pytest.approx(forwards, rel=1e-11)
         own = derivative(run, name)
-        assert np.abs(own - derivative(other, name)).max() <= 1e-8 * np.abs(own).max()
         stepped = session.sensitivity(name)
         parts = np.concatenate([getattr(stepped, part).ravel() for part in ("nu", "chi", "pose", "spins")])
         assert np.abs(parts - own).max() <= 1e-9 * np.abs(own).max()

@@ -10,7 +10,7 @@ import pytest
 
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
-from omniroll.engine import compiled_variations, strip_deviations
+from omniroll.engine import compiled_variations
 from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import (
     SPINS,
@@ -117,7 +117,7 @@ def test_free_rollers_tend_to_them_as_their_inertia_goes_to_zero():
         from_disks = (replace(SKID, contact_spins=0.0), RUBBING)
         start = {"spins": np.zeros_like(SPINS).tolist()}
         free = replace(case, roller_model="free", vehicle=vehicle, effects=from_disks, start=start)
-        found = free.run(sensitivities=("mass",), accuracy=1e-10, engine="python").sensitivity("mass").nu[-1]
+        found = free.run(sensitivities=("mass",), accuracy=1e-10).sensitivity("mass").nu[-1]
         return np.abs(found - limit).max() / np.abs(limit).max()
 
     far, near = distance(1e-6), distance(1e-7)
@@ -166,15 +166,14 @@ def test_a_roller_that_stops_where_its_contact_slips_leaves_its_bound():
 
 
 def test_a_roller_that_only_just_stops_has_none(monkeypatch):
-    """Every spin is said to fall slowly: C leaves it to Python, which says so."""
+    """Every spin is said to fall slowly: C does not pass it."""
     case = Case("massless", effects=(HELD, ONE_TURNS, PUSH), start=SLOW, duration=0.0112)
     run = case.run(sensitivities=("mass",), accuracy=1e-9)
     assert "mm ms" in ways(run) and derivative(run, "mass").any()
-    for module in (compiled_variations, strip_deviations):
-        monkeypatch.setattr(module, "GRAZES", 1e9)
-    with pytest.raises(NoDerivativeError, match="only just stops on its disk") as error:
+    monkeypatch.setattr(compiled_variations, "GRAZES", 1e9)
+    with pytest.raises(NoDerivativeError, match="only just") as error:
         case.run(sensitivities=("mass",), accuracy=1e-9)
-    assert error.value.wheels == (1,) and 0.010 < error.value.t < 0.0112
+    assert error.value.wheels == (1,) and 0 < error.value.t < 0.0112
 
 
 def test_a_contact_that_begins_to_slip_from_rest_has_none_by_a_speed():

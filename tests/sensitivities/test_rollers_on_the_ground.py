@@ -67,16 +67,6 @@ def test_backwards_and_in_sessions_they_are_the_same(case):
     assert_the_same_backwards_and_in_sessions(case)
 
 
-@pytest.mark.long
-def test_along_a_run_of_the_engine_in_python_they_are_the_same():
-    """There what drives give differs by roundings between the two rows of an event."""
-    names, case = ("mass", "roller_break_away"), replace(BREAKING_AWAY, duration=0.2)
-    found, wanted = (case.run(sensitivities=names, accuracy=1e-11, engine=engine) for engine in ("python", "compiled"))
-    for name in names:
-        own = derivative(wanted, name)
-        assert np.abs(derivative(found, name) - own).max() <= 1e-9 * np.abs(own).max()
-
-
 def test_numbers_that_do_nothing_while_all_rollers_stick():
     """A spin of the start is taken away at once; the platform feels what it had."""
     names = ("roller_coulomb", "roller_break_away", "spins[1][2]", "nu[0]")

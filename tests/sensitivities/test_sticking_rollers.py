@@ -110,17 +110,14 @@ def test_beside_other_friction_and_motors(case, changes):
 
 
 @pytest.mark.long
-def test_between_rows_backwards_and_on_the_python_engine_they_are_the_same():
+def test_between_rows_and_backwards_they_are_the_same():
     case, names = Case("free", effects=(Torque((0.02, 0.01, -0.01)), RUBBING)), tuple(NUMBERS)
     check(case, {"nu[0]": 1e-4, "mass": 1e-3, "roller_coulomb": 1e-8}, t=0.637)
     run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([0.33, 0.9])
     found = omniroll.gradient(run, names, times, pose=weights)
-    other = case.run(engine="python", accuracy=1e-12, sensitivities=names)
     for name in names:
         forwards = (weights * run.sensitivity(name, times).pose).sum()
         assert found[name] == pytest.approx(forwards, rel=1e-11)
-        one, two = derivative(run, name), derivative(other, name)
-        assert np.abs(one - two).max() <= 1e-10 * np.abs(one).max()
 
 
 @pytest.mark.long

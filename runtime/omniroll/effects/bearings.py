@@ -2,7 +2,7 @@
 
 Viscous friction is the torque - c chi' at an axle and - c phi' at a roller, with phi' relative to its disk. Coulomb
 friction has two laws. The set-valued one: - T sign(w) where a bearing turns at the rate w; where it is at rest, what
-holds it, up to the break-away torque (sticking.py, and sticking_bearings.py where rollers stick). The regularised one:
+holds it, up to the break-away torque. The regularised one:
 - T w / sqrt(w^2 + w_0^2) with a speed w_0 that the user names; the torque is smooth, so that nothing sticks: at rates
 well below w_0 it is small, and what should stick creeps.
 
@@ -22,10 +22,8 @@ from numpy.typing import ArrayLike
 
 from omniroll.effects import registry
 from omniroll.effects.effect import Effect
+from omniroll.effects.friction import Bearing
 from omniroll.effects.numbers import spread
-from omniroll.effects.slipping_axles import SlippingAxles
-from omniroll.effects.sticking import Axles
-from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
@@ -59,6 +57,7 @@ class Bearings(Effect):
     coefficients that is not N, and for break_away below coulomb.
     """
 
+    is_friction: ClassVar[bool] = True
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
 
     signals: ClassVar[tuple[str, ...]] = ("wheel_coulomb", "wheel_break_away", "roller_coulomb", "roller_break_away")
@@ -114,22 +113,9 @@ class Bearings(Effect):
             raise InvalidValueError(break_away, getattr(self, break_away), bound)
         return sliding, holding
 
-    def axles(self, kernel: Kernel) -> Axles | None:
-        alone = self.sticks and not self.rollers_stick and not kernel.slips
-        return Axles(kernel.wheel_rows, *self._torques("wheel", kernel.wheels)) if alone else None
-
-    def slipping_axles(self, kernel: Kernel) -> SlippingAxles | None:
-        own = self.sticks and kernel.slips
-        return SlippingAxles(kernel, *self._torques("wheel", kernel.wheels)) if own else None
-
-    def roller_torques(self, kernel: Kernel) -> tuple[np.ndarray, np.ndarray] | None:
-        return self._torques("roller", kernel.wheels) if self.rollers_stick and kernel.slips else None
-
-    def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
-        if not self.rollers_stick or kernel.slips:
-            return None
-        axles = self._torques("wheel", kernel.wheels) if self.sticks else None
-        return StickingBearings(kernel, axles, self._torques("roller", kernel.wheels))
+    def bearings(self, kernel: Kernel) -> dict[str, Bearing]:
+        bodies = zip(("axle", "roller"), ("wheel", "roller"), self._stick(), strict=True)
+        return {name: Bearing(*self._torques(body, kernel.wheels)) for name, body, sticks in bodies if sticks}
 
     def events(self) -> tuple[str, ...]:
         axles = ("axles that stop, stick and break away",) if self.sticks else ()

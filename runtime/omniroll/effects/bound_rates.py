@@ -14,8 +14,6 @@ from omniroll.effects.state_vector import StateVector
 from omniroll.kernels.kernel import Flow, Kernel
 
 PLAIN = ("wheel_speeds", "pose_rates")
-HELD = {"forward_dynamics": "held_dynamics", "accelerations": "held_accelerations"}  # the same where axles stick
-HELD_WITH_SPINS = {"accelerations": "stuck_accelerations"}  # the same where free rollers may stick, too
 PLAIN_RATES = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
 
 
@@ -29,12 +27,11 @@ class BoundRates:
 
     kernel     Kernel
     functions  those that the effects ask for
-    held       whether axles stick
     """
 
-    def __init__(self, kernel: Kernel, vector: StateVector, functions: Sequence[str], held: bool = False):
+    def __init__(self, kernel: Kernel, vector: StateVector, functions: Sequence[str]):
         functions = (*functions, "pose_rates") if kernel.slips else (*functions, dynamics_with(functions), *PLAIN)
-        functions = tuple(dict.fromkeys(HELD.get(name, name) if held else name for name in functions))
+        functions = tuple(dict.fromkeys(functions))
         self.kernel = kernel
         self.y, self.rates = np.zeros(vector.size), np.zeros(vector.size)
         rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in vector.quantities}

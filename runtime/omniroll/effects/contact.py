@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.effects.effect import Effect
-from omniroll.effects.ground import Grip
-from omniroll.effects.load_numbers import balance_numbers, spin_inertia_of
+from omniroll.effects.friction import Grip
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
@@ -38,7 +37,6 @@ OPTIONAL = {
 }
 COEFFICIENTS = ("coefficient", "friction", "static_friction")
 LEAST_CARRYING = 3  # contacts, whose loads follow from their sum and moments
-OF_DYNAMIC_LOADS = ("height", "wheel_mass", "platform_products", "spin_inertia")
 OF_LOADS = {"mass", "platform_radius", "wheel_angles", "wheel_places", "center_of_mass"}  # at rest, of the vehicle
 
 
@@ -89,6 +87,7 @@ class Contact(Effect):
     turn as they roll, and for loads that do not follow from the vehicle: of fewer than three wheels, or one that tips.
     """
 
+    is_friction: ClassVar[bool] = True
     signals: ClassVar[tuple[str, ...]] = ("wheel_rates", "contact_spins")
 
     coefficient: ArrayLike | None = None
@@ -114,8 +113,7 @@ class Contact(Effect):
             if getattr(self, name) is None:
                 raise InvalidValueError(name, None, f"must be given with the law {self.law}")
         for name in (*COEFFICIENTS, "speed", "load", "normal_gravity"):
-            allowed = (*NEEDED[self.law], *OPTIONAL[self.law], *(("normal_gravity",) if self.is_loaded else ()))
-            if getattr(self, name) is not None and name not in allowed:
+            if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL[self.law]):
                 raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
         for name in COEFFICIENTS:
             if getattr(self, name) is not None:
@@ -136,19 +134,13 @@ class Contact(Effect):
         """Fields that are arguments of `prepare`, or of the friction of contacts that may stick."""
         own = {"coefficient": "ground_damping", "friction": "ground_friction", "speed": "ground_fade_speed"}
         own |= {"load": "contact_load", "static_friction": "ground_static_friction"}
-        own |= {name: name for name in (*OF_DYNAMIC_LOADS, "normal_gravity") if self.is_loaded}
         return {name: argument for name, argument in own.items() if getattr(self, name) is not None}
 
     def number_shape(self, name: str, shape: tuple[int, ...]) -> tuple[int, ...]:
         return (2,) if name in COEFFICIENTS else shape
 
-    @property
-    def is_loaded(self) -> bool:
-        """Whether the loads follow the motion."""
-        return self.loads == "dynamic"
-
     def _check_loads(self) -> None:
-        if self.is_loaded:
+        if self.loads == "dynamic":
             bound = (
                 "cannot be coupled to friction, where rigid bodies have several loads or none; leave loads out for "
                 "those of the vehicle at rest, and see what loads the motion would have had by reactions"
@@ -164,7 +156,7 @@ class Contact(Effect):
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)
-        has_loads = self.law != "viscous" or self.is_loaded
+        has_loads = self.law != "viscous"
         if has_loads and slope is not None and self.load is None and self.normal_gravity is None:
             bound = f"must be given on a slope; across this plane it is {slope.normal_gravity!r}"
             raise InvalidValueError("normal_gravity", None, bound)
@@ -195,30 +187,24 @@ class Contact(Effect):
         return None if value is None else spread(name, value, wheels)
 
     def kernel_effects(self) -> tuple[str, ...]:
-        loads = ("contact_loads", "reactions") if self.is_loaded else ()
-        return ("contact", f"contact_{self.law}", *loads)
+        return ("contact", f"contact_{self.law}")
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple]:
-        self.grip(vehicle)
         if self.law == "viscous":
             return {"ground_damping": _of_wheels(self.coefficient, vehicle)}
+        loads = tuple(self.loads_at_rest(vehicle).tolist())
         if self.law == "coulomb":
             return {}
-        loads = (1.0,) * vehicle.wheels if self.is_loaded else tuple(self.loads_at_rest(vehicle).tolist())
         friction = _of_wheels(self.friction, vehicle)
         return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
 
     def constants_along(self, vehicle: Vehicle, moved: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The slopes of the loads at rest, where the law has them and they are not given; of loads that follow the
-        motion those of spin_inertia, where that is not given.
+        """The slopes of the loads at rest, where the law has them and they are not given.
 
         moved  slopes of the vehicle's numbers, by name
 
         Raises InvalidValueError for a vehicle that stands on two contacts alone.
         """
-        if self.is_loaded:  # what turns about an axle does so with the wheel
-            follows = self.spin_inertia is None and "wheel_inertia" in moved
-            return {"spin_inertia": np.broadcast_to(moved["wheel_inertia"], vehicle.wheels)} if follows else {}
         if self.law == "viscous" or self.load is not None or not OF_LOADS & moved.keys():
             return {}
 
@@ -252,33 +238,22 @@ class Contact(Effect):
     def _gravity(self) -> float:
         return STANDARD_GRAVITY if self.normal_gravity is None else self.normal_gravity
 
-    def grip(self, vehicle: Vehicle, others: Sequence[Effect] = ()) -> Grip | None:
-        """What its contacts can hold at most: the cones of the law `coulomb`; and how loads that follow the motion are
-        found. None for the other laws under static loads.
+    def grip(self, vehicle: Vehicle) -> Grip | None:
+        """What its contacts can hold at most: the cones of the law `coulomb`; None for the other laws.
 
         vehicle  Vehicle with the inertia of all effects
-        others   the effects with which it acts: motors, whose rotors turn
         """
-        if self.law != "coulomb" and not self.is_loaded:
+        if self.law != "coulomb":
             return None
-        sliding = self.coefficient if self.law == "viscous" else self.friction
-        static = sliding if self.static_friction is None else self.static_friction
-        both = (np.array(_of_wheels(numbers, vehicle)) for numbers in (sliding, static))
-        balance = None
-        if self.is_loaded:
-            balance = balance_numbers(vehicle, self.height, self.wheel_mass, self.platform_products) | {
-                "normal_gravity": np.array(self._gravity),
-                "spin_inertia": spin_inertia_of(vehicle, others, self.spin_inertia),
-            }
-        return Grip(self.loads_at_rest(vehicle), *both, self.law, balance)
+        static = self.friction if self.static_friction is None else self.static_friction
+        both = (np.array(_of_wheels(numbers, vehicle)) for numbers in (self.friction, static))
+        return Grip(self.loads_at_rest(vehicle), *both)
 
     def recorded(self) -> tuple[str, ...]:
-        modes = ("sticks", "slip_heading") if self.law == "coulomb" else ()
-        return (*modes, "carries") if self.is_loaded else modes
+        return ("sticks", "slip_heading") if self.law == "coulomb" else ()
 
     def events(self) -> tuple[str, ...]:
-        found = ("contacts that come to rest, stick and let go",) if self.law == "coulomb" else ()
-        return (*found, "loads that vanish and come back") if self.is_loaded else found
+        return ("contacts that come to rest, stick and let go",) if self.law == "coulomb" else ()
 
     def begin(self, kernel: Kernel, state: State) -> State:
         rates, spins = (self._given(name, kernel.wheels) for name in ("wheel_rates", "contact_spins"))

@@ -25,14 +25,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from omniroll.effects import registry
-from omniroll.effects.ground import Grip
+from omniroll.effects.friction import Bearing, Grip
 from omniroll.effects.guards import Guard
 from omniroll.effects.named import name_of
 from omniroll.effects.numbers import Curve
 from omniroll.effects.registry import Quantity
-from omniroll.effects.slipping_axles import SlippingAxles
-from omniroll.effects.sticking import Axles
-from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
@@ -191,6 +188,7 @@ class Effect:
     """
 
     needs: ClassVar[tuple[str, ...]] = ()
+    is_friction: ClassVar[bool] = False  # of bearings or of the ground
     potentials: ClassVar[Mapping[str, str]] = {}  # entry of the account: generated function of the potential energy
     numbers: ClassVar[Mapping[str, str]] = {}  # field: argument of `prepare` that it is; one number is for all wheels
     signals: ClassVar[tuple[str, ...]] = ()  # fields by which its process acts that are no arguments of `prepare`
@@ -300,42 +298,17 @@ class Effect:
         array = np.asarray(getattr(self, name))
         return array.shape if array.ndim > 1 or name in ("times", "target") else (wheels,)
 
-    def axles(self, kernel: Kernel) -> Axles | None:
-        """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none.
+    def bearings(self, kernel: Kernel) -> Mapping[str, Bearing]:
+        """The bearings whose friction is the set-valued law, "axle" of the wheels and "roller"; none where it has none.
 
         kernel  Kernel of the run
         """
-        return None
+        return {}
 
-    def slipping_axles(self, kernel: Kernel) -> SlippingAxles | None:
-        """The same where wheels may slip, in the place of axles().
-
-        kernel  Kernel of the run
-        """
-        return None
-
-    def roller_torques(self, kernel: Kernel) -> tuple[np.ndarray, np.ndarray] | None:
-        """(N,) the torques in N m of rollers that spin, and the largest at rest, where their friction is the set-valued
-        law and wheels may slip; None where this effect has none.
-
-        kernel  Kernel of the run
-        """
-        return None
-
-    def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
-        """The bearings of rollers, and of axles beside them, in a run where rollers stick and wheels roll; None where
-        none do.
-
-        kernel  Kernel of the run
-        """
-        return None
-
-    def grip(self, vehicle: Vehicle, others: "Sequence[Effect]" = ()) -> Grip | None:
-        """The friction of contacts that have modes on the ground: they stick and slip, or carry and are off; None where
-        this effect has none.
+    def grip(self, vehicle: Vehicle) -> Grip | None:
+        """The friction of contacts that stick and slip on the ground; None where this effect has none.
 
         vehicle  with the inertia that all effects bring
-        others   the effects with which it acts
         """
         return None
 

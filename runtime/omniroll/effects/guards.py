@@ -80,10 +80,6 @@ class Guards:
             noise = np.where(rising > 0, LANDED * self.rounding(time, y) / rising, 0.0)
         return waits, noise
 
-    def longest_step(self, time: float, y: np.ndarray, rates: np.ndarray) -> float:
-        """The time that a step from here may last: guards that are linear set no bound."""
-        return np.inf
-
     def margins(self, dense: np.ndarray, start: float, h: float) -> np.ndarray:
         """(d + 1, m) Bernstein coefficients on a step of the guards less what counts as rounding."""
         times = start + h * np.linspace(0, 1, len(dense))  # t itself, in Bernstein form

@@ -1,13 +1,13 @@
 """Which axles stick in the rows of a run in which wheels may slip, and which way the others turn there.
 
-There each wheel's rate is a speed of its own (slipping_axles.py). An axle that sticks has a rate that is rounding in
+There each wheel's rate is a speed of its own. An axle that sticks has a rate that is rounding in
 the whole step, whose rate of change is zero.
 """
 
 import numpy as np
 
 from omniroll.effects.effect_set import EffectSet
-from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.friction import Bearing
 from omniroll.effects.state_vector import StateVector
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
@@ -16,10 +16,10 @@ TORQUE = "bearing_torque"  # what rows keep of the axles' bearings
 AT_REST = 1e-13  # of the fastest that a wheel has been: rates of what sticks are rounding
 
 
-def axles_of(effects: EffectSet, plain: Kernel) -> tuple[int, SlippingAxles] | None:
-    """The place of the effect whose axles may stick where wheels may slip, and these; None where there is none."""
-    found = ((k, effect.slipping_axles(plain)) for k, effect in enumerate(effects.effects))
-    return next(((k, axles) for k, axles in found if axles is not None), None)
+def bearing_of(effects: EffectSet, plain: Kernel, name: str) -> tuple[int, Bearing]:
+    """The place of the effect whose bearings of this name may stick, and these."""
+    found = ((k, effect.bearings(plain).get(name)) for k, effect in enumerate(effects.effects))
+    return next((k, bearing) for k, bearing in found if bearing is not None)
 
 
 class AxleModes:
@@ -34,7 +34,7 @@ class AxleModes:
     """
 
     def __init__(self, trajectory: Trajectory, plain: Kernel, vector: StateVector, y: np.ndarray):
-        self.place, axles = axles_of(trajectory.effects, plain)
+        self.place, axles = bearing_of(trajectory.effects, plain, "axle")
         self.sliding, self.holding = axles.sliding, axles.holding
         self.modes = self._modes(trajectory, vector, y)
 

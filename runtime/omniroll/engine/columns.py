@@ -134,12 +134,9 @@ def values_of(plain: Kernel, effects: Sequence[Effect]) -> dict[str, np.ndarray]
     """The arguments of `prepare`, and the numbers of contacts that may stick, which kernels are given as they run."""
     found = dict(zip(plain.constant_names, plain.constants, strict=True))
     for effect in effects:
-        grip = effect.grip(plain.vehicle, effects)
-        if grip is None:
-            continue
-        if grip.sticks:
+        if (grip := effect.grip(plain.vehicle)) is not None:
             found |= {"ground_friction": grip.sliding, "ground_static_friction": grip.static}
-        found |= {"contact_load": grip.loads} if grip.balance is None else grip.balance
+            found |= {"contact_load": grip.loads}
     return {name: np.asarray(value, float) for name, value in found.items()}
 
 
@@ -148,18 +145,13 @@ def _size(value: ArrayLike) -> float:
 
 
 def _rotor(number: str, plain: Kernel, k: int, effects: Sequence[Effect]) -> dict[str, np.ndarray]:
-    """What a gear or its rotor does to the inertia of a wheel, where the motor brings that of its rotor; where
-    loads follow the motion, also to the angular momentum about the axles."""
+    """What a gear or its rotor does to the inertia of a wheel, where the motor brings that of its rotor."""
     motor = effects[k]
     if number not in ("gear_ratio", ROTOR) or not hasattr(motor, ROTOR) or not (motor.rotor_inertia or number == ROTOR):
         return {}
     counts = plain.wheels, plain.rollers_per_wheel
     rotor = [complex(with_tangent(getattr(motor, name), float(name == number))) for name in ("gear_ratio", ROTOR)]
-    geared = parts.geared_inertia(*counts, 0.0, *rotor)
-    found = {"wheel_inertia": tangent_of(geared)}
-    if any(effect.constants_along(plain.vehicle, found).keys() >= {"spin_inertia"} for effect in effects):
-        found["spin_inertia"] = np.full(plain.wheels, tangent_of(parts.spin_inertia(*counts, geared, *rotor)))
-    return found
+    return {"wheel_inertia": tangent_of(parts.geared_inertia(*counts, 0.0, *rotor))}
 
 
 def _static(number: str, moved: np.ndarray, values: Mapping, effect: Effect) -> dict[str, np.ndarray]:

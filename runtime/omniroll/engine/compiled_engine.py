@@ -10,7 +10,6 @@ control of another, is never copied.
 
 import math
 import warnings
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -18,8 +17,6 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
-from omniroll.effects.loads_beside_bearings import left_function
-from omniroll.effects.massless_rollers import given_in_rows
 from omniroll.engine import workspace
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.recorded import Forgotten, Recorded, wheels_switched
@@ -34,17 +31,17 @@ from omniroll.engine.runs import (
 from omniroll.engine.stiffness import blamed
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.engine.works import EngineCall, Work, result_of
-from omniroll.engine.workspace import GUARD, MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
-from omniroll.errors import KernelsMissingError, SimulationStopped
+from omniroll.engine.workspace import MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
+from omniroll.errors import InvalidValueError, KernelsMissingError, SimulationStopped
 from omniroll.kernels.kernel import Kernel, general_kernel
-from omniroll.results.slipping import Contacts
+from omniroll.results.slipping import Contacts, given_in_rows
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
-DONE, FULL, STUCK, NO_STEP, ASK, _ = range(6)  # engine.h
+DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
 TOO_LONG, ENDED, HOPELESS = 7, 8, 9  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
@@ -58,28 +55,39 @@ SWEEP = 0.1
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
-def lacking(kernel: Kernel) -> str:
-    """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
-    if kernel.wheels > MOST_WHEELS:
-        return f"room for more than {MOST_WHEELS} wheels"
-    return ""
+def check_can_run(task: Task) -> None:
+    """Raises InvalidValueError or KernelsMissingError, which say what to do, where the compiled engine cannot run this
+    task."""
+    wheels = task.kernel.wheels
+    if wheels > MOST_WHEELS:
+        bound = f"has room for {MOST_WHEELS} wheels, and this vehicle has {wheels}: choose engine='python'"
+        raise InvalidValueError("engine", task.engine, bound)
+    bound = kernel_of(task)
+    if bound is None:
+        raise KernelsMissingError(
+            f"the set of effects {task.kernel.set_name} has no engine that was built beforehand, and no C compiler is "
+            "found to make it: install one (cc), or choose engine='python'"
+        )
+    if not task.effects:
+        return
+    plan = task.effects.plan(task.kernel, task.start_time)
+    known = names_of(bound, "states") if bound.effects else ()
+    integrated = task.effects.quantities(task.kernel.roller_model) if bound.effects else ()
+    if not plan.guards_read_speeds_alone or (plan.has_events and not bound.effects):
+        bound = "cannot follow guards of an effect that read more than speeds: choose engine='python'"
+        raise InvalidValueError("engine", task.engine, bound)
+    if any(quantity.name not in known for quantity in integrated):
+        names = ", ".join(quantity.name for quantity in integrated if quantity.name not in known)
+        raise InvalidValueError("engine", task.engine, f"does not integrate {names}: choose engine='python'")
 
 
 def can_run(task: Task) -> bool:
-    """Whether the compiled engine takes this task; the Python engine takes all."""
-    if lacking(task.kernel):
+    """Whether the compiled engine takes this task."""
+    try:
+        check_can_run(task)
+    except (InvalidValueError, KernelsMissingError):
         return False
-    bound = kernel_of(task)
-    if bound is None:
-        return False
-    if not task.effects:
-        return True
-    plan = task.effects.plan(task.kernel, task.start_time)
-    if not bound.effects:
-        return not plan.has_events
-    known = names_of(bound, "states")
-    integrated = task.effects.quantities(task.kernel.roller_model)
-    return plan.guards_read_speeds_alone and all(quantity.name in known for quantity in integrated)
+    return True
 
 
 def kernel_of(task: Task) -> Kernel | None:
@@ -331,28 +339,16 @@ class CompiledRun:
 
     @property
     def _spins_follow(self) -> bool:
-        """Whether their spins follow from more than speeds and modes: from headings, or from loads."""
-        return self._is_cut or left_function(self.kernel) is not None
+        """Whether their spins follow from more than speeds and modes: from headings."""
+        return self._is_cut
 
     def _spins(self, speeds: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """(N,) in rad/s by name, spins of such rollers, where contacts have `speeds` by name."""
         grip = self.task.effects.grip(self.task.kernel.vehicle)
-        if self._is_cut:
-            modes = {
-                name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in ("sticks", "slip_heading")
-            }
-            if grip is not None and grip.balance:  # the loads of now are known
-                grip = replace(grip, loads=self._loads(), balance=None)
-        else:
-            drives = dict(zip(self.task.effects.drives(), Recorded(self).drive[-1], strict=True))
-            modes = {"heading": self.pose[2]} | drives
+        modes = {n: self.inputs[0, self.columns.inputs.index(n)].copy() for n in ("sticks", "slip_heading")}
         modes |= self.massless_modes()
         contacts = Contacts(self.task.kernel, speeds, grip, lambda: modes)
         return {"contact_spin": contacts.spins(self.nu, self.chi).copy()}
-
-    def _loads(self) -> np.ndarray:
-        """(N,) in N, of the contacts as the engine has them."""
-        return np.array([self.run.grips[k].load for k in range(self.wheels)])
 
     def _give_inputs(self) -> None:
         guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)

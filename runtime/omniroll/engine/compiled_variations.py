@@ -11,13 +11,13 @@ import numpy as np
 
 from omniroll.codegen.along import SUFFIX
 from omniroll.engine.axle_modes import TORQUE
-from omniroll.engine.bearing_deviations import BearingDeviations
-from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
+from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.pieces_of_steps import most_wrong
 from omniroll.engine.roller_modes import FREE, IN_CONTACT
+from omniroll.engine.sticking import Sticking
 from omniroll.engine.variations import NO_ANGLE, Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
@@ -124,7 +124,7 @@ class CompiledVariations:
     rows    (T, m, P) deviations in the rows; follow() fills them
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
-    holds   where bearings may stick; bearings, those that have rates of their own, where wheels may slip
+    holds   where bearings may stick; sticking, contacts and bearings that may where wheels may slip
     turns   (T,) 1 in rows in which these change their modes as a step begins, until that is passed
     """
 
@@ -137,7 +137,7 @@ class CompiledVariations:
         inputs: np.ndarray,
         axial: np.ndarray | None,
         holds: HoldDeviations | None,
-        bearings: BearingDeviations | None,
+        sticking: Sticking | None,
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
@@ -149,7 +149,7 @@ class CompiledVariations:
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked, self.turns = 0, np.zeros(len(rows), np.int32)
-        self._fill(holds, bearings)
+        self._fill(holds, None if sticking is None or not sticking.has_bearings else sticking)
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
@@ -235,7 +235,7 @@ class CompiledVariations:
         grip, moved, numbered = contacts.grip, self.columns.constants, self.columns.numbered
         found = np.zeros((1 + len(numbered), 3 * self.motion.plain.wheels))
         loads, friction = np.split(found, [len(grip.loads)], axis=1)
-        given = contacts.given_loads
+        given = grip.loads
         for name, part, own in (("contact_load", loads, given), ("ground_friction", friction, grip.sliding)):
             part[0] = own.ravel()
             if name in moved:
@@ -248,7 +248,7 @@ class CompiledVariations:
         own, moved = contacts.per_reach(), self.columns.constants
         found = np.zeros((1 + len(self.columns.numbered), *own.shape))
         found[0] = own
-        parts = {"ground_static_friction": contacts.grip.static, "contact_load": contacts.given_loads[:, None]}
+        parts = {"ground_static_friction": contacts.grip.static, "contact_load": contacts.grip.loads[:, None]}
         for name, part in parts.items():
             if name in moved:
                 with np.errstate(divide="ignore", invalid="ignore"):
@@ -259,8 +259,6 @@ class CompiledVariations:
     def _of_contacts(self, contacts: ContactModes) -> dict[str, np.ndarray]:
         """What C takes of contacts that have modes, by name."""
         run, motion = self.struct[0], self.motion
-        if not contacts.grips:
-            return {}
         ends = np.minimum(np.arange(len(motion.y)) + 1, len(motion.y) - 1)
         run.grazes = GRAZES * contacts.friction_rate()
         noises = contacts.noises(motion.y, ends)
@@ -282,7 +280,7 @@ class CompiledVariations:
             drive[:, names.index(IN_CONTACT)] = motion.massless.torques
         return drive
 
-    def _fill(self, holds: HoldDeviations | None, bearings: BearingDeviations | None) -> None:
+    def _fill(self, holds: HoldDeviations | None, bearings: Sticking | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel

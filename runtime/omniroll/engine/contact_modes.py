@@ -2,11 +2,6 @@
 
 The force of a contact that slips depends on the direction of its slip alone. So what a phase is given are the contacts'
 modes and these directions; that the slips follow the directions is one more equation (variations.py).
-
-Loads that follow the motion are solved for with the accelerations (effects/ground_loads.py): with the sums s of the
-balance, the loads P s that springs have under them, and what loads do to the sums,
-
-    s = b + C P s.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,110 +9,52 @@ from functools import cached_property
 
 import numpy as np
 
-from omniroll.effects.ground import slip_roundings
-from omniroll.effects.ground_with_massless_rollers import as_if_rigid
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 from omniroll.results.dense import values_at
+from omniroll.results.slipping import as_if_rigid, slip_roundings
 from omniroll.results.trajectory import Trajectory
 
 AIMS, AIMED = 8, 1e-13  # rounds of Newton's rule at most, and turns in rad after which there is none
 LATE = 0.9  # of a step towards rest: there the slip goes nearly where it goes last
 NEAR_REST = 30  # times what is zero of a slip: the direction of less on the way to rest is what an iteration has left
 TURNS = 1e-9  # of its speed towards rest: a slip whose rate across its direction turns by less per rad does not turn
-MODES = ("sticks", "slip_heading", "carries")  # what rows keep of contacts
+MODES = ("sticks", "slip_heading")  # what rows keep of contacts
 
 
-def pushes(kernel: Kernel, known: Mapping[str, np.ndarray], about: np.ndarray | None = None) -> dict[str, np.ndarray]:
+def pushes(kernel: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """`ground_push` (..., N, 2) in N, the forces on contacts with `slip_heading` and `load` (..., N), 0 for those that
-    stick; with what `pushed` (..., N, 2) adds to them. Where massless rollers may stick, `ground_yield` (..., N).
-
-    about  (..., N) in N, loads that follow the motion, for each N of which the forces of contacts are whose bearings
-           leave of friction what goes with the load in no proportion; of the others load is 1
-    """
+    stick; with what `pushed` (..., N, 2) adds to them. Where massless rollers may stick, `ground_yield` (..., N)."""
     heading = np.asarray(known["slip_heading"])
     if "corner_forces" in kernel.signatures:
-        return _pushes_in_strips(kernel, known, heading, 1.0 if about is None else about)
+        return _pushes_in_strips(kernel, known, heading)
     across = np.cos(heading) if kernel.has_spins else np.zeros_like(heading)  # massless rollers slip one way alone
     towards = np.stack([across, np.sin(heading)], axis=-1)
     force, _ = kernel.call("sliding_forces", towards, known["load"], known["friction"])
     return {"ground_push": force + known["pushed"]}
 
 
-def _pushes_in_strips(
-    kernel: Kernel, known: Mapping[str, np.ndarray], heading: np.ndarray, about: np.ndarray | float
-) -> dict[str, np.ndarray]:
+def _pushes_in_strips(kernel: Kernel, known: Mapping[str, np.ndarray], heading: np.ndarray) -> dict[str, np.ndarray]:
     """The same where massless rollers may stick: one that turns has its contact slip along the rolling direction alone,
     and its bearing says the force along the axle (maxima/effects/contact_strip.mac)."""
     turns, slips = np.asarray(known["contact_sticks"]) < 0.5, np.asarray(known["load"]).real > 0
     across, along = np.where(turns, 0.0, np.cos(heading)), np.where(turns, np.sign(heading.real), np.sin(heading))
     given = dict(known) | {"slip_direction": np.stack([across, along], axis=-1)}
-    given["load"] = np.where(slips, known["load"] * about, 1.0)
-    if "damped_ways" in kernel.signatures:
-        return _pushes_beside_dampers(kernel, known, given, turns & slips)
+    given["load"] = np.where(slips, known["load"], 1.0)
     force, _ = call_named(kernel, "sliding_forces", dict(given) | {"load": known["load"]})
     with np.errstate(divide="ignore", invalid="ignore"):  # of those that are in no corner
         corner, per_slip = call_named(kernel, "corner_forces", given)
-        corner = corner / about
     both = turns & slips
     rolling = np.where(both, corner, force[..., 1])
     push = np.stack([np.broadcast_to(force[..., 0], rolling.shape), rolling], axis=-1)
     return {"ground_push": push + known["pushed"], "ground_yield": np.where(both, per_slip, 0.0)}
 
 
-def _pushes_beside_dampers(
-    kernel: Kernel, known: Mapping[str, np.ndarray], given: Mapping[str, np.ndarray], both: np.ndarray
-) -> dict[str, np.ndarray]:
-    """The same where bearings have viscous friction, too: a contact of `both` (..., N) bool, which slips while its
-    roller turns, goes where ground and bearing take the same. That way turns by how the slip across it moves, over how
-    this falls as the way turns (maxima/effects/contact_damped_strip.mac); `given` has its sign along the rolling
-    direction, and loads that are no zeros."""
-    real = {name: np.real(value) for name, value in given.items()}
-    way = call_named(kernel, "damped_directions", real).real
-    *_, falls, across = call_named(kernel, "damped_ways", dict(given) | {"slip_direction": way})
-    if np.iscomplexobj(across):
-        turn = np.where(both, tangent_of(across) / np.where(both, falls.real, 1.0), 0.0)
-        way = with_tangent(way, np.stack([-way[..., 1] * turn, way[..., 0] * turn], axis=-1))
-    towards = {"slip_direction": np.where(both[..., None], way, given["slip_direction"])}
-    force, _ = call_named(kernel, "sliding_forces", dict(given) | towards | {"load": known["load"]})
-    per_force, *_ = call_named(kernel, "damped_ways", dict(given) | towards)
-    none = np.zeros(kernel.wheels)
-    yields = {"ground_yield": none, "damped_yield": np.where(both, per_force, 0.0)}
-    return {"ground_push": force + known["pushed"]} | yields
-
-
-def loads_that_follow(
-    kernel: Kernel, known: Mapping[str, np.ndarray], rates_under: Callable[[np.ndarray], Mapping[str, np.ndarray]]
-) -> tuple[np.ndarray, np.ndarray]:
-    """(..., N) in N, the loads of contacts, 0 of those that are off; and what the springs of all would have.
-
-    known        what generated functions take; `carries` (..., N), and the numbers of the balance
-    rates_under  what they give under loads (..., N)
-    """
-
-    def compression(sums: np.ndarray) -> np.ndarray:
-        return kernel.call("spring_loads", known["carries"], sums)
-
-    def sums_of(sums: np.ndarray) -> np.ndarray:
-        found = dict(rates_under(known["carries"] * compression(sums)))
-        if "coulomb_momenta" in kernel.signatures:
-            found["coulomb_momenta_dot"] = call_named(kernel, "coulomb_momenta", found)
-        if "disk_momenta" in kernel.signatures:
-            found["bearing_momenta_dot"] = call_named(kernel, "disk_momenta", found)
-        return call_named(kernel, "slip_load_balance", found)[0]
-
-    units = np.eye(3) * kernel.vehicle.mass * np.asarray(known["normal_gravity"]).real.max()
-    without = sums_of(np.zeros(3))
-    matrix = np.stack([(unit - sums_of(unit) + without) / unit.max() for unit in units], axis=-1)
-    found = compression(np.linalg.solve(matrix, without[..., None])[..., 0])
-    return known["carries"] * found, found
-
-
 def slips(kernel: Kernel, known: Mapping[str, np.ndarray]) -> np.ndarray:
     """(..., N, 2) in m/s, the slip velocities of states, by what generated functions take; where massless rollers may
     stick those of wheels whose rollers do."""
-    given = dict(known) | {"ground_push": np.zeros((kernel.wheels, 2)), "load_factor": np.ones(kernel.wheels)}
+    given = dict(known) | {"ground_push": np.zeros((kernel.wheels, 2))}
     if "corner_forces" in kernel.signatures:
         given |= as_if_rigid(kernel.wheels)
     return call_named(kernel, "slip_forces", given)[0]
@@ -127,14 +64,10 @@ class ContactModes:
     """The contacts (N,) of a run.
 
     sticks   (T, N) bool in each row: where a step starts those of the step, in others those with which a phase ends
-    carries  (T, N) bool: those that have a load
     slides   (T, N) bool: those that slip under a load
-    grips    whether they may stick
     turns    whether there are slips of two components, so that their directions turn
-    damped   whether bearings of massless rollers that stick have viscous friction
     turning  (T, N) bool: those that slip with two components
     headings (T, N) in rad, where slips go in rows in which they are rounding
-    loaded   whether loads follow the motion
     """
 
     def __init__(self, trajectory: Trajectory, plain: Kernel, deviations, rigid: np.ndarray | None = None):
@@ -142,24 +75,13 @@ class ContactModes:
         self.plain, self.deviations = plain, deviations
         self.dense, self.step_rows = trajectory.dense, trajectory.step_rows
         self.grip = trajectory.effects.grip(plain.vehicle)
-        self.grips, self.loaded = self.grip.sticks, self.grip.balance is not None
-        names, shape = trajectory.effects.drives(), (len(trajectory), plain.wheels)
-
-        def kept(name: str, other: np.ndarray) -> np.ndarray:
-            return trajectory.drive[:, names.index(name)] if name in names else np.broadcast_to(other, shape)
-
-        self.headings, self.sticks = kept("slip_heading", np.zeros(1)), kept("sticks", np.zeros(1)) > 0.5
-        self.carries = kept("carries", self.grip.loads > 0) > 0.5
-        self.slides = ~self.sticks & self.carries & self.grips
-        self.turns = self.grips and (plain.has_spins or rigid is not None)
-        self.damped = self.grips and "damped_ways" in plain.signatures
+        names = trajectory.effects.drives()
+        self.headings = trajectory.drive[:, names.index("slip_heading")]
+        self.sticks = trajectory.drive[:, names.index("sticks")] > 0.5
+        self.slides = ~self.sticks & (self.grip.loads > 0)
+        self.turns = plain.has_spins or rigid is not None
         self.turning = self.slides & (plain.has_spins if rigid is None else rigid)
         self.first = 0 if self.turns else 1  # of the components of slips
-
-    @property
-    def given_loads(self) -> np.ndarray:
-        """(N,) in N, the loads; 1 where they follow the motion."""
-        return np.ones(self.plain.wheels) if self.loaded else self.grip.loads
 
     def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of the contacts in rows (...), by name."""
@@ -167,11 +89,8 @@ class ContactModes:
 
     def where(self, slides: np.ndarray) -> dict[str, np.ndarray]:
         """The same where contacts (..., N) slip."""
-        found = {name: np.asarray(value, float) for name, value in (self.grip.balance or {}).items()}
-        if not self.grips:
-            return found
-        load = np.where(slides, self.given_loads, 0.0)
-        return found | {"load": load, "friction": self.grip.sliding, "pushed": np.zeros((self.plain.wheels, 2))}
+        load = np.where(slides, self.grip.loads, 0.0)
+        return {"load": load, "friction": self.grip.sliding, "pushed": np.zeros((self.plain.wheels, 2))}
 
     def moved(self, found: Mapping[str, np.ndarray], tangents: Mapping[str, np.ndarray], axes: int) -> dict:
         """The same, carrying tangents (P, ...) of the numbers, for states with so many axes behind that of P."""
@@ -180,19 +99,14 @@ class ContactModes:
             given = tangents.get(name)
             return np.zeros(value.shape) if given is None else given.reshape(len(given), *(1,) * axes, *given.shape[1:])
 
-        balance = self.grip.balance or {}
-        moving = {name: with_tangent(found[name], tangent(name, found[name])) for name in balance}
-        if self.grips:
-            moving["friction"] = with_tangent(found["friction"], tangent("ground_friction", found["friction"]))
-        if self.grips and not self.loaded:
-            of_load = np.where(found["load"] > 0, tangent("contact_load", self.grip.loads), 0.0)
-            moving["load"] = with_tangent(found["load"], of_load)
+        moving = {"friction": with_tangent(found["friction"], tangent("ground_friction", found["friction"]))}
+        of_load = np.where(found["load"] > 0, tangent("contact_load", self.grip.loads), 0.0)
+        moving["load"] = with_tangent(found["load"], of_load)
         return dict(found) | moving
 
     def per_reach(self) -> np.ndarray:
-        """(N, 2) one over the squares of what static friction can hold: in 1/N^2, or where loads follow the motion of
-        each N of load."""
-        reach = self.given_loads[:, None] * np.broadcast_to(self.grip.static, (self.plain.wheels, 2))
+        """(N, 2) one over the squares of what static friction can hold, in 1/N^2."""
+        reach = self.grip.loads[:, None] * np.broadcast_to(self.grip.static, (self.plain.wheels, 2))
         with np.errstate(divide="ignore"):
             found = np.where(reach > 0, reach**-2.0, 0.0)
         found[:, : self.first] = 0.0
@@ -217,17 +131,12 @@ class ContactModes:
         Where a slip does not say where it goes it has the row's own heading. Inside a step that is the row with which
         it ends: if the slip comes to rest there the row knows where it went, and else where it began in this phase."""
         inputs = np.array(inputs)
-        if not self.grips:
-            return inputs
         headings = self.deviations.views(inputs)["slip_heading"]
         headings[...] = self.headings[rows]
         if self.turns:
             slip = slips(self.plain, self.deviations.known_in(y, inputs))
             known = np.linalg.norm(slip, axis=-1) > self.noises(y, rows)
             headings[...] = np.where(known & self.turning[rows], np.arctan2(slip[..., 1], slip[..., 0]), headings)
-            if self.damped:  # where rollers turn slips along the rolling direction may pass zero
-                one_way = (np.abs(slip[..., 1]) > self.noises(y, rows)) & self.slides[rows] & ~self.turning[rows]
-                headings[...] = np.where(one_way, np.copysign(np.pi / 2, slip[..., 1]), headings)
         return inputs
 
     @cached_property

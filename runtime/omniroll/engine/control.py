@@ -13,9 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.effects.ground_with_massless_rollers import GroundWithMasslessRollers
-from omniroll.effects.loaded_massless_rollers import GroundBesideMasslessRollers
-from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.runs import STATE, Task
 from omniroll.engine.switching import EPS
@@ -47,8 +44,10 @@ class ReferenceRun:
 
     def __init__(self, task: Task, tolerance: float):
         from omniroll.engine.python_engine import Run  # which imports SciPy's integrators
+        from omniroll.engine.time_stepping import SteppedInTime
 
-        self.task, self.tolerance, self.engine = task, tolerance, Run(task, tolerance)
+        self.task, self.tolerance = task, tolerance
+        self.engine = (SteppedInTime if task.effects.slips_or_sticks(task.kernel) else Run)(task, tolerance)
 
     def advance(self) -> "ReferenceRun":
         result_of(self.advancing())
@@ -74,13 +73,10 @@ class ReferenceRun:
         return self.found
 
     def end(self) -> dict[str, Any]:
-        found, axial = self.found, self.engine.rows.axial[-1]
+        found, axial = self.found, self.engine.axial_at_end()
         end = {name: getattr(found, name)[-1] for name in ("t", "nu", "chi", "contact", "pose")}
         speeds = self.task.effects.own_speeds(self.engine.kernel, self.engine.state)
-        rollers = self.engine.acting.slipping_rollers
-        if isinstance(rollers, MasslessRollers):
-            speeds |= rollers.inputs()
-        if isinstance(self.engine.acting.ground, GroundWithMasslessRollers | GroundBesideMasslessRollers):
+        if speeds and found.roller_model == "massless":
             speeds["contact_spin"] = found.contact_spin[-1]
         return end | {"axial": axial if found.roller_model == "free" else None, "speeds": speeds}
 
@@ -107,7 +103,7 @@ def made(task: Task, tolerance: float) -> AnyRun:
 
 def making(task: Task, tolerance: float) -> Work[AnyRun]:
     """The same as a work, whose calls of the engine others may share."""
-    engine = CompiledRun if task.engine == "compiled" and can_run(task) else ReferenceRun
+    engine = CompiledRun if task.engine == "compiled" else ReferenceRun
     if engine is ReferenceRun and "contact_springs" in task.effects.names():
         raise InvalidValueError("engine", "python", "has no loads from springs: choose compiled")
     run = engine(task, tolerance)
@@ -157,6 +153,8 @@ def controlled(task: Task) -> Controlled:
 
 def controlling(task: Task) -> Work[Controlled]:
     """The same as a work."""
+    if task.engine == "python" and task.effects.slips_or_sticks(task.kernel):
+        return (yield from _with_twice_the_step(task))
     quiet, accuracy = _quiet(task), task.accuracy
     aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
     tolerance, estimate = accuracy, None
@@ -182,6 +180,14 @@ def controlling(task: Task) -> Work[Controlled]:
         tolerance = max(tolerance / (10.0 if estimate <= SMALL_MISS * accuracy else CONTROL), FINEST)
     control.release()
     return Controlled(run, estimate, floor.sensitivity)
+
+
+def _with_twice_the_step(task: Task) -> Work[Controlled]:
+    """A run that is stepped in time, and as its error its distance to one with twice the step: it is of first order."""
+    run = yield from making(task, task.accuracy)
+    control = yield from making(_quiet(task), 2 * task.accuracy)
+    estimate = run.distance_from(control) if run.done and control.done else None
+    return Controlled(run, estimate, lambda: sensitivity(task))
 
 
 def _first_two(task: Task, beside: Task) -> Work[tuple[AnyRun, AnyRun | None]]:

@@ -33,13 +33,6 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         if not known:
             raise InvalidValueError("sensitivities", type(effect).__name__, "functions of your own are not followed")
-    if "damped_ways" in plain.signatures and "contact_loads" in plain.effects:
-        bound = (
-            "is not followed beside massless rollers that stick, where wheels may slip under the law coulomb and loads "
-            "follow the motion: how their forces go with the loads is not differentiated; leave it out, give a "
-            "roller_speed, or loads that are static"
-        )
-        raise InvalidValueError("sensitivities", "roller_viscous", bound)
 
 
 class DriveDeviations:

@@ -23,8 +23,8 @@ from functools import cached_property
 
 import numpy as np
 
-from omniroll.effects.complementarity import Facets
 from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED, TOGETHER, apart, no_derivative
+from omniroll.engine.facets import Facets
 from omniroll.engine.holds import tables_of
 from omniroll.engine.motion import Columns, Motion, first_with_modes
 from omniroll.errors import NoDerivativeError

@@ -1,19 +1,19 @@
 """Which bearings stick in the rows of a run, and what they leave to nu.
 
 Bearings are those whose rates follow from nu: of the axles, then of the rollers in contact, where these may stick. The
-direction of such a rate in nu never changes (sticking_bearings.py). So where some stick, nu has the directions that are
+direction of such a rate in nu never changes. So where some stick, nu has the directions that are
 the columns of A with G A = 0, whatever the state is. Those of free rollers are in spin_holds.py.
 """
 
 import numpy as np
 
-from omniroll.effects.complementarity import PARALLEL, directions
 from omniroll.effects.effect_set import BEARINGS, EffectSet
-from omniroll.effects.sticking_bearings import StickingBearings
+from omniroll.engine.axle_modes import bearing_of
 from omniroll.engine.spin_holds import SpinHolds
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
 
+PARALLEL = 1e-12  # sine of the angle below which rows are parallel, and a row lies in the span of others
 AT_REST = 1e-11  # of the fastest that nu has been: rates of what sticks are rounding
 
 
@@ -41,14 +41,16 @@ class Holds:
 
     def __init__(self, trajectory: Trajectory, plain: Kernel, names: tuple[str, ...]):
         self.names = names
-        effects = trajectory.effects.effects
-        found = [effect.axles(plain) or effect.sticking_bearings(plain) for effect in effects]
-        self.place, bearings = next((k, own) for k, own in enumerate(found) if own is not None)
-        self.rows, count = bearings.rows, len(bearings.rows)
-        self.sliding, self.holding = bearings.sliding[:count], bearings.holding[:count]
+        found = trajectory.effects.bearings(plain)
+        self.place, _ = bearing_of(trajectory.effects, plain, next(iter(found)))
+        contacts = plain.wheel_rates(np.eye(3), np.zeros(plain.wheels))[1].T
+        rows = {"axle": plain.wheel_rows, "roller": contacts}
+        self.rows = np.concatenate([rows[name] for name in found])
+        self.sliding = np.concatenate([own.sliding for own in found.values()])
+        self.holding = np.concatenate([own.holding for own in found.values()])
         self.spins = None
-        if isinstance(bearings, StickingBearings) and plain.has_spins:
-            self.spins = SpinHolds(trajectory, bearings, trajectory.effects.state_vector(plain).slices["spins"])
+        if "roller" in found and plain.has_spins:
+            self.spins = SpinHolds(trajectory, found["roller"], trajectory.effects.state_vector(plain).slices["spins"])
         self.modes = self._modes(trajectory)
         sticks = [row.tobytes() for row in self.modes == 0]
         places = {own: k for k, own in enumerate(dict.fromkeys(sticks))}
@@ -91,11 +93,17 @@ def tables_of(allowed: np.ndarray, absent: np.ndarray, turning: np.ndarray) -> n
     return np.concatenate([own.reshape(len(allowed), -1) for own in (allowed, absent, turning)], axis=1)
 
 
+def unit_rows(rows: np.ndarray) -> np.ndarray:
+    """The rows (m, 3) of length 1; rows of zeros stay."""
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    return rows / np.where(lengths > 0, lengths, 1.0)
+
+
 def directions_left(rows: np.ndarray) -> np.ndarray:
     """(3, 3) orthonormal columns that span the nu which leave all rates `rows` nu at zero; 0 where there are fewer."""
     if not len(rows):
         return np.eye(3)
-    _, sizes, basis = np.linalg.svd(directions(rows))
+    _, sizes, basis = np.linalg.svd(unit_rows(rows))
     rank = np.count_nonzero(sizes > PARALLEL)
     columns = np.zeros((3, 3))
     columns[:, : 3 - rank] = basis[rank:].T

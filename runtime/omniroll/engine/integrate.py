@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from omniroll.effects.guards import NO_GUARDS, Guards
-from omniroll.engine import dop853, radau
+from omniroll.engine.dop853 import Step
 from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Flow
 from omniroll.results.dense import first_positive
@@ -27,9 +27,6 @@ LANDING_TRIALS = 100
 NU = slice(3)
 ROUNDING = 4 * EPS  # of an angle, relative
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.9, 0.2, 10.0  # of a step's length over the one before
-
-
-AnyStep = dop853.Step | radau.Step
 
 
 class StepFailedError(ArithmeticError):
@@ -82,13 +79,11 @@ class PhaseIntegrator:
     joint      pi/n in rad
     scale      (d,) the size of each component, in which errors are measured; nu's grows to the largest |nu| that was
     tolerance  the local error allowed in a step, in units of `scale`
-    stiff      whether steps are implicit, for motions with parts that decay far faster than the others
     """
 
-    def __init__(self, wheels: int, joint: float, scale: np.ndarray, tolerance: float, stiff: bool = False):
+    def __init__(self, wheels: int, joint: float, scale: np.ndarray, tolerance: float):
         self.chi, self.pose = slice(3, 3 + wheels), slice(3 + wheels, 6 + wheels)
         self.wheels, self.joint, self.scale, self.tolerance = wheels, joint, scale.copy(), tolerance
-        self.make_step: Callable[..., AnyStep] = radau.Steps() if stiff else dop853.Step
         self.counts = Counts()
         self.next_step: float | None = None  # carried over a switch
         self.carry = np.zeros_like(scale)  # what the rounding of y has left over
@@ -152,17 +147,16 @@ class PhaseIntegrator:
 
     def _step(
         self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float, guards: Guards
-    ) -> tuple[AnyStep, float]:
+    ) -> tuple[Step, float]:
         """One accepted step, short enough not to pass the next joint by far; and the time of its end."""
         waits, _ = self._waits(rates, y)
         wanted = self.next_step
         asked = min(wanted, max(OVERSHOOT * waits.min(), SHORTEST_AIM * wanted))
-        asked = min(asked, guards.longest_step(time, y, rates))
         shortest = 10 * np.spacing(time)
         h, rejected = max(asked, shortest), False
         while True:
             end = min(time + h, limit)
-            step = self.make_step(flow, time, y, rates, end - time, self.carry)
+            step = Step(flow, time, y, rates, end - time, self.carry)
             self.counts.evaluations += step.evaluations
             scale = self._scale(y, rates, step.h)
             size = self.tolerance * scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
@@ -248,7 +242,7 @@ class PhaseIntegrator:
         self,
         flow: Flow,
         phase: Phase,
-        step: AnyStep,
+        step: Step,
         dense: np.ndarray,
         gap: Callable[[float], float],
         guards: Guards,
@@ -283,7 +277,7 @@ class PhaseIntegrator:
         self,
         flow: Flow,
         phase: Phase,
-        step: AnyStep,
+        step: Step,
         guess: float,
         gap: Callable[[float], float],
     ) -> bool:
@@ -330,7 +324,7 @@ class PhaseIntegrator:
         self,
         flow: Flow,
         phase: Phase,
-        step: AnyStep,
+        step: Step,
         guess: float,
         gap: Callable[[float], float],
         guards: Guards,
@@ -375,15 +369,15 @@ class PhaseIntegrator:
         phase.y = self._onto_joint(phase, phase.directions)
         return True
 
-    def _single_step(self, step: AnyStep, h: float) -> AnyStep:
+    def _single_step(self, step: Step, h: float) -> Step:
         """A step of exactly h from where `step` starts, whatever its error: it is part of a step that was accepted."""
-        part = self.make_step(step.flow, step.time, step.y, step.rates, h, step.carry)
+        part = Step(step.flow, step.time, step.y, step.rates, h, step.carry)
         self.counts.evaluations += part.evaluations
         if not np.isfinite(part.y_end).all():
             raise StepFailedError("a step onto the joint is not finite")
         return part
 
-    def _add(self, phase: Phase, part: AnyStep) -> None:
+    def _add(self, phase: Phase, part: Step) -> None:
         """The phase goes on to the end of this step."""
         phase.add_step(part.time + part.h, part.y_end, part.polynomial())
         self.counts.evaluations += part.further

@@ -1,7 +1,7 @@
 """Which massless rollers stick on their disks in the rows of a run in which wheels may slip.
 
 A roller without inertia passes on what its bearing takes: its sliding torque while it turns, and what the ground asks
-of it while it sticks (effects/massless_rollers.py). Rows keep that torque, by which its mode is told; beside contacts
+of it while it sticks. Rows keep that torque, by which its mode is told; beside contacts
 that may stick also where these go.
 """
 
@@ -9,9 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from omniroll.effects.massless_rollers import given_in_rows, holds
+from omniroll.engine.axle_modes import bearing_of
 from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.kernels.kernel import Kernel
+from omniroll.results.slipping import given_in_rows, rollers_hold
 from omniroll.results.trajectory import Trajectory
 
 HEADING = "slip_heading"  # what rows keep of contacts that may stick: where they go
@@ -28,14 +29,12 @@ class MasslessModes:
     """
 
     def __init__(self, trajectory: Trajectory, plain: Kernel):
-        found = [effect.roller_torques(plain) for effect in trajectory.effects.effects]
-        self.place, (self.sliding, self.holding) = next((k, own) for k, own in enumerate(found) if own is not None)
+        self.place, rollers = bearing_of(trajectory.effects, plain, "roller")
+        self.sliding, self.holding = rollers.sliding, rollers.holding
         drives, first = trajectory.effects.drives(), trajectory.step_rows
         taken = trajectory.drive[:, drives.index(IN_CONTACT)]
         headings = trajectory.drive[:, drives.index(HEADING)] if HEADING in drives else None
-        turns = ~holds(taken, self.sliding, headings)
-        if "carries" in drives:  # the roller of a contact that is off sticks
-            turns &= trajectory.drive[:, drives.index("carries")] > 0.5
+        turns = ~rollers_hold(taken, self.sliding, headings)
         inside = turns[first] & turns[first + 1]  # one that sticks may have its sliding torque where it begins or ends
         turns[first + 1] = inside
         turns[first] = inside

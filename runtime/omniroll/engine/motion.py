@@ -284,7 +284,7 @@ class Columns:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
         return Variations(
             motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
-            held, motion.contacts, NO_ANGLE / self.sizes,
+            held, NO_ANGLE / self.sizes,
         )  # fmt: skip
 
 

@@ -65,11 +65,10 @@ class PiecesOfSteps:
         self.speeds = core if slips else core[:3]  # in 1/s
         self.tails: dict[int, Tail] = {}  # of the steps where rates are fast
 
-    def look(self, steps: np.ndarray, A: np.ndarray, rates: np.ndarray, turns: np.ndarray) -> None:
+    def look(self, steps: np.ndarray, A: np.ndarray, rates: np.ndarray) -> None:
         """Note in which of the steps (k,) rates are fast, from the slopes A (k, s, m, m) at their nodes and the rates
-        (k, s, m, m + F). Where directions of slips turn, (k,), these go with the rates, and what they do is no slope of
-        theirs."""
-        for k in np.flatnonzero(~turns) if self.asked else ():
+        (k, s, m, m + F)."""
+        for k in range(len(steps)) if self.asked else ():
             step = int(steps[k])
             tail = self._tail(A[k], rates[k], self.variations.lengths[step], self.variations.inside)
             if tail is not None:

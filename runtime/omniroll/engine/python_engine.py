@@ -1,4 +1,6 @@
-"""The Python engine: phases by the integrator, switches by the switching model. Small, and meant to be read."""
+"""The Python engine: phases by the integrator, switches by the switching model. Small, and meant to be read.
+
+Friction that slips and sticks is in time_stepping.py."""
 
 import warnings
 from bisect import bisect_left, bisect_right
@@ -7,17 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
-from omniroll.effects.ground_loads import GroundFailsError
-from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.engine.compensated_sum import compensated_sum
-from omniroll.engine.ground_guards import ground_guards
-from omniroll.engine.holding import (
-    BearingGuards,
-    HoldingGuards,
-    MasslessRollerGuards,
-    SlippingAxleGuards,
-    SlippingRollerGuards,
-)
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
@@ -123,7 +115,6 @@ class Run:
             self.model.joint,
             scale,
             SAFETY * tolerance / self._steps_expected(),
-            stiff=self.kernel.slips,
         )
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
@@ -169,56 +160,25 @@ class Run:
             self._watch(None)
             self.acting.pass_guards(passed)
         slopes, self.slopes = self.slopes, self.acting.drive(1.0) - self.acting.drive(0.0)
-        drive = self.acting.drive_in(self.flow, 0.0, self._y())
+        drive = self.acting.drive(0.0)
         if not self.rows.y:
             self._add_row()
             return
         last = self.rows.drive[-1]
-        sizes = np.abs(last) + np.abs(drive) + np.abs(slopes * self.elapsed) + self.acting.drive_sizes()
+        sizes = np.abs(last) + np.abs(drive) + np.abs(slopes * self.elapsed)
         if (np.abs(drive - last) > ROUNDINGS * EPS * sizes).any():
             self._add_row()
 
     def _ask(self) -> None:
-        """What acts from now on, which axles and which contacts stick: the rates and what ends the phase."""
-        axles = self.acting.axles
-        if axles is not None:
-            self.state = replace(self.state, nu=axles.at_rest(self.state.nu))
-        slipping = self.acting.slipping_axles
-        bearings = self.acting.bearings
-        rollers = self.acting.slipping_rollers
-        for own in (slipping, rollers, bearings):
-            if own is not None:
-                self.state = own.at_rest(self.state)
-                self._start_added()
-        ground = self.acting.ground
-        if ground is not None:
-            self.state = ground.at_rest(self.state)
-            self._start_added()
-        try:
-            self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self._y(), self.carry)
-        except GroundFailsError as error:
-            if not self.rows.y:
-                self._add_row()
-            self._stop(str(error), error.wheel)
-        if axles is not None and len(axles.sticking):
-            self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
-        if slipping is not None:
-            self.guards = SlippingAxleGuards(self.guards, slipping, self.flow, self.acting.axle_holding)
-        if isinstance(rollers, MasslessRollers):
-            self.guards = MasslessRollerGuards(self.guards, rollers)
-        elif rollers is not None:
-            self.guards = SlippingRollerGuards(self.guards, rollers, self.flow, self.acting.state_vector)
-        if bearings is not None:
-            self.guards = BearingGuards(self.guards, bearings, self.flow)
-        if ground is not None:
-            self.guards = ground_guards(self.guards, self.flow)
+        """What acts from now on: the rates and what ends the phase."""
+        self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self.carry)
         self.phase_start = self.elapsed
 
     def _y(self) -> np.ndarray:
         return np.concatenate([self.state.nu, self.state.chi, self.state.pose, self.added])
 
     def _add_row(self) -> None:
-        drive = self.acting.drive_in(self.flow, self.elapsed - self.phase_start, self._y())
+        drive = self.acting.drive(self.elapsed - self.phase_start)
         self.rows.add(self.elapsed, self._y(), self.state.contact, self.state.free_axial(), drive)
 
     def _start_added(self) -> None:
@@ -229,7 +189,7 @@ class Run:
 
     def _steps_expected(self) -> float:
         """How many local errors will add up, if the vehicle goes on as it starts."""
-        speed = np.abs(self.acting.wheel_speeds(self.state)).max()
+        speed = np.abs(self.kernel.wheel_speeds(self.state.nu)).max()
         return STEPS_PER_PHASE * (1 + speed * self.task.duration / (2 * self.model.joint))
 
     def _time(self) -> float:
@@ -241,12 +201,13 @@ class Run:
         A wheel rests where its speed would carry it over less than the rounding of its angle: without this an impact
         that sends a wheel back again and again, in less and less time, would have no last one.
         """
-        chi, chi_dot = self.state.chi, self.acting.wheel_speeds(self.state)
+        chi, chi_dot = self.state.chi, self.kernel.wheel_speeds(self.state.nu)
         due = outward(chi, chi_dot, self.kernel.rollers_per_wheel)
         slow = np.abs(chi_dot) <= SLOW * np.max(np.abs(chi_dot), initial=0.0)
         if (slow & (np.abs(chi) >= self.model.joint)).any():
             self._ask()
-            chi_ddot = self.acting.wheel_accelerations(self.flow(0.0, self._y()))
+            rates = self.flow(0.0, self._y())
+            chi_ddot = self.kernel.wheel_speeds(rates[:3])
             resting = slow & (chi_dot**2 < 2 * EPS * self.model.joint * np.abs(chi_ddot))
             due = np.where(resting, outward(chi, chi_ddot, self.kernel.rollers_per_wheel), due)
         return due
@@ -267,11 +228,6 @@ class Run:
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
             self.elapsed, self.carry = end, 0.0
             self.rows.elapsed[-1] = self.elapsed
-        acting = self.acting
-        sticking = (acting.axles, acting.slipping_axles, acting.slipping_rollers, acting.bearings, acting.ground)
-        for what_sticks in sticking:
-            if phase.times and what_sticks is not None:
-                what_sticks.moved()
         if phase.passed.any():
             self._watch(None)
             self.acting.pass_guards(phase.passed)
@@ -293,8 +249,7 @@ class Run:
 
     def _blamed(self) -> str:
         """What makes the steps short, in words, after a colon; empty where nothing is known."""
-        speeds = self.task.effects.own_speeds(self.kernel, self.state)
-        return blamed(self.task, state_of(self.state) | {"axial": self.state.free_axial(), "speeds": speeds})
+        return blamed(self.task, state_of(self.state) | {"axial": self.state.free_axial()})
 
     def _record(self, phase: Phase) -> None:
         """Rows and polynomials of a phase; the state and the time at its end."""
@@ -304,7 +259,7 @@ class Run:
             self.rows.step_rows.append(len(self.rows.y) - 1)
             self.rows.dense.append(dense)
             self.elapsed, self.carry = compensated_sum(start, carry, h)
-            drive = self.acting.drive_in(self.flow, h, y)
+            drive = self.acting.drive(h)
             self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
         self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
         end, plain = 3 + self.kernel.wheels, self.acting.state_vector.plain
@@ -315,7 +270,6 @@ class Run:
         self.added = phase.y[plain:]
         if phase.times and axial is not None:
             self.state = self.state.with_free_axial(axial[-1])
-        self.state = self.task.effects.state_at(self.acting.state_vector, phase.y, self.state)
 
     def _axial_during(self, phase: Phase) -> np.ndarray | None:
         """Axial speeds of the free rollers (K, N, n-1) at the ends of a phase's steps."""
@@ -329,27 +283,10 @@ class Run:
 
     def _switch(self, directions: np.ndarray) -> None:
         self._watch(int(np.flatnonzero(directions)[0]))
-        before = self.state.nu
         self.state = self.model.apply(self.state, directions)
         if not np.isfinite(self.state.nu).all():
             self._stop("the speeds after the switch leave the number range", int(np.flatnonzero(directions)[0]))
         self._start_added()
-        if self.acting.axles is not None:
-            self.acting.axles.jumped(before, self.state.nu)
-            self._ask()
-        axles, rollers = self.acting.slipping_axles, self.acting.slipping_rollers
-        if axles is not None:
-            axles.switched()
-        if rollers is not None:
-            rollers.switched(directions)
-        if axles is not None or rollers is not None:
-            self._ask()
-        if self.acting.bearings is not None:
-            self.acting.bearings.jumped()
-            self._ask()
-        if self.acting.ground is not None:
-            self.acting.ground.switched(directions)
-            self._ask()
         self.rows.switch_rows.append(len(self.rows.y))
         self.rows.directions.append(directions)
         self._add_row()
@@ -394,6 +331,10 @@ class Run:
         raise SimulationStopped(
             reason, t=float(self._time()), wheel=wheel, state=shown_state(self.state), trajectory=self.part(0)
         )
+
+    def axial_at_end(self) -> np.ndarray | None:
+        """(N, n-1) axial speeds of the free rollers; None of others."""
+        return self.rows.axial[-1]
 
     @property
     def row_count(self) -> int:

@@ -12,7 +12,8 @@ from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import columns_beside
 from omniroll.engine.roller_modes import IN_CONTACT
-from omniroll.engine.sensitivities import Followed, bearing_deviations
+from omniroll.engine.sensitivities import Followed
+from omniroll.engine.sticking import Sticking
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
 from omniroll.results.trajectory import Trajectory
@@ -91,12 +92,8 @@ class _Slopes:
                 given[name] = with_tangent(given[name], self._moved(k, name))
         if "momenta" in given:
             given["momenta"] = bound.momenta(bound.axial_speeds(nu, chi, spins))
-        held = {}
-        bearings = bearing_deviations(motion, self.columns)
-        if bearings is not None:
-            held |= bearings.carried(self.row)
-        if contacts is not None:
-            held |= contacts.moved(contacts.at(self.row), self.columns.constants, 1)
+        sticking = Sticking.of(motion, self.columns)
+        held = {} if sticking is None else sticking.carried(self.row)
         if contacts is not None and contacts.turns:
             given["slip_heading"] = self._headings(bound, given["slip_heading"])
         inputs = deviations.joined(given) if given else self.inputs

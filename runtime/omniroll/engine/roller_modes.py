@@ -1,6 +1,6 @@
 """Which rollers stick on their disks in the rows of a run in which wheels may slip, and where the others turn to.
 
-There each roller has an axial speed of its own, in contact or not (slipping_rollers.py), and its spin is what that is
+There each roller has an axial speed of its own, in contact or not, and its spin is what that is
 beyond the speed of its disk. The spin of one that sticks is rounding, and what a step misses of its disk's speed.
 """
 
@@ -9,8 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from omniroll.effects.slipping_bearings import MOMENTS
+from omniroll.effects.effect_set import MOMENTS
 from omniroll.effects.state_vector import StateVector
+from omniroll.engine.axle_modes import bearing_of
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
@@ -44,10 +45,9 @@ class RollerModes:
 
     def __init__(self, trajectory: Trajectory, plain: Kernel, vector: StateVector, y: np.ndarray):
         self.trajectory, self.plain, self.vector = trajectory, plain, vector
-        found = [effect.roller_torques(plain) for effect in trajectory.effects.effects]
-        self.place = next(k for k, own in enumerate(found) if own is not None)
-        count = plain.rollers_per_wheel
-        self.sliding, self.holding = (np.repeat(own[:, None], count, axis=1) for own in found[self.place])
+        self.place, rollers = bearing_of(trajectory.effects, plain, "roller")
+        own = (rollers.sliding, rollers.holding)
+        self.sliding, self.holding = (np.repeat(of[:, None], plain.rollers_per_wheel, axis=1) for of in own)
         self.spins = spins(plain, vector.views(y))
         vehicle = trajectory.vehicle
         fastest = np.abs(self.spins).max() + np.linalg.norm(trajectory.nu, axis=1).max() / vehicle.yaw_scale

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
@@ -121,18 +121,13 @@ def least_speed(task: Task, tolerance: float) -> float:
 
 
 def flow_at_start(effects: EffectSet, bound: Kernel, state: State, start_time: float) -> tuple[Flow, np.ndarray]:
-    """The rates f(time, y) in the first phase of a run, and y at its start."""
+    """The rates f(time, y) in the first phase of a run, and y at its start; without friction that sticks."""
     acting = EffectRun(effects, bound, start_time)
     acting.pass_time(0.0, state)
-    if acting.axles is not None:
-        state = replace(state, nu=acting.axles.at_rest(state.nu))
-    for own in (acting.slipping_axles, acting.ground):
-        if own is not None:
-            state = own.at_rest(state)
     y = np.zeros(acting.state_vector.size)
     acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
     acting.state_vector.put(y, effects.initial(bound, state))
-    flow, _ = acting.phase(0.0, state.free_axial(), y)
+    flow, _ = acting.phase(0.0, state.free_axial())
     return flow, y
 
 

@@ -12,7 +12,6 @@ changes at a time that deviates, d+ = d- + (f- - f+) dt.
 """
 
 import warnings
-from collections import ChainMap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -21,27 +20,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.engine.axle_deviations import AxleDeviations
-from omniroll.engine.bearing_deviations import BearingDeviations
 from omniroll.engine.columns import check_are_names
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
-from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.events_beside import TOGETHER
 from omniroll.engine.hold_deviations import HoldDeviations
-from omniroll.engine.loaded_massless_deviations import LoadedMasslessDeviations
-from omniroll.engine.massless_deviations import MasslessDeviations
 from omniroll.engine.motion import Columns, Motion, columns_beside
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
-from omniroll.engine.roller_deviations import RollerDeviations
 from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
-from omniroll.engine.standing_deviations import BearingsBesideContacts, StandingDeviations
-from omniroll.engine.strip_deviations import BearingsInSeries, StripDeviations
+from omniroll.engine.sticking import Sticking
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.engine.variations import Held, Variations
-from omniroll.errors import NoDerivativeError, OneSidedWarning
+from omniroll.engine.variations import Variations
+from omniroll.errors import KernelsMissingError, NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.state import State, by_roller
@@ -70,43 +62,6 @@ def check_names(task: Task, names: Sequence[str]) -> None:
 def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
     """What deviations do where bearings may stick; None where none may."""
     return None if motion.holds is None else HoldDeviations(motion, columns)
-
-
-def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | None:
-    """What deviations do where contacts stick on the ground, or are off; None where none has such a mode."""
-    if motion.contacts is None:
-        return None
-    if motion.strips is not None:
-        return StripDeviations(motion, columns)
-    return (ContactDeviations if motion.standing is None else StandingDeviations)(motion, columns)
-
-
-def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | None:
-    """What deviations do where bearings may stick beside wheels that may slip; None where none may."""
-    if motion.strips is not None:
-        return BearingsInSeries(motion, columns)
-    if motion.standing is not None:
-        return BearingsBesideContacts(motion, columns)
-    if motion.massless is not None:
-        return (MasslessDeviations if motion.contacts is None else LoadedMasslessDeviations)(motion, columns)
-    if motion.rollers is not None:
-        return RollerDeviations(motion, columns)
-    return None if motion.axles is None else AxleDeviations(motion, columns)
-
-
-def held_in(motion: Motion, columns: Columns) -> Held | None:
-    """What sticks in the steps of a run; None where nothing may."""
-    makers = (hold_deviations, contact_deviations, bearing_deviations)
-    made = (make(motion, columns) for make in makers)
-    found = [own.held for own in made if own is not None]
-    if not found:
-        return None
-
-    def held(rows: np.ndarray) -> tuple[dict, dict]:
-        still, moving = zip(*(own(rows) for own in found), strict=True)
-        return dict(ChainMap(*still)), dict(ChainMap(*moving))
-
-    return held
 
 
 @dataclass(frozen=True)
@@ -197,14 +152,15 @@ class Followed:
         x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
         if compiled is not None:
             return compiled.since_rows(step, self.phase_of(trajectory.step_rows[step]), x)
-        variations = self.variations or columns.variations(motion, held_in(motion, columns))
+        holds = hold_deviations(motion, columns)
+        variations = self.variations or columns.variations(motion, None if holds is None else holds.held)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
-            holds, bearings = hold_deviations(motion, columns), bearing_deviations(motion, columns)
+            holds, sticking = hold_deviations(motion, columns), Sticking.of(motion, columns)
             self.compiled = CompiledVariations(
-                module, motion, columns, self.rows, self.inputs, self.axial, holds, bearings
+                module, motion, columns, self.rows, self.inputs, self.axial, holds, sticking
             )
         return self.compiled
 
@@ -227,13 +183,15 @@ class Sweep:
         shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
-        self.holds, self.contacts = hold_deviations(motion, columns), contact_deviations(motion, columns)
-        beside = isinstance(self.contacts, StandingDeviations)
-        self.bearings = self.contacts.bearings if beside else bearing_deviations(motion, columns)
+        self.holds, self.sticking = hold_deviations(motion, columns), Sticking.of(motion, columns)
+        if self.sticking is not None and module is None and len(self.inputs):
+            raise KernelsMissingError(
+                "derivatives through friction of wheels that may slip are computed in C: install a C compiler (cc)"
+            )
         self.compiled: CompiledVariations | None = None
         if module is not None:
             self.compiled = CompiledVariations(
-                module, motion, columns, self.rows, self.inputs, self.axial, self.holds, self.bearings
+                module, motion, columns, self.rows, self.inputs, self.axial, self.holds, self.sticking
             )
         self.variations: Variations | None = None
         self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
@@ -280,8 +238,8 @@ class Sweep:
     def _stops(self) -> np.ndarray:
         """(T,) bool: rows at which something is left to Python: samples, and where rates jump at times that deviate."""
         found, trajectory = self._samples(), self.trajectory
-        if self.contacts is not None:
-            found[self.contacts.rests_at_switches] = True
+        if self.sticking is not None:
+            found[self.sticking.rests_at_switches] = True
         if not self.moving:
             return found
         found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
@@ -310,11 +268,8 @@ class Sweep:
                 moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
             if self.holds.enters[row]:
                 moved[:] = self.holds.entered(row, moved)
-        for own in (self.bearings, self.contacts):
-            if own is not None and own.turns_alone[row] and not self._turned_in_c(row):
-                moved[:] = own.turned(row, moved, self.inputs_at(row))
-                if self.compiled is not None:
-                    self.compiled.turns[row] = 0
+        if self.compiled is not None and self.compiled.turns[row]:  # which C has not passed
+            self.sticking.refuse(row)
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
@@ -323,17 +278,13 @@ class Sweep:
         behind_step = row > 0 and self.motion.starts_step[row - 1]
         return self.compiled is not None and self.holds.left_to_do[row] > 0 and not behind_step
 
-    def _turned_in_c(self, row: int) -> bool:
-        """Whether a library has passed what bearings with rates of their own do as a step begins in this row."""
-        return self.compiled is not None and not self.compiled.turns[row]
-
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
         row is filled then."""
         if row + 1 in self.switched:
             self._refuse_rests(row)
             return False
-        if not self.moving and self.contacts is None:
+        if not self.moving and self.sticking is None:
             return False
         found = self._after_jump(row, self.rows[row])
         if found is not None:
@@ -350,11 +301,8 @@ class Sweep:
         times = self.drives.jump(self.trajectory.elapsed[row + 1]) if self.moving else None
         if self.holds is not None and self.holds.changes[row]:
             return self.holds.passed(row, moved, times, partial(self.inputs_at, row))
-        if self.bearings is not None and self.bearings.changes[row]:
-            return self.bearings.passed(row, moved, times, self.inputs_at(row))
-        if self.contacts is not None and self.contacts.changes[row]:
-            self.rows[row] = moved = self.contacts.come_to_rest(row, moved)
-            return self.contacts.passed(row, moved, times, self.inputs_at(row))
+        if self.sticking is not None and self.sticking.changes[row]:
+            self.sticking.refuse(row)
         if times is None:
             return None
         rates = self.motion.rates
@@ -436,7 +384,8 @@ class Sweep:
         """(S, m, m + F) the maps of the steps: what comes out, by the deviations at the start and by what is given."""
         if not len(self.trajectory.step_rows):
             return np.zeros((0, self.size, self.size + self.inputs.shape[1]))
-        self.variations = self.columns.variations(self.motion, held_in(self.motion, self.columns))
+        held = None if self.holds is None else self.holds.held
+        self.variations = self.columns.variations(self.motion, held)
         return self.variations.maps()
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
@@ -466,8 +415,7 @@ class Sweep:
         y = self.passage.whole(self.motion.y[0], state, kernel)
         own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
         moved = self.passage.deviation(y).T
-        moved = moved if self.bearings is None else self.bearings.began(moved)
-        return moved if self.contacts is None else self.contacts.began(0, moved), own
+        return moved if self.sticking is None else self.sticking.began(moved), own
 
     def _begun(self, state: State) -> State:
         """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""
@@ -493,7 +441,7 @@ class Sweep:
         length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
         slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
         found = self.drives.after(elapsed, drive, slopes)
-        for own in (self.holds, self.bearings):
+        for own in (self.holds, self.sticking):
             found |= {} if own is None else own.given(rows)
         for k, name in enumerate(names):
             width = self.motion.plain.wheels
@@ -532,9 +480,8 @@ class Sweep:
 
     def _refuse_rests(self, row: int) -> None:
         """Raises NoDerivativeError where something comes to rest just as a wheel switches, behind a row."""
-        for own in (self.contacts, self.bearings):
-            if own is not None:
-                own.refuse_rests(row)
+        if self.sticking is not None:
+            self.sticking.refuse_rests(row)
 
     def _passed_apart(self, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None] | None:
         """The same where the wheels do not switch as one in the motions beside the run; None where they do."""
@@ -545,9 +492,8 @@ class Sweep:
         if not parted.any():
             return None
         self._refuse_impacts(before, parted, wheels)
-        for own in (self.contacts, self.bearings):
-            if own is not None:
-                own.refuse_orders(row, wheels)
+        if self.sticking is not None:
+            self.sticking.refuse_orders(row, wheels)
         return self._one_after_the_other(row, moved, times)
 
     def _axial_of_phase(self) -> np.ndarray | None:

@@ -19,7 +19,7 @@ from omniroll.effects.effect_set import DRIVES
 from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
 from omniroll.engine.alone import Alone
-from omniroll.engine.compiled_engine import can_run, lacking
+from omniroll.engine.compiled_engine import check_can_run
 from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_deviations import SteppedDeviations
@@ -94,13 +94,7 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
-        if lack := lacking(self._task.kernel):
-            raise KernelsMissingError(f"a session needs the compiled engine, which has no {lack}")
-        if not can_run(self._task):
-            raise KernelsMissingError(
-                "a session needs the compiled engine, which needs a C compiler for effects whose kernels were not "
-                "built beforehand"
-            )
+        check_can_run(self._task)
         names = validation.sequence("sensitivities", sensitivities, "must be a sequence of names")
         if names:
             check_names(self._task, names)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
-from omniroll.effects.ground_loads import GroundFailsError
+from omniroll.engine.compiled_engine import check_can_run
 from omniroll.engine.control import accuracy_doubts, controlled_run, one_run
 from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY, Progress, Task, flow_at_start
@@ -133,6 +133,8 @@ def checked_task(
         effects=acting,
         memory=memory,
     )
+    if engine == "compiled":
+        check_can_run(task)
     if not _far_inside(task):
         _check_range(task)
     return task
@@ -212,10 +214,7 @@ def _check_range(task: Task) -> None:
     with np.errstate(all="ignore"):
         spins = () if free is None else (bound.spins_from_axial(state.nu, state.chi, free),)
         energy = bound.energy(state.nu, state.chi, *spins)
-        try:
-            rates = _rates(task, free)
-        except GroundFailsError:  # the run stops at its start, and says why
-            return
+        rates = _rates(task, free)
         way = rates[: 6 + bound.wheels] * task.duration
     if not states.seem_finite(rates, energy, *spins):
         states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)

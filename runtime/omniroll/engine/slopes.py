@@ -38,7 +38,7 @@ class Slopes:
         if generated and trajectory is not None and not deviations.sticking and set(deviations.rates) <= known:
             effects = trajectory.effects
             self.generated = effects.kernel(trajectory.vehicle, plain.roller_model, "python", also=(DERIVATIVES,))
-        modes = [place for name in ("sticks", "carries") if name in self.places for place in self.places[name]]
+        modes = [place for name in ("sticks",) if name in self.places for place in self.places[name]]
         self.rest = np.setdiff1d(np.arange(self.width[1]), [*self._columns(), *modes])  # modes do not deviate
 
     def _columns(self) -> list[int]:

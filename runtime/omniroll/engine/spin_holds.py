@@ -1,6 +1,6 @@
 """Which free rollers stick on their disks in the rows of a run, and which way the others turn there.
 
-A free roller has a state and a bearing of its own (sticking_bearings.py). While it sticks, its spin is rounding.
+A free roller has a state and a bearing of its own. While it sticks, its spin is rounding.
 Where nothing but free rollers comes to rest or passes it, no row stands on each side of that: the row in which one step
 ends and the next one starts has the modes of the next one.
 """
@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from omniroll.effects.sticking_bearings import StickingBearings
+from omniroll.effects.friction import Bearing
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
 
@@ -26,12 +26,11 @@ class SpinHolds:
               which a phase ends
     """
 
-    def __init__(self, trajectory: Trajectory, bearings: StickingBearings, spins: slice):
+    def __init__(self, trajectory: Trajectory, rollers: Bearing, spins: slice):
         self.trajectory = trajectory
-        shape = bearings.free_shape
-        self.sliding, self.holding = (
-            own[bearings.plane :].reshape(shape) for own in (bearings.sliding, bearings.holding)
-        )
+        shape = trajectory.spins.shape[1:]
+        own = (rollers.sliding, rollers.holding)
+        self.sliding, self.holding = (np.repeat(of[:, None], shape[1], axis=1) for of in own)
         self.of_steps = np.zeros((0, *shape), int)
         if len(trajectory.step_rows):
             self.of_steps = self._of_steps(trajectory.dense[:, :, spins].reshape(len(trajectory.dense), -1, *shape))

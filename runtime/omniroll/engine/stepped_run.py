@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects.effect import Process
-from omniroll.effects.effect_set import EffectRun, Plan
-from omniroll.effects.slipping_bearings import MOMENTS
+from omniroll.effects.effect_set import MOMENTS, EffectRun, Plan
 from omniroll.engine.compiled_engine import ASK, FULL, HOPELESS, CompiledRun
 from omniroll.engine.outlook import FIRST, OutlookOfStep
 from omniroll.engine.recorded import Forgotten
@@ -181,8 +180,6 @@ class SteppedRun(CompiledRun):
         recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]
         recorded += [name for name in MOMENTS if name in present]
         modes = {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in recorded}
-        if "carries" in modes and not run.started:  # as at rest: what carries has not been decided yet
-            modes["carries"] = (self.task.effects.grip(self.task.vehicle).loads > 0).astype(float)
         return bearings | modes
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:

@@ -18,20 +18,19 @@ from math import prod
 import numpy as np
 from numpy.polynomial import legendre
 
-from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RATES, dynamics_with
-from omniroll.effects.effect_set import BEARINGS, EffectSet
-from omniroll.effects.ground_loads import Carried
-from omniroll.effects.loads_beside_bearings import BesideBearings, left_function, left_of, settled, taken_and_gain
-from omniroll.effects.slipping_bearings import MOMENTS
-from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
+from omniroll.effects.bound_rates import PLAIN, PLAIN_RATES, dynamics_with
+from omniroll.effects.effect_set import BEARINGS, MOMENTS, EffectSet
+from omniroll.engine.contact_modes import MODES, pushes
 from omniroll.engine.pieces_of_steps import PiecesOfSteps
 from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of
 from omniroll.results.accelerations import call_named
 from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
 
+HELD = {"forward_dynamics": "held_dynamics", "accelerations": "held_accelerations"}  # the same where axles stick
+HELD_WITH_SPINS = {"accelerations": "stuck_accelerations"}  # the same where free rollers may stick, too
 NO_ANGLE = 1e-6  # rad, of a wheel's angle, where a number changes by its own size: nothing
 PIECE_NODES = 16  # of a piece of a step
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
@@ -99,10 +98,6 @@ class Deviations:
     spins_stick  whether free rollers may stick as well
     axles_stick, rollers_stick  whether axles, and rollers, may stick where wheels may slip
     grips      whether contacts may stick on the ground
-    loaded     whether loads follow the motion; coupled, whether the motion follows the loads as well
-    left       whether then bearings of massless rollers leave a part of the loads
-    corners    whether they do where contacts slip under Coulomb's friction
-    at_rest    (N,) in N, the loads of the vehicle at rest; None where loads do not follow the motion
     functions  generated functions that give the rates, in the order in which they are called
     """
 
@@ -118,11 +113,7 @@ class Deviations:
         self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
         self.constant = bound.slips & np.isin(list(self.inputs), BEARINGS).repeat(bound.wheels)
         self.inputs |= {name: (bound.wheels,) for name in MODES if name in drives}  # which a phase holds
-        self.grips, self.loaded = "sticks" in drives, "carries" in drives
-        self.coupled = self.loaded and "contact_viscous" not in effects.names()
-        self.corners = self.coupled and "corner_loads" in bound.signatures
-        self.plain, self.left = bound, self.coupled and left_function(bound) is not None
-        self.at_rest = effects.grip(bound.vehicle).loads if self.loaded else None
+        self.grips = "sticks" in drives
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
         self.spins_stick = bound.rollers_stick and bound.has_spins
@@ -209,77 +200,9 @@ class Deviations:
     ) -> dict[str, np.ndarray]:
         """The same, with what the functions of the rates give; `held`, what sticks leaves to nu."""
         known = self.known_in(y, inputs) | dict(held)
-        if self.grips and not self.corners:
+        if self.grips:
             known |= pushes(kernel, known)
-        if self.coupled:
-            known |= self.loads_among(kernel, known)
-            known |= self.pressed(kernel, known, known["loads"], known["loads"])
-        elif self.loaded:
-            known["load_factor"] = known["carries"]
         return self._called(kernel, known)
-
-    def loads_among(self, kernel: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """(..., N) in N, `loads` that follow the motion, and `compression`, what the springs of all contacts have.
-
-        Of a load the bearing of a massless roller that turns leaves what is in no proportion to it. There loads are
-        found by Newton's rule on numbers without tangents; with these one more round of it, at the solution, gives the
-        tangents, whatever those of the point about which it is linear are."""
-        about = self._about(known) if self.left else None
-        return dict(zip(("loads", "compression"), self._found_about(kernel, known, about), strict=True))
-
-    def _about(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
-        """(1, ..., N) or (..., N) in N, loads that follow the motion, which carry no tangents: all columns have the
-        same, and they are found once."""
-        real = {name: self._without_columns(name, value) for name, value in known.items()}
-
-        def solve(about: np.ndarray) -> Carried:
-            loads, compression = self._found_about(self.plain, real, about)
-            return Carried(loads, loads, compression, np.ones(loads.shape[:-1]))
-
-        return settled(solve, self.at_rest, float(self.at_rest.sum())).loads
-
-    def _without_columns(self, name: str, value: np.ndarray) -> np.ndarray:
-        """A value without tangents, of the first column alone where it has columns (P, ...)."""
-        real = np.real(value)
-        return real[:1] if np.iscomplexobj(value) and real.ndim > self._axes.get(name, real.ndim) else real
-
-    @cached_property
-    def _axes(self) -> dict[str, int]:
-        """How many axes what generated functions take has in one state, by name."""
-        taken = (argument for signature in self.plain.signatures.values() for argument in signature.inputs)
-        return {argument.name: len(argument.shape) for argument in taken}
-
-    def _found_about(
-        self, kernel: Kernel, known: Mapping[str, np.ndarray], about: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """What loads_that_follow gives where friction beside bearings is linear about loads (..., N)."""
-
-        def rates_under(loads: np.ndarray) -> dict[str, np.ndarray]:
-            given = self.pressed(kernel, known, loads, about) if self.coupled else {"load_factor": known["carries"]}
-            return self._called(kernel, dict(known) | given)
-
-        return loads_that_follow(kernel, known, rates_under)
-
-    def pressed(
-        self, kernel: Kernel, known: Mapping[str, np.ndarray], loads: np.ndarray, about: np.ndarray | None
-    ) -> dict[str, np.ndarray]:
-        """What generated functions take of loads (..., N) by which friction goes; beside rollers that turn it is linear
-        about loads (..., N), whose tangents are none."""
-        if not self.left:
-            return {"load_factor": loads}
-
-        def left(there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            return taken_and_gain(left_of(self.plain, known, there))
-
-        turns = (np.real(known["contact_sticks"]) < 0.5) & (np.real(known["carries"]) > 0.5)
-        if self.corners:
-            turns &= np.real(known["sticks"]) < 0.5
-        beside = BesideBearings.at(left, turns, np.real(about))
-        if not self.corners:
-            return {"load_factor": beside.factor(loads), "bearing_factor": 1 / beside.about}
-        own = pushes(kernel, known, beside.about)
-        own["ground_yield"] = pushes(kernel, known, np.where(turns, loads, 1.0))["ground_yield"]
-        return {"load_factor": beside.factor(loads)} | own
 
     def _called(self, kernel: Kernel, known: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """With what the functions of the rates give."""
@@ -313,7 +236,6 @@ class Variations:
     inputs      (T, U) what each row's phase was given
     nodes       inside a step; None: as many as the polynomials ask for
     held        from rows what sticks leaves to nu in their steps, and the same carrying the numbers' tangents
-    contacts    those that may stick on the ground; None: there are none
     least       (P,) deviations of the wheels' angles in the columns that are nothing
     """
 
@@ -327,10 +249,8 @@ class Variations:
         inputs: np.ndarray,
         nodes: int | None = None,
         held: Held | None = None,
-        contacts: ContactModes | None = None,
         least: np.ndarray | float = NO_ANGLE,
     ):
-        self.contacts = contacts
         self.trajectory, self.deviations, self.inputs, self.numbers = trajectory, deviations, inputs, numbers
         self.held = held or (lambda rows: (NOTHING, NOTHING))
         self.slopes = Slopes(deviations, trajectory, plain)
@@ -363,8 +283,6 @@ class Variations:
             change = np.repeat(self.deviations.changes(self.inputs, rows), s, axis=0)
             inputs[:, :moving] += x.reshape(-1, 1) * change
         held, turning = self.held(np.repeat(rows, s))
-        if self.contacts is not None:
-            inputs = self.contacts.headed(y, inputs, np.repeat(rows + self.contacts.turns, s))
         slopes = self.slopes.at(y, inputs, held).reshape(count, s, size, -1)
         G = np.zeros((count, s, *self.width))
         given = self.deviations.input_size
@@ -374,28 +292,7 @@ class Variations:
         if self.of_numbers is not None:
             found = tangent_of(self.deviations.rates_of(self.of_numbers, y, inputs, turning))
             G[..., given + moving :] = np.moveaxis(found.reshape(self.numbers, count, s, size), 0, -1)
-        self.directions = None
-        if self.contacts is not None and self.contacts.turns:
-            found = self._directions(y, inputs, np.repeat(rows, s))
-            self.directions = tuple(part.reshape(count, s, *part.shape[1:]) for part in found)
         return slopes[..., :size], G
-
-    def _directions(self, y: np.ndarray, inputs: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes (k, N, m + F) of the slips across their directions in states (k, size), and (k, N) the slips along
-        them; where a slip does not turn 0, and 1."""
-        deviations, slides = self.deviations, self.contacts.turning[rows]
-        m, headings = len(deviations.state), deviations.views(inputs)["slip_heading"]
-        slopes = np.zeros((*slides.shape, m + self.width[1]))
-        unit = np.zeros((m, 1, y.shape[1]))
-        unit[np.arange(m), 0, deviations.state] = 1.0
-        known = deviations.known_in(with_tangent(y, unit), inputs)
-        along, across = self.contacts.along_and_across(self.slopes.carrying, known, headings)
-        slopes[..., :m] = np.moveaxis(tangent_of(across), 0, -1)
-        if self.of_numbers is not None:
-            known = deviations.known_in(y, inputs)
-            moved = tangent_of(self.contacts.along_and_across(self.of_numbers, known, headings)[1])
-            slopes[..., m + deviations.input_size + deviations.moving :] = np.moveaxis(moved, 0, -1)
-        return np.where(slides[..., None], slopes, 0.0), np.where(slides, along[0].real, 1.0)
 
     def rates_at_nodes(self, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Some of the steps (k,), one group after the other, and (l, s, m, m + F) the rates of the deviation at their
@@ -405,22 +302,17 @@ class Variations:
             yield from ((steps[part], self.kept[steps[part]]) for part in parts)
             return
         A, G = self.coefficients(steps, np.tile(self.inside.nodes, (len(steps), 1)))
-        directions = self.directions
         for part in parts:
             to_nodes = self.inside.to_nodes * self.lengths[steps[part]][:, None, None]
-            turning = None if directions is None else tuple(own[part] for own in directions)
-            rates = self.solved(A[part], G[part], to_nodes, turning)
-            self.pieces.look(steps[part], A[part], rates, _which_turn(turning, len(part)))
+            rates = self.solved(A[part], G[part], to_nodes)
+            self.pieces.look(steps[part], A[part], rates)
             yield steps[part], rates
 
-    def solved(
-        self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray, turning: tuple[np.ndarray, np.ndarray] | None = None
-    ) -> np.ndarray:
+    def solved(self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray) -> np.ndarray:
         """(l, s, m, m + F) the rates d' = A d + G at the nodes, by d at the start and by what is given.
 
         The core c and what it carries, g, with g' = A_gc c + G_g: only the core has to be solved for. The place on the
-        plane feeds nothing back. to_nodes (l, s, s) integrates rates at the nodes up to each node. `turning`, where
-        directions of slips turn: what _directions gives, (l, s, ...).
+        plane feeds nothing back. to_nodes (l, s, s) integrates rates at the nodes up to each node.
         """
         count, s, size = A.shape[:3]
         core, carried = self.deviations.core, self.deviations.carried
@@ -435,21 +327,7 @@ class Variations:
         forced[..., size:] = G
         known = start[carried] + integral(forced[:, :, carried])
         right = start[core] + integral(to_core @ known + forced[:, :, core])
-        turns = _which_turn(turning, count)
-        solved, rest = np.empty_like(right), np.flatnonzero(~turns)
-        at_nodes = np.zeros_like(forced)
-        if turns.any():
-            slopes, along = (own[turns] for own in turning)
-            of_turns = G[turns][..., self.deviations.places["slip_heading"] - size]
-            force = -slopes[..., carried] @ known[turns]
-            force[..., size:] -= slopes[..., size:]
-            solved[turns], found = _turned(
-                right[turns], force, to_nodes[turns], (to_core[turns], of_core[turns], of_itself[turns]),
-                of_turns[:, :, core], (slopes[..., core], slopes[..., carried]), along,
-            )  # fmt: skip
-            forced[turns] += of_turns @ found
-        if rest.size:
-            solved[rest] = _solved_plainly(right[rest], to_nodes[rest], to_core[rest], of_core[rest], of_itself[rest])
+        solved, at_nodes = _solved_plainly(right, to_nodes, to_core, of_core, of_itself), np.zeros_like(forced)
         at_nodes[:, :, core] = solved
         at_nodes[:, :, carried] = known + integral(of_core @ solved)
         return np.add(forced, A @ at_nodes, out=forced)
@@ -491,11 +369,6 @@ class Variations:
         return found
 
 
-def _which_turn(turning: tuple[np.ndarray, np.ndarray] | None, count: int) -> np.ndarray:
-    """(l,) bool: steps in which directions of slips turn."""
-    return np.zeros(count, bool) if turning is None else turning[0].any(axis=(1, 2, 3))
-
-
 def _solved_plainly(
     right: np.ndarray, to_nodes: np.ndarray, to_core: np.ndarray, of_core: np.ndarray, of_itself: np.ndarray
 ) -> np.ndarray:
@@ -529,39 +402,6 @@ def _by_sweeps(right: np.ndarray, felt: Callable[[np.ndarray], np.ndarray]) -> t
             if (is_found | rises).all():
                 break
     return found, is_found
-
-
-def _turned(
-    right: np.ndarray,
-    force: np.ndarray,
-    to_nodes: np.ndarray,
-    slopes: tuple[np.ndarray, np.ndarray, np.ndarray],
-    of_turns: np.ndarray,
-    across: tuple[np.ndarray, np.ndarray],
-    along: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """x = right + felt(x, turns) (l, s, c, w) and the turns (l, s, N, w) of directions, by one linear system a step:
-
-        slips across directions = turn times slip along them,
-
-    which is as regular where a slip is zero as elsewhere (directed.py). `force`, what the slips across get beside x.
-    """
-    count, s, size, wide = right.shape
-    turning = along.shape[-1]
-    system = np.zeros((count, s * (size + turning), s * (size + turning)))
-    (to_core, of_core, of_itself), (of_x, of_carried), rates = slopes, across, slice(0, s * size)
-    system[:, rates, rates] = _system(to_nodes, to_core, of_core, of_itself)
-    turns = slice(s * size, None)
-    by_turns = to_nodes[:, :, None, :, None] * of_turns.swapaxes(1, 2)[:, None]
-    system[:, rates, turns] = -by_turns.reshape(count, s * size, s * turning)
-    over = to_nodes[:, :, None, :, None] * of_core.swapaxes(1, 2)[:, None]
-    slip = (of_carried @ over.reshape(count, s, of_core.shape[2], s * size)).reshape(count, s, turning, s, size)
-    slip[:, range(s), :, range(s)] += of_x.swapaxes(0, 1)
-    system[:, turns, rates] = slip.reshape(count, s * turning, s * size)
-    system[:, range(s * size, s * (size + turning)), range(s * size, s * (size + turning))] = -along.reshape(count, -1)
-    whole = np.concatenate([right.reshape(count, s * size, wide), force.reshape(count, s * turning, wide)], axis=1)
-    found = np.linalg.solve(system, whole)
-    return found[:, rates].reshape(right.shape), found[:, turns].reshape(count, s, turning, wide)
 
 
 def _at_once(

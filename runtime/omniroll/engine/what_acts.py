@@ -12,8 +12,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import Plan
 from omniroll.effects.numbers import Curve
-from omniroll.effects.slipping_bearings import SlippingBearings
-from omniroll.effects.slipping_rollers import spin_per_speed
+from omniroll.kernels.kernel import Kernel
 
 
 class WhatActs:
@@ -32,65 +31,56 @@ class WhatActs:
         self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
 
     def _bearings(self) -> list[dict[str, Any]]:
-        """Those of axles, of rollers in contact, of free rollers; these have no row, and neither have axles of wheels
-        that may slip."""
-        acting, rollers = self.plan.acting, self.plan.acting.slipping_rollers
-        if isinstance(acting.own_axles, SlippingBearings):
-            return self._slipping_bearings(acting.own_axles)
-        found = [own for own in (acting.axles or acting.bearings or acting.own_axles, rollers) if own is not None]
-        if not found:
-            return []
-        sliding, holding = (
-            np.concatenate([_by_kind(getattr(own, name)) for own in found]) for name in ("sliding", "holding")
-        )
-        own = [] if acting.own_axles or rollers else found[0].rows.tolist()
-        rows = [*own, *[(0.0, 0.0, 0.0)] * (len(sliding) - len(own))]
-        names = ("row", "sliding", "holding", "nearer")
-        numbers = zip(rows, sliding, holding, np.ones(len(rows)), strict=True)
-        return [dict(zip(names, own, strict=True)) for own in numbers]
-
-    @staticmethod
-    def _slipping_bearings(bearings: SlippingBearings) -> list[dict[str, Any]]:
-        """The same beside contacts that stick; of axles only where these may stick, too. Each roller has the row that
-        it has in contact, since it comes there."""
-        kernel = bearings.kernel
-        _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
-        order = bearings.in_order_of_the_engine()
-        rows = np.zeros((len(bearings.sliding), 3))
-        rows[kernel.wheels :] = np.repeat(spins.T, bearings.places, axis=0)
-        names = ("row", "sliding", "holding", "nearer")
-        numbers = zip(rows[order].tolist(), bearings.sliding[order], bearings.holding[order], np.ones(len(order)),
-                      strict=True)  # fmt: skip
-        return [dict(zip(names, own, strict=True)) for own in numbers]
+        """Those of axles, of rollers in contact, of free rollers. Rows are their rates for each of nu, of those whose
+        rates follow from it; beside contacts that stick each roller has the row that it has in contact, since it comes
+        there."""
+        kernel, sets = self.plan.acting.kernel, self.plan.acting.effects
+        found, wheels = sets.bearings(kernel), self.wheels
+        axles, rollers = found.get("axle"), found.get("roller")
+        free = kernel.rollers_per_wheel - 1 if kernel.has_spins else 0
+        of_axles = np.zeros((wheels, 3)) if kernel.slips else kernel.wheel_rows
+        of_rollers = kernel.wheel_rates(np.eye(3), np.zeros(wheels))[1].T
+        beside = rollers is not None and sets.grip(kernel.vehicle) is not None
+        if kernel.slips and not beside:
+            of_rollers = np.zeros((wheels, 3))
+        parts = [] if axles is None else [(of_axles, axles.sliding, axles.holding)]
+        if rollers is not None:
+            each = np.repeat(np.arange(wheels), free)
+            of_free = of_rollers[each] if beside else np.zeros((len(each), 3))
+            parts += [(of_rollers, rollers.sliding, rollers.holding)]
+            parts += [(of_free, rollers.sliding[each], rollers.holding[each])]
+        return [
+            {"row": row, "sliding": sliding, "holding": holding, "nearer": 1.0}
+            for rows, *torques in parts
+            for row, sliding, holding in zip(rows.tolist(), *torques, strict=True)
+        ]
 
     def _count_bearings(self, run: Any) -> None:
-        """How many of the bearings are of axles and of free rollers, and what the engine must know of these."""
-        vehicle, bearings = self.plan.acting.kernel.vehicle, self.plan.acting.bearings
+        """How many of the bearings are of axles and have rates of their own, and what the engine must know of these."""
+        kernel = self.plan.acting.kernel
+        found = self.plan.acting.effects.bearings(kernel)
+        axles, rollers = found.get("axle"), found.get("roller")
         run.hold.undecided = int("bearing" in self.patterns)
-        if self.plan.acting.axles is not None:
-            run.axle_count = self.wheels
-        axles = self.plan.acting.own_axles
-        if isinstance(axles, SlippingBearings):
-            run.own_count = len(axles.in_order_of_the_engine())
-            run.axle_count = self.wheels if axles.may_stick.all() else 0
-            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, float(axles.reach.max())
-        elif axles is not None:
-            run.axle_count = run.own_count = self.wheels
-            run.rate_of_speed = axles.reach
-        rollers = self.plan.acting.slipping_rollers
+        run.axle_count = 0 if axles is None else self.wheels
+        free = self.wheels * (kernel.rollers_per_wheel - 1) if kernel.has_spins and rollers is not None else 0
+        if not kernel.slips:
+            run.own_count = free
+            if rollers is not None:
+                run.roller_inertia, run.rate_of_speed = kernel.vehicle.roller_inertia, 1 / kernel.vehicle.yaw_scale
+            return
+        run.own_count = run.axle_count + free + (0 if rollers is None else self.wheels)
+        beside = self.plan.acting.effects.grip(kernel.vehicle) is not None
+        asks = axles is not None or (beside and rollers is not None)
+        rates = [float(np.linalg.norm(kernel.wheel_rows, axis=1).max())] if asks else []
         if rollers is not None:
-            run.own_count += rollers.modes.size
-            reach = spin_per_speed(self.plan.acting.kernel)
-            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, max(run.rate_of_speed, reach)
-        if bearings is not None:
-            run.axle_count, run.own_count = bearings.axle_count, len(bearings.sliding) - bearings.plane
-            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale
+            run.roller_inertia = kernel.vehicle.roller_inertia
+            rates.append(_spin_per_speed(kernel))
+        run.rate_of_speed = max(rates, default=0.0)
 
     def _grips(self) -> list[dict[str, Any]]:
-        ground = self.plan.acting.ground
-        if ground is None:
+        grip = self.plan.acting.effects.grip(self.plan.acting.kernel.vehicle)
+        if grip is None:
             return []
-        grip = ground.grip
         numbers = zip(grip.loads, grip.sliding.tolist(), grip.static.tolist(), strict=True)
         contacts = [
             {"load": load, "carries": int(load > 0), "sliding": sliding, "staying": static}
@@ -100,7 +90,8 @@ class WhatActs:
 
     def _ground(self) -> dict[str, Any]:
         """What is the same for all contacts that have modes."""
-        grip, vehicle = self.plan.acting.ground.grip, self.plan.acting.kernel.vehicle
+        vehicle = self.plan.acting.kernel.vehicle
+        grip = self.plan.acting.effects.grip(vehicle)
         typical = float((grip.loads[:, None] * grip.sliding).max())
         radius = vehicle.platform_radius
         return {
@@ -181,9 +172,10 @@ class WhatActs:
         }
 
 
-def _by_kind(torques: np.ndarray) -> np.ndarray:
-    """Torques of bearings in the engine's order: of rollers (N, n) by place first those in contact."""
-    return torques if torques.ndim == 1 else np.concatenate([torques[:, 0], torques[:, 1:].ravel()])
+def _spin_per_speed(kernel: Kernel) -> float:
+    """The largest spin of a roller that rolls or stands in space, where |nu| is 1 and each contact in the middle."""
+    _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
+    return max(float(np.linalg.norm(spins, axis=0).max()), 1 / kernel.vehicle.yaw_scale)
 
 
 what_acts = lru_cache(maxsize=64)(WhatActs)  # of the plans that runs share

@@ -30,13 +30,10 @@ def torques_of_free_rollers(
     values  as of with_accelerations
     modes   (..., N, n-1) 0 where a roller sticks, else the sign of its rate
     """
-    found = (e.sticking_bearings(bound) for e in effects.effects)
-    bearings = next((own for own in found if own is not None), None)
-    if bearings is None or not bound.has_spins:
+    rollers = effects.bearings(bound).get("roller")
+    if rollers is None or bound.slips or not bound.has_spins:
         return {}
-    sliding, holding = (
-        own[bearings.plane :].reshape(bearings.free_shape) for own in (bearings.sliding, bearings.holding)
-    )
+    sliding, holding = rollers.sliding[:, None], rollers.holding[:, None]
     asked = values | {"free_bearing": -modes * sliding, "free_sticks": (modes == 0).astype(float)}
     asked |= {"directions": np.eye(3).ravel(), "absent": np.zeros(3)}  # the other bearings' torques are known
     held = call_named(bound, f"stuck_{bound.of_every_roller}", asked)[-1]

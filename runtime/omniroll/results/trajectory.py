@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation, vocabulary
 from omniroll.effects.effect_set import EffectSet
-from omniroll.effects.massless_rollers import given_in_rows, holds
 from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
@@ -21,7 +20,7 @@ from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.measurements import NAMES, Instruments, Moments, checked_instruments, reckoned, true_values
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
-from omniroll.results.slipping import Contacts
+from omniroll.results.slipping import Contacts, given_in_rows, rollers_hold
 from omniroll.results.trajectory_content import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
@@ -450,9 +449,9 @@ class Trajectory(MadeOnDemand):
             return {}
         names = self.effects.drives()
         if in_rows:
-            return {"contact_taken": taken} | given_in_rows(taken, holds(taken, sliding, heading))
+            return {"contact_taken": taken} | given_in_rows(taken, rollers_hold(taken, sliding, heading))
         headings = None if heading is None else self.drive[:, names.index("slip_heading")]
-        of_rows = holds(self.drive[:, names.index("contact_bearing")], sliding, headings)
+        of_rows = rollers_hold(self.drive[:, names.index("contact_bearing")], sliding, headings)
         sticks = of_rows[row] | of_rows[np.minimum(row + 1, len(of_rows) - 1)]
         return {"contact_taken": taken} | given_in_rows(taken, sticks)
 

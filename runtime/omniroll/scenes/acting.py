@@ -1,6 +1,6 @@
 """The effects of a scene, as the objects that omniroll.simulate takes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from omniroll.effects import (
@@ -16,7 +16,6 @@ from omniroll.effects import (
     Torque,
     TorqueTable,
 )
-from omniroll.effects.contact import OF_DYNAMIC_LOADS
 from omniroll.errors import InvalidValueError
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.checking import Findings
@@ -39,18 +38,10 @@ def effects_of(tables: dict[str, dict[str, Any]], findings: Findings) -> dict[st
     for table, make in MAKERS.items():
         if table in tables and not findings.keys_in(table):
             try:
-                effects[table] = make(_shared(table, tables))
+                effects[table] = make(tables[table])
             except InvalidValueError as error:
                 findings.add(table, error.field, error.bound, shown(error.value))
     return effects
-
-
-def _shared(table: str, tables: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
-    """The keys of a table; dynamic loads of [contact] take the numbers that it does not give from [reactions]."""
-    keys = tables[table]
-    if table != "contact" or keys.get("loads") != "dynamic":
-        return keys
-    return {name: value for name, value in tables.get("reactions", {}).items() if name in OF_DYNAMIC_LOADS} | keys
 
 
 def check_together(effects: dict[str, Effect], vehicle: Vehicle, findings: Findings) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from omniroll import generated_data
 from omniroll.effects.motor import Motor
-from omniroll.engine.compiled_engine import can_run, kernel_of, lacking
+from omniroll.engine.compiled_engine import kernel_of
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.robots.catalogue import ROBOTS
@@ -67,11 +67,9 @@ def explained(scene: Scene) -> dict[str, Any]:
 
 def runs_on(task: Task) -> str:
     """The engine that runs, and on which kernel, in words."""
-    bound = kernel_of(task) if can_run(task) else None
+    bound = kernel_of(task)
     if bound is None:
-        lack = lacking(task.kernel)
-        why = f"; the compiled engine has no {lack}" if task.engine == "compiled" and lack else ""
-        return f"Python engine, {task.kernel.backend} kernel{why}"
+        return f"Python engine, {task.kernel.backend} kernel"
     if bound is task.kernel:
         return "compiled engine, compiled kernel"
     return "compiled engine, precompiled general kernel, since the one of this scene is not compiled"

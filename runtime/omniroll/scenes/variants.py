@@ -93,7 +93,7 @@ def _slope(scene: Scene) -> Slope | None:
 def _on_plane(effect: Effect, slope: Slope | None) -> Effect:
     """The effect on a slope: a ground whose loads follow from gravity has what there is of it across the plane."""
     ground = effect if isinstance(effect, Contact) and slope is not None else None
-    if ground is None or ground.load is not None or (ground.law == "viscous" and not ground.is_loaded):
+    if ground is None or ground.load is not None or ground.law == "viscous":
         return effect
     return replace(ground, normal_gravity=slope.normal_gravity)
 

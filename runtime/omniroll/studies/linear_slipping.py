@@ -1,16 +1,14 @@
 """The rates of a vehicle whose wheels may slip, near a state, under laws of the ground that are smooth.
 
 The wheels' rates and the axial speeds of the rollers in contact are states beside nu. The functions of the rates carry
-tangents, as they do for the sensitivities of runs; where loads follow the motion, so does what solves for these.
+tangents, as they do for the sensitivities of runs.
 """
 
 import numpy as np
 
 from omniroll.effects.effect_set import EffectRun, EffectSet
-from omniroll.effects.ground_loads import GroundFailsError
 from omniroll.engine.slopes import Slopes
 from omniroll.engine.variations import Deviations
-from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.studies.linear_rates import Layout, RatesNear, settled, torque_per_signal
 from omniroll.vehicles.state import State
@@ -30,24 +28,17 @@ def slipping_near(
     """Of wheels that may slip; axial (N, n-1), the axial speeds of free rollers that do not touch the ground, or None.
 
     bound  the kernel with Python's functions
-
-    Raises InvalidValueError where loads follow the motion, and the vehicle tips or no set of contacts carries it.
     """
     run = EffectRun(acting, bound, start_time)
     y = _begun(run, nu, chi, pose, axial)
     modal = settled(run, y)
-    try:
-        run.phase(0.0, axial, y)  # decides which contacts carry
-    except GroundFailsError as fails:
-        raise InvalidValueError("nu", nu.tolist(), str(fails)) from fails
+    run.begin_phase(0.0)
     signals = {name: signal.value for name, signal in run.signals.items()}
     deviations, vector = Deviations(acting, bound), run.state_vector
     given = signals if axial is None else signals | {"momenta": bound.momenta(axial)}
-    inputs, grip = deviations.joined(given), acting.grip(bound.vehicle)
-    balance = (None if grip is None else grip.balance) or {}
-    held = {name: np.asarray(value, float) for name, value in balance.items()}
-    rates = deviations.rates_of(bound, y, inputs, held)
-    slopes = Slopes(deviations, None, bound).at(y[None], inputs[None], held)[0]
+    inputs = deviations.joined(given)
+    rates = deviations.rates_of(bound, y, inputs)
+    slopes = Slopes(deviations, None, bound).at(y[None], inputs[None])[0]
     parts = {name: vector.view(y, name).copy() for name in deviations.rates}
     parts |= {name: given[name] for name in CONSTANT if name in deviations.inputs}
     layout, places = Layout(parts), deviations.places

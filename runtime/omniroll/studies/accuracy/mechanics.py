@@ -39,8 +39,8 @@ class Mechanics:
         asked = (INSTEAD.get(name, (name,)) for name in task.effects.functions(bound.roller_model))
         self.functions = (*(name for names in asked for name in names), *PLAIN)
         self.acting = Acting(task, number) if task.effects else None
-        axles = (effect.axles(bound) for effect in task.effects.effects)
-        self.axles = next((Sticking(own, number) for own in axles if own is not None), None)
+        axles = task.effects.bearings(bound).get("axle")
+        self.axles = None if axles is None else Sticking(bound.wheel_rows, axles, number)
         self.functions += ("forces",) if self.axles is not None else ()
 
     # A phase

@@ -1,8 +1,8 @@
 """Axles that stick, in the number type of a reference solution: the set-valued law of Coulomb's friction.
 
 Which axles stick is found by trying: each set of modes of the axles at rest (sticks, or slides one way or the other)
-gives accelerations and a force that holds what sticks, and one set obeys the law. The engines look for the nearest
-force instead that the bearings can give. Rules 1 to 5 of omniroll.effects.sticking say what is wanted.
+gives accelerations and a force that holds what sticks, and one set obeys the law. The compiled engine looks for the
+nearest force instead that the bearings can give.
 
 Bearings can give a force F, the sum of their rows times torques within bounds, where no motion n that leaves as many of
 them at rest as it can takes more power from them than they have: n . F <= sum of bounds times |n . row|.
@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.effects.friction import Bearing
 from omniroll.effects.kept import kept
-from omniroll.effects.sticking import Axles
 from omniroll.engine.switching import EPS
 from omniroll.errors import OmnirollError
 from omniroll.studies.accuracy.acting import Event
@@ -57,9 +57,9 @@ class Sticking:
     modes  [N] 0: sticks; +-1: the sign of the rate
     """
 
-    def __init__(self, axles: Axles, number: Callable[[float], Any]):
+    def __init__(self, rows: np.ndarray, axles: Bearing, number: Callable[[float], Any]):
         self.number = number
-        self.rows = [[number(value) for value in row] for row in axles.rows.tolist()]
+        self.rows = [[number(value) for value in row] for row in rows.tolist()]
         self.sliding, self.holding = ([number(v) for v in bounds.tolist()] for bounds in (axles.sliding, axles.holding))
         self.modes = np.zeros(len(self.rows), int)
 

@@ -1,0 +1,41 @@
+"""What friction of a set-valued law can hold: numbers of contacts on the ground, and of bearings.
+
+A law is set-valued where a force at rest may be any of a set: contacts under Coulomb's friction, and bearings with
+Coulomb's friction without a speed at which it fades. They stick, break away and come to rest. Here are their numbers
+alone; an engine decides.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.vehicle import Vehicle
+
+SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """Bearings (N,), of the wheels' axles or of their rollers: torques in N m where they turn, and the largest at
+    rest."""
+
+    sliding: np.ndarray
+    holding: np.ndarray
+
+
+@dataclass(frozen=True)
+class Grip:
+    """The friction of contacts: loads (N,) in N, and coefficients (N, 2) where they slip and where they stick."""
+
+    loads: np.ndarray
+    sliding: np.ndarray
+    static: np.ndarray
+
+    def settles(self, vehicle: Vehicle) -> float:
+        """In m/s^2: a slip comes to rest that falls faster."""
+        return SETTLES * float((self.loads[:, None] * self.sliding).max()) / vehicle.mass
+
+    def sliding_forces(self, kernel: Kernel, towards: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        """(..., N, 2) in N, the forces on contacts that slip along `towards` (..., N, 2) under loads (..., N)."""
+        return kernel.call("sliding_forces", towards, loads, self.sliding)[0]
