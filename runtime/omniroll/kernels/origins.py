@@ -88,7 +88,7 @@ def way(name: str) -> Way:
         known = {*effects, *_functions(), *_formulas(), *_all_symbols()}
         near = difflib.get_close_matches(plain, sorted(known), n=5, cutoff=0.5)
         raise InvalidValueError("SYMBOL", name, f"is not known; nearest: {', '.join(near) or 'none'}")
-    return _of_symbol(formula or plain, symbol or plain, _names_of(symbol or plain))
+    return _of_symbol(formula or symbol or plain, symbol or plain)
 
 
 # The data
@@ -217,7 +217,9 @@ def _of_equation(number: str) -> Way:
     return found
 
 
-def _of_symbol(name: str, symbol: str, names: set[str]) -> Way:
+@cache
+def _of_symbol(name: str, symbol: str) -> Way:
+    names = _names_of(symbol)
     entries = generated_data.load("symbols")["symbols"]
     meaning = next((entry["meaning"] for own, entry in entries.items() if symbol in (own, entry["code"])), "")
     found = Way(name, meaning)
