@@ -26,7 +26,7 @@ def run():
 def test_a_contact_that_takes_more_than_its_friction(run):
     assert lawful(run) is run
     wrong = replace(run, effects=EffectSet.checked([sticking(1e-3), PUSH], PAPER))
-    with pytest.raises(omniroll.SimulationStopped, match="takes more than its static friction: this is a fault") as said:
+    with pytest.raises(omniroll.SimulationStopped, match="takes more than its static friction: this is") as said:
         lawful(wrong)
     assert said.value.wheel is not None and said.value.trajectory is wrong
 
@@ -36,3 +36,22 @@ def test_energy_from_nowhere(run):
     dense[..., 6 + PAPER.wheels :] *= 1.5  # the work of the drive, and what slips lose
     with pytest.raises(omniroll.SimulationStopped, match="come from nowhere"):
         lawful(replace(run, made=run.made | {"dense": lambda: dense}, in_part={}))
+
+
+@pytest.mark.parametrize("field", ["wheel_coulomb", "roller_coulomb", "wheel_break_away"])
+def test_torques_beyond_use_are_refused(field):
+    """They would leave no digits of what holds, or take minutes."""
+    numbers = {"wheel_coulomb": 1e-3} | {field: 1e20}
+    with pytest.raises(omniroll.InvalidValueError, match=r"must be at most 1.53e\+10; a torque") as said:
+        omniroll.simulate(PAPER, nu=(1, 0, 0), duration=1, effects=[sticking(0.3), omniroll.Bearings(**numbers)])
+    assert said.value.field == field
+
+
+def test_a_torque_that_locks_an_axle_locks_it():
+    """The motion of an axle that is locked does not depend on the torque that locks it."""
+    start = {"nu": (4, 0, 0.5), "duration": 0.05}
+    locked, other = (
+        omniroll.simulate(PAPER, **start, effects=[sticking(0.3), omniroll.Bearings(wheel_coulomb=torque)])
+        for torque in (1e6, 1e8)
+    )
+    assert abs(locked.nu[-1] - other.nu[-1]).max() < 1e-6 and abs(locked.quantity("rates")[-1]).max() < 1e-6

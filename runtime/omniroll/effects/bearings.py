@@ -28,8 +28,9 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import BEARINGS, documented
+from omniroll.vocabulary import BEARINGS, STANDARD_GRAVITY, documented
 
+BEYOND_USE, LOCKS = 1e10, 1e3  # times the weight of the vehicle times the radius of its wheels
 # Field of the effect, argument of the kernel's prepare, effect of the registry. Where axles stick, wheel_coulomb is no
 # argument: the kernel has the torques of the bearings as an input.
 COEFFICIENTS = (
@@ -87,9 +88,17 @@ class Bearings(Effect):
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         self.constants(vehicle)
         if self.sticks:
-            self._torques("wheel", vehicle.wheels)
+            self._refuse_beyond_use("wheel", vehicle)
         if self.rollers_stick:
-            self._torques("roller", vehicle.wheels)
+            self._refuse_beyond_use("roller", vehicle)
+
+    def _refuse_beyond_use(self, body: str, vehicle: Vehicle) -> None:
+        """What holds a locked bearing is a sum that torques far above all others leave no digits of."""
+        usual = vehicle.mass * STANDARD_GRAVITY * vehicle.wheel_radius
+        for name, torques in zip(("coulomb", "break_away"), self._torques(body, vehicle.wheels), strict=True):
+            if torques.max() > BEYOND_USE * usual:
+                bound = f"must be at most {BEYOND_USE * usual:.3g}; a torque of {LOCKS * usual:.3g} locks it"
+                raise InvalidValueError(f"{body}_{name}", getattr(self, f"{body}_{name}"), bound)
 
     @property
     def sticks(self) -> bool:
