@@ -10,8 +10,24 @@ from omniroll import SimulationStopped, simulate
 from omniroll.errors import NoDerivativeError
 
 LAWS = 5e-12  # of what the laws ask for in each row: a speed that has come to rest is left with that
-# Scenes that the present engine runs otherwise than what is kept of them: kind, number, and why.
-DIFFERS: dict[tuple[str, str, str], dict[int, str]] = {}
+# Scenes that the present engine runs otherwise than what is kept of them: how it says so, and why.
+HEADING = "static friction above sliding on a slope: what is kept left out that gravity's direction turns with the " \
+    "heading behind a let-go; by nu[1] those of now are within 2e-7 of differences of runs, those kept up to 5.8e-5 off"
+FROM_REST = "the same, from rest, where what an axle does depends on the side to which nu[1] moves: differences have two"
+OPEN = "the same, and neither is within 2e-4 (scene 3 with axles) and 5e-4 (1 with none) of differences of runs: open"
+JUST_LET_GO = "a slip of 4e-11 m/s behind a let-go has its direction to 1e-11, in the engine that was kept, too"
+DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
+    ("coulomb", "massless", "axles"): dict.fromkeys((0, 2), ("derivatives", HEADING)),
+    ("coulomb", "massless", "viscous"): dict.fromkeys((2, 4, 5), ("derivatives", HEADING)),
+    ("coulomb", "massless", "none"): dict.fromkeys((0, 4, 5), ("derivatives", HEADING)),
+    ("coulomb", "free", "both and viscous"): dict.fromkeys((5, 8), ("derivatives", HEADING)),
+    ("coulomb", "free", "both"): dict.fromkeys((2, 5), ("derivatives", HEADING)),
+    ("coulomb", "free", "rollers"): dict.fromkeys((1, 2, 4, 5, 6), ("derivatives", HEADING)),
+    ("coulomb", "free", "axles"): dict.fromkeys((1, 5), ("derivatives", HEADING))
+    | {0: ("derivatives", FROM_REST), 3: ("derivatives", OPEN), 9: ("NotTold: the law of a contact", JUST_LET_GO)},
+    ("coulomb", "free", "viscous"): dict.fromkeys((1, 2, 3), ("derivatives", HEADING)),
+    ("coulomb", "free", "none"): {0: ("derivatives", HEADING), 1: ("derivatives", OPEN)},
+}
 
 
 def record_of(kind: tuple[str, str, str], number: int, derivatives: bool, accuracy: float = ACCURACY) -> Record:
@@ -23,6 +39,13 @@ def record_of(kind: tuple[str, str, str], number: int, derivatives: bool, accura
         if not residual.max() <= LAWS:
             raise NotTold(f"the law of a {law} is missed by {residual.max():.1e}")
     return recorded(run, names)
+
+
+def unexplained(kind: tuple[str, str, str], found: dict[int, str]) -> dict[int, str]:
+    """What differs otherwise than DIFFERS says."""
+    named = DIFFERS.get(kind, {})
+    return {number: told for number, told in found.items()
+            if number not in named or not told.startswith(named[number][0])}  # fmt: skip
 
 
 def differences(kind: tuple[str, str, str], numbers: Iterable[int] | None = None) -> dict[int, str]:
