@@ -126,6 +126,15 @@ def test_what_a_scene_cannot_replay(tmp_path, log, text, words):
         scene(tmp_path, log, text)
 
 
+def test_a_scene_names_no_folder_and_no_large_file(tmp_path, monkeypatch):
+    (tmp_path / "bag").mkdir()
+    with pytest.raises(omniroll.SceneError, match="of a bag in a folder name its .mcap"):
+        scene(tmp_path, TORQUES, SCENE.replace("log.csv", "bag"))
+    monkeypatch.setattr("omniroll.scenes.logs.MOST_BYTES", 10)
+    with pytest.raises(omniroll.SceneError, match="at most 10 bytes"):
+        scene(tmp_path, TORQUES)
+
+
 def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
     inner = tmp_path / "inner"
     inner.mkdir()

@@ -11,6 +11,7 @@ from omniroll.scenes.problems import shown
 from omniroll.scenes.schema import MOTOR, OF_LOG
 
 OF_FILE = ("log", "log_columns")
+MOST_BYTES = 50_000_000  # of a file that a scene names
 MOTOR_NAMES = {"preset", *(key.name for key in MOTOR)}
 
 
@@ -63,6 +64,10 @@ def _beside(folder: Path, name: str) -> Path:
     path = folder / name
     if Path(name).name != name or path.resolve().parent != folder.resolve():
         raise InvalidValueError("log", name, "must be the name of a file in the scene's own folder")
+    if path.is_dir():  # the index of a bag in a folder may name files elsewhere
+        raise InvalidValueError("log", name, "must be one file; of a bag in a folder name its .mcap or .db3")
+    if path.stat().st_size > MOST_BYTES:
+        raise InvalidValueError("log", name, f"must be of at most {MOST_BYTES} bytes")
     return path
 
 
