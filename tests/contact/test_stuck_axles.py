@@ -29,7 +29,6 @@ RADIUS, INERTIA, MASS = CROSS.wheel_radius, CROSS.wheel_inertia, CROSS.mass
 GRAVITY, INCLINE = 9.80665, 0.2
 FALL = GRAVITY * np.sin(INCLINE)
 INSTANT = 1e-10  # relative, of instants in closed form
-ENGINES = ("compiled", "python")
 
 
 def changes(run, wheel):

@@ -12,8 +12,8 @@ from omniroll.errors import NoDerivativeError
 LAWS = 5e-12  # of what the laws ask for in each row: a speed that has come to rest is left with that
 # Scenes that the present engine runs otherwise than what is kept of them: how it says so, and why.
 HEADING = "static friction above sliding on a slope: what is kept left out that gravity's direction turns with the " \
-    "heading behind a let-go; by nu[1] those of now are within 2e-7 of differences of runs, those kept up to 5.8e-5 off"
-FROM_REST = "the same, from rest, where what an axle does depends on the side to which nu[1] moves: differences have two"
+    "heading behind a let-go; by nu[1] those of now are within 2e-7 of differences of runs, those kept 6e-5 off"
+FROM_REST = "the same, from rest, where what an axle does depends on the side to which nu[1] moves: two differences"
 OPEN = "the same, and neither is within 2e-4 (scene 3 with axles) and 5e-4 (1 with none) of differences of runs: open"
 JUST_LET_GO = "a slip of 4e-11 m/s behind a let-go has its direction to 1e-11, in the engine that was kept, too"
 DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
