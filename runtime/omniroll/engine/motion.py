@@ -95,12 +95,6 @@ class Motion:
             return None
         return Standing(self.plain, self.contacts, self.axles, self.rollers or self.strips)
 
-    def time_in_modes(self, modes: np.ndarray, row: int) -> float:
-        """For how long modes (T, ...) have been those of a row; where no other ones were before, how long the run is: a
-        piece of a session does not know since when they are."""
-        first, elapsed = first_with_modes(modes, row), self.trajectory.elapsed
-        return float(elapsed[row] - elapsed[first] if first else elapsed[-1])
-
     def drives_jump(self, row: int, but: tuple[str, ...]) -> bool:
         """Whether drives jump between a row and the next, but for those of some names."""
         if but not in self._jumps:
