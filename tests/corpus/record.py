@@ -160,7 +160,8 @@ def difference(own: Record, other: Record, part: float = 1.0) -> str:
     """How two records differ by more than a part of what is allowed: in words, or nothing."""
     same = own.changes.shape == other.changes.shape and (own.changes == other.changes).all()
     if not same or (own.instants.size and np.abs(own.instants - other.instants).max() > AT_ONCE):
-        return f"other events: {_in_words(own)} and {_in_words(other)}"
+        ends = "" if ends_differ(own, other, part) else "ends agree, "
+        return f"{ends}other events: {_in_words(own)} and {_in_words(other)}"
     if own.instants.size and (late := np.abs(own.instants - other.instants).max()) > part * INSTANTS:
         return f"instants {late:.1e} s apart"
     for name, allowed in ALLOWED.items():
@@ -175,6 +176,13 @@ def difference(own: Record, other: Record, part: float = 1.0) -> str:
         if apart > part * allowed:
             return f"{name} {apart:.1e} apart"
     return ""
+
+
+def ends_differ(own: Record, other: Record, part: float = 1.0) -> bool:
+    """Whether states at the end, spins and energy do, by more than a part of what is allowed."""
+    pairs = (own.states[-1], other.states[-1]), (own.spins, other.spins), (own.energy, other.energy)
+    allowed = part * ALLOWED["states"]
+    return any((np.abs(mine - theirs) > allowed * np.maximum(np.abs(theirs), 1.0)).any() for mine, theirs in pairs)
 
 
 def _in_words(record: Record) -> str:

@@ -16,6 +16,8 @@ HEADING = "static friction above sliding on a slope: what is kept left out that 
 FROM_REST = "the same, from rest, where what an axle does depends on the side to which nu[1] moves: two differences"
 OPEN = "the same, and neither is within 2e-4 (scene 3 with axles) and 5e-4 (1 with none) of differences of runs: open"
 JUST_LET_GO = "a slip of 4e-11 m/s behind a let-go has its direction to 1e-11, in the engine that was kept, too"
+ONE_ROW = "a change of a mode is told by two rows of one time, and one of the two engines has one there: it is not seen"
+OTHERS = ("ends agree, other events", ONE_ROW)
 DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("coulomb", "massless", "axles"): dict.fromkeys((0, 2), ("derivatives", HEADING)),
     ("coulomb", "massless", "viscous"): dict.fromkeys((2, 4, 5), ("derivatives", HEADING)),
@@ -26,6 +28,14 @@ DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("coulomb", "free", "axles"): dict.fromkeys((1, 5), ("derivatives", HEADING))
     | {0: ("derivatives", FROM_REST), 3: ("derivatives", OPEN), 9: ("NotTold: the law of a contact", JUST_LET_GO)},
     ("coulomb", "free", "viscous"): dict.fromkeys((1, 2, 3), ("derivatives", HEADING)),
+    ("rolling", "locked", "axles"): dict.fromkeys((3, 6), OTHERS),
+    ("rolling", "massless", "axles"): dict.fromkeys((3, 11, 14), OTHERS),
+    ("rolling", "massless", "rollers"): dict.fromkeys((5, 18), OTHERS),
+    ("rolling", "massless", "both"): {18: OTHERS},
+    ("rolling", "free", "axles"): {9: OTHERS},
+    ("rolling", "free", "rollers"): dict.fromkeys((1, 15, 17), OTHERS),
+    ("rolling", "free", "both"): dict.fromkeys((10, 20, 22), OTHERS),
+    ("rolling", "free", "both and viscous"): dict.fromkeys((1, 17), OTHERS),
     ("coulomb", "free", "none"): {0: ("derivatives", HEADING), 1: ("derivatives", OPEN)},
 }
 
