@@ -8,9 +8,8 @@ import os
 import sys
 from pathlib import Path
 
-import pytest
-
 import processor_time
+import pytest
 
 os.environ.setdefault("OMNIROLL_CACHE", str(Path(sys.prefix, "omniroll-kernels")))
 os.environ.setdefault("OMNIROLL_CFLAGS", "-O0")

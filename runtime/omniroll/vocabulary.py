@@ -507,8 +507,8 @@ CONTACT = (
         "",
         "how the loads of the contacts are found",
         "static",
-        note="static: those at rest, or `load`. Of more than three wheels they are the loads of least norm that nowhere "
-        "pull. dynamic is refused: loads of rigid bodies, coupled to friction, may be several or none",
+        note="static: those at rest, or `load`. Of more than three wheels they are the loads of least norm that "
+        "nowhere pull. dynamic is refused: loads of rigid bodies, coupled to friction, may be several or none",
     ),
     Entry(
         "load",

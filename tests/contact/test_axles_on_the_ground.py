@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from oracle.directions import allowed_by, directions_allowed
 from reactions.newton_euler import Acting
 from reactions.test_newton_euler import call
 
@@ -12,7 +13,6 @@ from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.test_newton_euler import MODELS, slipping_case
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_axles import CROSS, bearing_torques
-from oracle.directions import allowed_by, directions_allowed
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 

@@ -15,9 +15,9 @@ from contact.in_steps import (
 )
 from contact.test_massless_rollers_that_stick import LAW, contact_torques, residuals, scene
 from omniroll import simulate
-from omniroll.results.slipping import rollers_hold
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import distance_at
+from omniroll.results.slipping import rollers_hold
 from omniroll.scenes.explanation import runs_on
 
 DURATION = 0.1

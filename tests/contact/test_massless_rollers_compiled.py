@@ -11,9 +11,9 @@ from contact.in_steps import (
 )
 from contact.test_massless_rollers import contact_torques, scene
 from omniroll import Bearings, Contact, Session, TorqueTable, Vehicle, simulate
-from omniroll.results.slipping import rollers_hold
 from omniroll.engine.simulate import checked_task
 from omniroll.kernels import sets
+from omniroll.results.slipping import rollers_hold
 from omniroll.scenes.explanation import runs_on
 
 DURATION = 0.3

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracle.balls import exact, working_precision
+from oracle.directions import allowed_by, directions_allowed
 from reactions.newton_euler import Acting, position, solve
 from reactions.test_newton_euler import call
 from scipy.optimize import minimize
@@ -15,7 +16,6 @@ from contact.laws import judged
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_rollers import all_spins, contact_torques
-from oracle.directions import allowed_by, directions_allowed
 from omniroll import (
     Bearings,
     Contact,

@@ -202,6 +202,11 @@ class Box:
     def loads(self, state: np.ndarray) -> np.ndarray:
         return self.load + self.margins @ state[:4]
 
+    def beyond(self, elapsed: float, system, state, presses, most_tilt: float, event=slice(None)) -> np.ndarray:
+        """What is positive where a wheel lifts, comes down, or the box has tipped, so long after a state."""
+        at = expm(system * elapsed) @ state
+        return np.append(np.where(presses, -1, 1) * self.loads(at), abs(at[1]) - most_tilt)[event]
+
     def after(self, rate: float, duration: float, most_tilt: float) -> tuple[float, np.ndarray, int]:
         """The time, the state and the number of events, at the duration or where it has tipped."""
         state, time, events = np.array([0, 0, 0, rate, 1.0]), 0.0, 0
@@ -209,14 +214,12 @@ class Box:
         while time < duration:
             system = self.system(presses)
 
-            def beyond(elapsed: float) -> np.ndarray:
-                at = expm(system * elapsed) @ state
-                return np.append(np.where(presses, -1, 1) * self.loads(at), abs(at[1]) - most_tilt)
-
             step = min(1e-4, duration - time)
-            first = np.flatnonzero((beyond(step) > 0) & (beyond(0.0) < 1e-9))
+            at_ends = [self.beyond(elapsed, system, state, presses, most_tilt) for elapsed in (0.0, step)]
+            first = np.flatnonzero((at_ends[1] > 0) & (at_ends[0] < 1e-9))
             for event in first:
-                step = min(step, brentq(lambda elapsed: beyond(elapsed)[event], 0.0, step, xtol=1e-15))
+                given = (system, state, presses, most_tilt, event)
+                step = min(step, brentq(self.beyond, 0.0, step, args=given, xtol=1e-15))
             state, time = expm(system * step) @ state, time + step
             tips = first.size and abs(state[1]) > most_tilt - 1e-12
             if tips:

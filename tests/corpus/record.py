@@ -9,8 +9,8 @@ with the sign 7 or -7, as the contact passes on.
 from dataclasses import dataclass, fields
 
 import numpy as np
-
 from contact.laws import contact_rows, speeds_at
+
 from omniroll import Contact, Trajectory
 
 SWITCHES = 7

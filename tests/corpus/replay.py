@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable
 
+from contact.laws import judged
+
 from corpus import files
 from corpus.kinds import ACCURACY, numbers_of, scene
 from corpus.record import NotTold, Record, difference, recorded
-from contact.laws import judged
 from omniroll import SimulationStopped, simulate
 from omniroll.errors import NoDerivativeError
 

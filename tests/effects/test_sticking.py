@@ -20,7 +20,6 @@ from omniroll import (
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import difference
 
-
 PAPER = Vehicle.paper()
 FOUR = Vehicle.paper(4, 6).replace(wheel_angles=(0.1, 1.5, 3.3, 4.8))
 RATIO = PAPER.platform_radius / PAPER.wheel_radius  # chi' = - RATIO theta' where the vehicle turns on the spot

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from oracle.directions import directions_allowed
 
 from hard import rounding
 from hard.case import Case, Measurement, Scale
@@ -10,7 +11,6 @@ from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurement
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
 from omniroll import Vehicle
-from oracle.directions import directions_allowed
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, optional_effects, signatures
 
 

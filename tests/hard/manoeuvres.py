@@ -13,9 +13,9 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
+from contact.laws import carried, judged
 
 import omniroll
-from contact.laws import carried, judged
 from omniroll import Contact, Controller, Motor, SimulationStopped, Slope, Vehicle, simulate
 from omniroll.results.comparison import distance_at
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_series
 
-import omniroll
 from hard.constrained import Row, Series, coefficient, coefficients, first_zero
 from hard.moving import CONSTANTS, larger, split
 from hard.on_springs import OnSprings

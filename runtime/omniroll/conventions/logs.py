@@ -89,7 +89,7 @@ def _twist(plain: Mapping[str, str]) -> list[str] | None:
     """The columns of vx, vy and wz. Raises InvalidValueError where several topics have them."""
     topics = {}
     for ends in TWISTS:
-        for name, text in plain.items():
+        for text in plain.values():
             if text == ends[0] or text.endswith("." + ends[0]):
                 topic = text.removesuffix(ends[0])
                 columns = [next((n for n, t in plain.items() if t == topic + end), None) for end in ends]

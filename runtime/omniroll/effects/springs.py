@@ -73,7 +73,7 @@ class Springs(Effect):
     def _refuse_sticking(bearings: Bearings) -> None:
         allowed = {"axle_viscous", "axle_coulomb"}
         if not set(bearings.kernel_effects()) <= allowed:
-            bound = "have no part on springs but friction of the wheels' axles that does not stick: give it a wheel_speed"
+            bound = "on springs is friction of the wheels' axles alone, and none that sticks: give it a wheel_speed"
             raise InvalidValueError("effects", "Bearings", bound)
 
     def kernel_effects(self) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_deviations import SteppedDeviations
 from omniroll.engine.stepped_run import SteppedRun
-from omniroll.errors import InvalidValueError, KernelsMissingError
+from omniroll.errors import InvalidValueError
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Sensitivity, Trajectory

@@ -1,4 +1,4 @@
-"""What every run with friction that may stick must obey, asked of some instants of it: a run that does not is no result.
+"""What every run with friction that may stick must obey, asked of some of its instants: one that does not is no result.
 
 At the beginning of a phase, where the modes have just been decided: a contact that sticks does not slip and takes no
 more than its static friction, and the energy that the vehicle has gained is what the effects have done. Broken laws are

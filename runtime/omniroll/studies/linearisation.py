@@ -193,7 +193,7 @@ def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None
         bound = "rollers that stick have no derivative at rest; roller_speed gives the regularised law, which has one"
         raise InvalidValueError("roller_coulomb", by_name["roller_sticking"].roller_coulomb, bound)
     if "contact_springs" in by_name:
-        raise InvalidValueError("effects", "Springs", "have no part in a linear model: leave them out for loads at rest")
+        raise InvalidValueError("effects", "Springs", "have no linear model: leave them out for loads at rest")
     if roller_model == "free" and "roller_coulomb" in by_name and not acting.slips:
         bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
         raise InvalidValueError("roller_coulomb", by_name["roller_coulomb"].roller_coulomb, bound)
