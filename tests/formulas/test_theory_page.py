@@ -18,7 +18,8 @@ from codegen.mathtext import Reader, text_of
 from omniroll.kernels.kernel import kernel
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
+PAGES = ROOT / "docs/theory.md", ROOT / "docs/theory-motions.md"
+PAGE = "".join(page.read_text(encoding="utf-8") for page in PAGES)
 EQUATIONS = json.loads((ROOT / "generated/data/equations.json").read_text(encoding="utf-8"))["equations"]
 CLOSE = 1e-11
 
