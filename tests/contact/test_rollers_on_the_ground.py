@@ -217,9 +217,9 @@ def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(way, part):
 
 
 @pytest.mark.parametrize("part", [1 + 1e-7, 1.3])
-@pytest.mark.parametrize("holds", [1e6, 1e14])
+@pytest.mark.parametrize("holds", [1e6, 1e10])
 def test_ample_bearings_do_not_hide_that_contacts_slip(holds, part):
-    """What pulls at a contact is a part of 1e-14 of what such bearings could do, and less. The block lets go at its
+    """What pulls at a contact is a part of 1e-10 of what such bearings could do, and less. The block lets go at its
     static friction and slides with the lower one: v' = g (sin b - mu cos b)."""
     angle, above = 0.25, 1.4
     static = np.tan(angle) / part

@@ -11,7 +11,7 @@ MODELS = ("massless", "locked", "free")
 OPTIONAL = tuple(  # of wheels that roll: those that slip have states of their own, and tests in tests/contact
     e["name"]
     for e in generated_data.load("effects")["effects"]
-    if e["neutral"] and e["table"] not in ("reactions", "contact")
+    if e["neutral"] and e["table"] not in ("reactions", "contact", "springs")
 )
 WHEELS, ROLLERS = 3, 4
 

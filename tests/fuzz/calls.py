@@ -195,6 +195,8 @@ CALLS = (
     Call("Bearings", partial(acting, omniroll.Bearings), {
         "wheel_viscous": 1e-3, "wheel_coulomb": None, "wheel_speed": None, "wheel_break_away": None,
         "roller_viscous": None, "roller_coulomb": None, "roller_speed": None}),
+    Call("Springs", omniroll.Springs, {
+        "height": 0.05, "deflection": 1e-4, "damping_ratio": 0.3, "most_tilt": 0.1, "normal_gravity": 9.80665}),
     Call("Slope", partial(acting, omniroll.Slope), {"angle": 0.1, "direction": 0.0, "gravity": 9.8}),
     Call("Contact", partial(acting, omniroll.Contact), {
         "coefficient": 100.0, "law": "viscous", "friction": None, "speed": None, "load": None, "normal_gravity": None,

@@ -26,6 +26,7 @@ METHODS_OF_ENGINES = (
     "Batch.bind",
     "Instruments.read",
     "Trajectory.contact_spins_in",
+    "Trajectory.contributions_at",
     "Trajectory.drives_at",
     "Trajectory.state_and_row",
     "Trajectory.state_at",

@@ -23,7 +23,8 @@ FELT = (
     "roller_sticking",
     "slope",
 )
-OTHERS = tuple(e["name"] for e in LISTED if "reactions" not in (e["name"], *e["needs"]))
+# Loads from springs share the numbers of the loads' balance.
+OTHERS = tuple(e["name"] for e in LISTED if "reactions" not in (e["name"], *e["needs"]) and e["table"] != "springs")
 
 
 @cache

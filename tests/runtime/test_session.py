@@ -13,7 +13,6 @@ from omniroll import (
     Controller,
     FunctionController,
     InvalidValueError,
-    KernelsMissingError,
     Motor,
     OmnirollError,
     Session,
@@ -613,7 +612,7 @@ def test_wrong_sessions_are_refused(field, make):
 
 
 def test_too_many_wheels_are_refused():
-    with pytest.raises(KernelsMissingError, match="64 wheels"):
+    with pytest.raises(InvalidValueError, match="64 wheels"):
         Session(Vehicle.paper(65, 5))
 
 

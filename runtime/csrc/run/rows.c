@@ -11,7 +11,8 @@ typedef struct {
     coupled_t coupled_speeds;
 #endif
 #if SET_DECIDES
-    elements_t *problem;            /* which of what is at rest sticks                                       */
+    elements_t elements, *problem;  /* which of what is at rest sticks; the latter points to the former: a session
+                                     * keeps run->work as bytes, which must hold no pointers                 */
 #endif
 #if SET_GRIPS
     lanes_t *load, *friction;       /* of the contacts                                                       */
@@ -31,7 +32,7 @@ typedef struct {
     standing_t *standing;
 #endif
 #if SET_STANDS
-    parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant                                  */
+    parts_at_rest_t parts, *at_rest;    /* contacts and bearings, at an instant                              */
 #endif
 #if SET_STANDS_BOTH_WAYS
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
@@ -51,7 +52,6 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
 {
     const int count = contacts + bearings, forces = 2*contacts + bearings;
     const long long doubles = (long long)sizeof(double);
-    work->problem = numbers_part(parts, (long long)sizeof(elements_t)/doubles + 1);
     elements_t problem = {
         .matrix = numbers_part(parts, (long long)forces*forces), .given = numbers_part(parts, forces),
         .reach = numbers_part(parts, forces + apart), .force = numbers_part(parts, forces + apart),
@@ -65,7 +65,6 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
         .memory = numbers_part(parts, (long long)friction_memory(forces, count, apart, 3)/doubles + 1),
     };
 #if SET_STANDS
-    work->at_rest = numbers_part(parts, (long long)sizeof(parts_at_rest_t)/doubles + 1);
     const int parts_most = count + apart;
     parts_at_rest_t rest = {
         .which = numbers_part(parts, parts_most), .broken = numbers_part(parts, parts_most),
@@ -75,11 +74,9 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
     rest.turned = numbers_part(parts, count), rest.turns = numbers_part(parts, count);
     problem.strip = numbers_part(parts, count), problem.yields = numbers_part(parts, count);
 #endif
-    if (work->at_rest)
-        *work->at_rest = rest;
+    work->parts = rest, work->at_rest = &work->parts;
 #endif
-    if (work->problem)
-        *work->problem = problem;
+    work->elements = problem, work->problem = &work->elements;
 }
 #endif
 
