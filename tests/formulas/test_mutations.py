@@ -35,7 +35,7 @@ DERIVATIONS = [
      "7.1:m13 7.1:m23 7.2:p_phi_k 7:p13"),
     ("paper/parts", "disk_spin + phi_dot*roller_axis", "disk_spin - phi_dot*roller_axis",
      "3.2"),
-    ("machinery/claims", "diff(f, q[k])*diff(g, p[k]) - diff", "diff(f, q[k])*diff(g, p[k]) + diff",
+    ("machinery/claims", "gradient(g, p) - gradient(f, p)", "gradient(g, p) + gradient(f, p)",
      "PL:1 PL:2 7:PP12"),
 ]  # fmt: skip
 
