@@ -88,9 +88,7 @@ def test_a_run_may_end_just_before_a_slip_comes_to_rest():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "name", ["viscous", "regularised", "coulomb", "loads, regularised, Coulomb's friction in rollers", "loads, coulomb"]
-)
+@pytest.mark.parametrize("name", ["viscous", "regularised", "coulomb"])
 def test_a_session_is_the_run_and_goes_back_to_the_bit(name):
     vehicle, options = slipping_task(name, 0)
     duration = options.pop("duration")
@@ -122,7 +120,7 @@ def test_motors_read_the_rates_of_their_wheels():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["viscous", "coulomb", "loads, regularised, Coulomb's friction in rollers"])
+@pytest.mark.parametrize("name", ["viscous", "coulomb"])
 def test_a_sweep_ends_where_its_runs_end(name):
     vehicle, options = slipping_task(name, 1)
     starts = [options.pop("nu"), np.array([1.0, 0.0, 1.0])]
