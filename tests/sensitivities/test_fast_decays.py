@@ -85,8 +85,8 @@ def test_at_rest_they_are_those_of_the_matrix_exponential(name, decay, in_python
 @pytest.mark.long
 @pytest.mark.parametrize("decay", DECAYS)
 @pytest.mark.parametrize("name", list(SCENES)[2:])
-def test_with_other_effects_too(name, decay, in_python):
-    is_exact(name, decay, in_python)
+def test_with_other_effects_too(name, decay):
+    is_exact(name, decay, in_python=False)  # contacts that stick have derivatives in C alone
 
 
 def is_exact(name, decay, in_python):
