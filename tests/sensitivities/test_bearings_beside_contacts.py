@@ -1,7 +1,6 @@
 """Sensitivities of runs in which axles and rollers stick beside contacts that do, under Coulomb's friction on the
 ground, against differences of runs in 40 digits, which hold all of them by unknown forces and torques
-(hard.true_ground). Where forces that hold are not determined those runs have no answer: there against differences of
-runs in doubles, which locate their events by the least use."""
+(hard.true_ground). Where forces that hold are not determined there are none."""
 
 from dataclasses import replace
 
@@ -15,7 +14,6 @@ from tests.sensitivities.differences import (
     Case,
     assert_the_same_backwards_and_in_sessions,
     derivative,
-    differenced,
 )
 from tests.sensitivities.test_true_events import true
 
@@ -79,18 +77,11 @@ def test_they_are_the_differences_of_runs_in_40_digits(case, names):
 
 @pytest.mark.long
 @pytest.mark.parametrize("case, names", UNDETERMINED.values(), ids=UNDETERMINED)
-def test_where_forces_that_hold_are_not_determined_derivatives_are_right_or_refused(case, names):
+def test_where_forces_that_hold_are_not_determined_there_are_none(case, names):
     """The compiled engine does not follow a let-go that the least use of many forces decides: it says so."""
-    try:
-        run = case.run(sensitivities=names, accuracy=1e-12)
-    except NoDerivativeError as error:
-        assert error.wheels and 0 < error.t
-        return
-    standing = Motion(run).standing
-    assert any(np.linalg.matrix_rank(standing.rows[stands], 1e-9) < stands.sum() for stands in standing.sets)
-    for name in names:
-        wanted = differenced(case, name, 1e-5 if "break_away" in name else 1e-4, accuracy=1e-12)
-        assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
+    with pytest.raises(NoDerivativeError) as error:
+        case.run(sensitivities=names, accuracy=1e-12)
+    assert error.value.wheels and error.value.t > 0
 
 
 @pytest.mark.long

@@ -1,7 +1,6 @@
 """Sensitivities of runs in which massless rollers stick on their disks beside contacts that stick on the ground, and
 axles, against differences of runs in 40 digits, which have the corner of the cut ellipse by a form of their own and
-hold what sticks by unknown forces (hard.true_strips). Where forces that hold are not determined those runs have no
-answer: there against differences of runs in doubles, which locate their events by the least use."""
+hold what sticks by unknown forces (hard.true_strips). Where forces that hold are not determined there are none."""
 
 from dataclasses import replace
 
@@ -97,13 +96,11 @@ def test_they_are_the_differences_of_runs_in_40_digits(case, names, seen):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["mass", "roller_break_away[0]", "static_friction[1]"])
-def test_where_forces_that_hold_are_not_determined_the_motion_has_derivatives(name):
-    run = PUSHED.run(sensitivities=(name,), accuracy=1e-12)
-    assert {"ss sm", "sm mm", "mm ms"} <= ways(run)
-    standing = Motion(run).standing
-    assert any(np.linalg.matrix_rank(standing.rows[stands], 1e-9) < stands.sum() for stands in standing.sets)
-    wanted = differenced(PUSHED, name, 1e-5 if "break_away" in name else 1e-4, accuracy=1e-12)
-    assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
+def test_where_forces_that_hold_are_not_determined_there_are_none(name):
+    """The compiled engine does not follow a let-go that the least use of many forces decides: it says so."""
+    with pytest.raises(NoDerivativeError) as error:
+        PUSHED.run(sensitivities=(name,), accuracy=1e-12)
+    assert error.value.wheels and error.value.t > 0
 
 
 @pytest.mark.long
