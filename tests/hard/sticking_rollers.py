@@ -50,7 +50,7 @@ def fading(
 def rolling_to_rest(scale: Scale) -> list[Measurement]:
     """Along the axles rollers in contact slow the vehicle down uniformly; wheels stand beside their joints."""
     found = []
-    for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",)):
+    for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",), engines=("compiled",)):
         random, late, off, creeps, theirs = np.random.default_rng(81), 0.0, 0.0, 0.0, 0.0
         for _ in range(scale.of(2, 20)):
             chi, nu_1 = beside_joint(random), random.choice((-1, 1)) * 10 ** random.uniform(-3, 0)
@@ -83,7 +83,7 @@ def rolling_to_rest(scale: Scale) -> list[Measurement]:
 def at_the_break_away_torque(scale: Scale) -> list[Measurement]:
     """On a slope along the axles, with break-away torques that just hold, and some eps less."""
     found = []
-    for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",)):
+    for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",), engines=("compiled",)):
         random, lets_go, holds, theirs = np.random.default_rng(82), 0.0, 0, 0.0
         count = scale.of(2, 20)
         for _ in range(count):
@@ -121,7 +121,7 @@ def at_the_break_away_torque(scale: Scale) -> list[Measurement]:
 def through_joints(scale: Scale) -> list[Measurement]:
     """On the spot no roller spins on its disk, so that no impact at a joint takes energy, and the heading is linear."""
     found = []
-    for setting in settings(models=("free",)):
+    for setting in settings(models=("free",), engines=("compiled",)):
         random, drift, moved, spun = np.random.default_rng(83), 0.0, 0.0, 0.0
         passed = scale.of(20, 10_000) if setting.engine == "compiled" else scale.of(3, 30)
         for _ in range(scale.of(1, 5)):
@@ -147,7 +147,7 @@ def through_joints(scale: Scale) -> list[Measurement]:
 def breaking_away_beside_joints(scale: Scale) -> list[Measurement]:
     """Its disk takes a free roller along with the torque B theta' chi' cos(psi); at the joint one stands at the top."""
     found, places = [], scale.of((0.3, 1e-3), (0.3, 1e-1, 1e-2, 1e-3, 1e-4))
-    for setting in settings(models=("free",), laws=("impact",)):
+    for setting in settings(models=("free",), laws=("impact",), engines=("compiled",)):
         random, worst, theirs = np.random.default_rng(84), 0.0, 0.0
         for beside in places:
             for _ in range(scale.of(1, 4)):
