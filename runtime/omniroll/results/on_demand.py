@@ -66,5 +66,9 @@ class Stats(dict):
             self[name]  # noqa: B018
         return dict(self)
 
+    def known(self) -> dict[str, Any]:
+        """The figures that have been computed, as a plain dict; the others are None."""
+        return dict.fromkeys(self.made) | dict(self)
+
     def __reduce__(self) -> tuple:
         return Stats, (self.complete(),)

@@ -597,19 +597,20 @@ class Trajectory(MadeOnDemand):
 
     # Files
 
-    def save(self, path: str | PathLike, *, dense: bool = True) -> None:
+    def save(self, path: str | PathLike, *, dense: bool = True, measured: bool = True) -> None:
         """Write to a .npz or .csv file, by the name's ending; `load` gives the same trajectory, bit by bit.
 
-        path   str or path
-        dense  False leaves the polynomials out: a smaller file, a table to look at; the trajectory that `load` makes
-               of it can then be sampled at its rows only
+        path      str or path
+        dense     False leaves the polynomials out: a smaller file, a table to look at; the trajectory that `load` makes
+                  of it can then be sampled at its rows only
+        measured  False makes no further runs: the figures of `stats` that need them and that nobody has read are None
 
         Raises InvalidValueError for another ending, and for an effect that has no registered name
         (omniroll.register_effect); OSError where the file cannot be written: the file before is left then.
         """
-        dense = validation.truth("dense", dense)
+        dense, measured = validation.truth("dense", dense), validation.truth("measured", measured)
         description = {name: getattr(self, name) for name in DESCRIPTION} | {
-            "stats": self.stats.complete(),
+            "stats": self.stats.complete() if measured else self.stats.known(),
             "vehicle": self.vehicle.as_dict(),
             "effects": [effect.as_dict() for effect in self.effects.effects],
             "drive_names": list(self.effects.drives()),

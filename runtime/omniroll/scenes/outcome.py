@@ -77,7 +77,7 @@ class Outcome:
         measured  also the sensitivity, for which runs may have to be made; it is None else
         """
         trajectory, stopped = self.trajectory, self.stopped
-        figures = trajectory.stats if measured else dict(trajectory.stats)
+        figures = trajectory.stats if measured else trajectory.stats.known()
         return {
             "scene": self.scene.name,
             "stopped": stopped and {"reason": stopped.reason, "t": stopped.t, "wheel": _from_one(stopped.wheel)},
@@ -173,8 +173,8 @@ def write(outcome: Outcome, folder: ResultFolder) -> dict[str, Any]:
             _write_samples(outcome.parts(), times, place / "samples.csv", outcome.scene.instruments())
         if outcome.stream is not None:
             return
-        trajectory.save(place / "trajectory.npz")
-        trajectory.save(place / "trajectory.csv", dense=False)
+        trajectory.save(place / "trajectory.npz", measured=False)
+        trajectory.save(place / "trajectory.csv", dense=False, measured=False)
         _write_switches(trajectory, place / "switches.csv")
         if trajectory.switching == "impact":
             _write_impulses(impulses(trajectory), place / "impulses.csv")
