@@ -154,7 +154,8 @@ typedef struct {
     long long *passed;          /* which guards are passed, where the caller is asked; out               */
     int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
     double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */
-    int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu */
+    int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu;
+                                 * where a law is broken: the wheel                                     */
     double turned;              /* how far wheels have turned since the last switch with progress        */
 
     /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, inputs (7 + 2 N numbers and what the
@@ -179,7 +180,8 @@ enum {
     OMNIROLL_RUN_NO_STEP = 3,       /* no step is short enough                                              */
     OMNIROLL_RUN_ASK = 4,           /* the caller takes the samples that have come; or, where it gives the inputs: a
                                      * guard is passed or next_time has come. Then call again                  */
-    OMNIROLL_RUN_WHEELS = 5         /* the library is compiled for another number of wheels                 */
+    OMNIROLL_RUN_WHEELS = 5,        /* the library is compiled for another number of wheels                 */
+    OMNIROLL_RUN_UNLAWFUL = 6       /* what sticks takes more than it can: a fault of the engine              */
 };
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */

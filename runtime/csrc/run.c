@@ -66,6 +66,7 @@
 #include "run/distance.c"
 #include "ground/approach.c"
 #include "step/steps.c"
+#include "run/laws.c"
 
 #if SET_IS_ACTED_ON
 /* A row with the inputs of the phase that starts now, if they are not those of the last row. */
@@ -176,6 +177,13 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         wheel_momenta(run, &work);
 #endif
         status = advance(run, &work, &s, wheels);
+#if SET_DECIDES
+        const int unlawful = unlawful_wheel(run, &s);
+        if (unlawful >= 0) {
+            run->hardest_part = unlawful;
+            status = OMNIROLL_RUN_UNLAWFUL;
+        }
+#endif
         if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
     }

@@ -41,11 +41,12 @@ from omniroll.vehicles.state import State
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
-DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
+DONE, FULL, STUCK, NO_STEP, ASK, _, UNLAWFUL = range(7)  # engine.h
 TOO_LONG, ENDED, HOPELESS = 7, 8, 9  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
+    UNLAWFUL: "what sticks takes more than it can: this is a fault of omniroll; please report the scene",
     TOO_LONG: TOO_MANY_ROWS,
 }
 
@@ -455,6 +456,8 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
+        elif self.status == UNLAWFUL:
+            wheel = int(self.run.hardest_part)
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
             part = self.run.hardest_part
