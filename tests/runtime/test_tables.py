@@ -88,3 +88,33 @@ def test_instruments_need_times(run):
         run.to_pandas(instruments=INSTRUMENTS)
     with pytest.raises(omniroll.InvalidValueError, match="within the run"):
         run.to_xarray([0.5, 2.0])
+
+
+def test_ends_of_many_runs_are_a_table_and_a_dataset():
+    masses, speeds = [0.5, 1.0, 2.0], [1.0, 2.0]
+    starts = np.array([[1.0, 0, 1], [2.0, 0, 1]])
+    many = omniroll.simulate_many(
+        [[VEHICLE.replace(mass=mass)] for mass in masses], nu=starts, duration=1, times=[0, 0.5, 1]
+    )
+    frame = many.to_pandas({"mass": masses, "speed": speeds})
+    assert frame[["mass", "speed"]].to_numpy().tolist() == [[mass, speed] for mass in masses for speed in speeds]
+    assert (frame["x"] == many.end.pose[..., 0].ravel()).all()
+    assert (frame["spins_3_2"] == many.end.spins[..., 2, 0].ravel()).all()
+    assert set(frame.columns) - {"mass", "speed", "reason"} == set(frame.attrs["units"])
+    data = many.to_xarray({"mass": masses, "speed": speeds})
+    assert float(data["energy"].sel(mass=2, speed=1)) == many.end.energy[2, 0]
+    assert data["samples_nu"].dims == ("mass", "speed", "sample", "component")
+    assert (data["samples_x"].isel(sample=1) == many.samples.pose[..., 1, 0]).all()
+    assert many.to_xarray().sizes["run_2"] == 2
+    for wrong in ({"mass": masses}, {"mass": masses, "speed": masses}, {"mass": masses, "x": speeds}, ["mass"]):
+        with pytest.raises(omniroll.InvalidValueError, match="axes"):
+            many.to_pandas(wrong)
+
+
+def test_runs_that_stopped_say_why_in_the_table():
+    fast = omniroll.PathFollower(times=[0, 1], poses=[[0, 0, 0], [1, 0, 0]], sample_time=0.01, bandwidth=2.0)
+    broken = omniroll.FunctionController(lambda *_: [1 / 0] * 3, sample_time=0.01)
+    many = omniroll.simulate_many(VEHICLE, nu=(0, 0, 0), duration=0.02, effects=[[fast], [broken]])
+    frame = many.to_pandas()
+    assert frame["stopped"].tolist() == [False, True] and frame["run"].tolist() == [0, 1]
+    assert frame["reason"][0] == "" and "division by zero" in frame["reason"][1]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import omniroll
 from omniroll import Bearings, Torque, Trajectory, Vehicle, simulate
 
 PAPER = Vehicle.paper()
@@ -218,3 +219,23 @@ def test_saving_elsewhere_is_refused(run, tmp_path):
         run.save(tmp_path / "run.mat")
     with pytest.raises(OSError):
         run.save(tmp_path / "no" / "run.npz")
+
+
+def test_a_run_draws_itself():
+    vehicle = omniroll.Vehicle.paper()
+    motor = omniroll.Motor(voltage=(3, -2, 0), torque_constant=0.02, resistance=1.5)
+    path = omniroll.PathFollower([0, 1], [[0, 0, 0], [0.1, 0, 0]], sample_time=0.01, bandwidth=5.0)
+    driven = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=0.1, effects=[motor])
+    titles = [axis.get_title(loc="left") for axis in driven.plot("forces").axes if axis.lines]
+    assert titles == ["torque at the axles, drive and bearings", "current of the motors", "voltage at the motors"]
+    current = driven.plot("forces").axes[1].lines[0].get_ydata()
+    assert current[0] == pytest.approx(driven.measure([0.0])["motor_current"][0, 0])
+    follows = omniroll.simulate(vehicle, nu=(0, 0, 0), duration=0.5, effects=[path])
+    away = follows.plot("forces").axes[1].lines[0].get_ydata()
+    assert away[0] == 0 and 0 < away.max() < 0.05
+    free = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=0.1)
+    assert len(free.plot(title="free").axes) == 7
+    with pytest.raises(omniroll.InvalidValueError, match="what"):
+        free.plot("forces")
+    with pytest.raises(omniroll.InvalidValueError, match="what"):
+        free.plot("torque")

@@ -38,7 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="default: out/run/ and the scene's name"
     ).complete = DIRECTORY
-    parser.add_argument("--plot", action="store_true", help="draw path, heading, energy and speeds into picture.png")
+    parser.add_argument(
+        "--plot", action="store_true", help="draw path, heading, energy and speeds into picture.png, torques, "
+        "currents, loads and errors of a path into forces.png",
+    )  # fmt: skip
     parser.add_argument("--view", action="store_true", help="write view.html, on which the run moves, and open it")
     parser.add_argument(
         "--stream", action="store_true",

@@ -1,12 +1,13 @@
 """What simulate_many returns: arrays of the ends of many runs, made of what is kept of each."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import sensitivity
@@ -14,11 +15,16 @@ from omniroll.engine.member import COUNTS, ON_DEMAND, SAMPLED, Found, Run, nothi
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.sweep import Sweep, cores
 from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results import tables_of_many
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Samples
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
+
+if TYPE_CHECKING:  # only an extra brings them
+    import pandas
+    import xarray
 
 NOT_RUN = "interrupted before it was run"
 
@@ -76,6 +82,26 @@ class Many(MadeOnDemand):
     def shape(self) -> tuple[int, ...]:
         """The shape (...) of the runs."""
         return self.stopped.shape
+
+    def to_pandas(self, axes: Mapping[str, ArrayLike] | None = None) -> "pandas.DataFrame":
+        """A table of pandas with a row for each run in C order, and a column for each number of its end: x, nu_1, ...
+
+        axes  the name of each leading axis and the values (K,) that were varied along it, which become the first
+              columns; None: run, or run_1, run_2, ..., from 0
+
+        frame.attrs["units"] has the columns' units; `reason` says why a run stopped. Raises MissingPackageError
+        without the extra `tables`, InvalidValueError for axes that are not those of the runs.
+        """
+        return tables_of_many.to_pandas(self, axes)
+
+    def to_xarray(self, axes: Mapping[str, ArrayLike] | None = None) -> "xarray.Dataset":
+        """A Dataset of xarray over the leading axes, with the other dimensions of Trajectory.to_xarray.
+
+        axes  as in `to_pandas`: the coordinates
+
+        Samples have the further dimension `sample`, and `samples_` before their names. Raises as `to_pandas` does.
+        """
+        return tables_of_many.to_xarray(self, axes)
 
     def __repr__(self) -> str:
         return f"<Many: {self.stopped.size} runs {self.shape}, {np.count_nonzero(self.stopped)} stopped>"

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omniroll.results.trajectory import Trajectory
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+Trajectory = Any  # omniroll.results.trajectory.Trajectory, whose method plot comes here
 
 STYLE = {
     "figure.dpi": 130,
@@ -35,6 +35,7 @@ STYLE = {
     "mathtext.fontset": "cm",
 }
 COLOURS = {"massless": "#6b6b6b", "locked": "#1f5fa8", "free": "#d1651a"}
+TINTS = ("#1f5fa8", "#d1651a", "#3f8f4f", "#8b4fa0", "#b03a48", "#6b6b6b")  # of wheels
 DASHES = {"smooth": "-", "impact": (0, (4, 1.6)), "slip": (0, (5, 1, 1, 1))}
 SHORT = 10.0  # s: in so short a time some twenty switches can be told apart, and lines are drawn thick
 MANY = 1000.0  # mJ that are drawn in J

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omniroll.results import pictures
+from omniroll.results.pictures import TINTS
 from omniroll.results.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 POINTS = 1500  # of a track
 STILL = 1e-12  # of the fastest slip, and of 1 m/s: slower is none
 SHOWN = 1e-6  # m/s: what the scales reach at least
-TINTS = ("#1f5fa8", "#d1651a", "#3f8f4f", "#8b4fa0", "#b03a48", "#6b6b6b")
 
 
 def tracks(run: Trajectory, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

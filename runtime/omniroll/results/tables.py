@@ -74,11 +74,11 @@ def columns(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 def _split(name: str, values: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     axes = axes_of(name, values)
     for place in np.ndindex(values.shape[1:]):
-        ends = (str(_numbers(axis, size)[k]) for axis, size, k in zip(axes, values.shape[1:], place, strict=True))
+        ends = (str(numbers_along(axis, size)[k]) for axis, size, k in zip(axes, values.shape[1:], place, strict=True))
         yield "_".join((name, *ends)), values[:, *place]
 
 
-def _numbers(axis: str, size: int) -> tuple[str, ...] | range:
+def numbers_along(axis: str, size: int) -> tuple[str, ...] | range:
     """What stands along an axis."""
     first = FIRST.get(axis, 1)
     return LABELS.get(axis, range(first, first + size))
@@ -102,7 +102,8 @@ def to_xarray(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -
     data, coordinates = {}, {"t": ("t", arrays["t"], about("t"))}
     for name, values in arrays.items():
         axes = axes_of(name, values)
-        coordinates |= {axis: list(_numbers(axis, size)) for axis, size in zip(axes, values.shape[1:], strict=True)}
+        sizes = zip(axes, values.shape[1:], strict=True)
+        coordinates |= {axis: list(numbers_along(axis, size)) for axis, size in sizes}
         data[name] = (("t", *axes), values, about(name))
     del data["t"]
     return xarray.Dataset(data, coordinates, dict(attributes))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import validation, vocabulary
+from omniroll import extras, validation, vocabulary
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
@@ -28,6 +28,7 @@ from omniroll.vehicles.vehicle import Vehicle
 if TYPE_CHECKING:  # only an extra brings them
     import pandas
     import xarray
+    from matplotlib.figure import Figure
 
 MOST_TIMES = 10**7  # of a sample, whose motion takes some GB then
 FEW = 3  # an array that has less than so many times the rows that are wanted is computed as a whole
@@ -532,6 +533,30 @@ class Trajectory(MadeOnDemand):
         sums = {name: float(values[-1]) for name, values in self.contributions().items()}
         sums["switches"] = float(self.switches["energy_jump"].sum())
         return Ledger(float(self.energy[0]), float(self.energy[-1]), sums, float(self.energy.max()))
+
+    # Pictures
+
+    def plot(self, what: str = "motion", *, title: str = "") -> "Figure":
+        """A picture of the run, a Figure of matplotlib; a notebook shows it, figure.savefig writes it.
+
+        what   "motion": path, heading, energy and nu; "forces": torques, currents, voltages, slip, loads and the error
+               along a path, as far as the run has them
+        title  of the picture; "": the roller model and the time
+
+        Raises MissingPackageError without the extra `plots`, InvalidValueError for forces of a run that has none.
+        """
+        validation.choice("what", what, ("motion", "forces"))
+        matplotlib = extras.needed("matplotlib", "plots", "plot")
+        from omniroll.results import force_pictures, pictures
+
+        title = title or f"{self.roller_model} rollers, {self.t[0]:g} to {self.t[-1]:g} s"
+        with matplotlib.rc_context(pictures.STYLE):
+            if what == "motion":
+                return pictures.sheet({f"{self.roller_model}, {self.switching}": self}, self.t[-1], title)
+            figure = force_pictures.sheet(self, title)
+        if figure is None:
+            raise InvalidValueError("what", what, "needs a drive or wheels that may slip: this run has neither")
+        return figure
 
     # Tables
 

@@ -21,7 +21,7 @@ from omniroll.scenes.checking import Findings, checked_tables, sizes
 from omniroll.scenes.lints_of_angles import of_degrees
 from omniroll.scenes.logs import replay_logs
 from omniroll.scenes.problems import SceneError, shown
-from omniroll.scenes.reading import read
+from omniroll.scenes.reading import Lines, read
 from omniroll.scenes.schema import keys
 from omniroll.scenes.speeds import speeds_as_nu
 from omniroll.scenes.vehicles import vehicle_of
@@ -110,7 +110,15 @@ def load_scene(path: str | PathLike) -> Scene:
     path.
     """
     path = validation.file_path("path", path)
-    tables, lines = read(path)
+    return scene_of(path, *read(path))
+
+
+def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
+    """The scene that a file's tables describe. Raises SceneError as load_scene does.
+
+    path   of the file, which messages name; logs are beside it
+    lines  those of the tables' keys
+    """
     findings = Findings(lines)
     tables = checked_tables(tables, findings)
     vehicle = vehicle_of(tables["vehicle"], findings) if "vehicle" in tables else None

@@ -40,6 +40,7 @@ FILES = (
     "reactions.csv",
     "summary.json",
     "picture.png",
+    "forces.png",
     "slip.png",
     VIEW,
 )
@@ -198,7 +199,7 @@ def complete(
     def write_files(place: Path) -> None:
         if picture:
             drawn = name.replace("$", r"\$")  # which matplotlib would take for the start of a formula
-            draw(trajectory, drawn, place / "picture.png", stopped=outcome.stopped is not None)
+            draw(trajectory, drawn, place, stopped=outcome.stopped is not None)
             if trajectory.effects.slips:
                 slip_map.draw(trajectory, f"{drawn}: where and when wheels slip", place / "slip.png")
         if view:
