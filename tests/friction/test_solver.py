@@ -186,6 +186,17 @@ def test_least_use(built, boxes):
         assert least * (1 - 1e-9) <= found.status <= least * (1 + (1e-9 if boxes else 4e-5))
 
 
+def test_least_use_where_one_element_decides_alone(built):
+    """A part of a force that is given uses most; many forces do for the others, whose slopes are rounding alone."""
+    elements = [Element(ELLIPSE, (0.5, 0.9)), Element(INTERVAL, (0.2,)), Element(INTERVAL, (0.15,))]
+    equality = np.array([[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 1.0, -1.0]])
+    for part in (0.85, 0.99, 1.2):
+        wanted = np.array([0.9 * part, 0.02])
+        found = solve(built, Problem(elements, np.eye(4), np.zeros(4), equality, wanted), "friction_least_use")
+        assert found.status == pytest.approx(part, rel=1e-14) and abs(found.force[0]) < 1e-14
+        assert np.allclose(equality @ found.force, wanted, rtol=0, atol=1e-14)
+
+
 def test_least_use_of_nothing(built):
     elements, equality, wanted = held_together(0, boxes=True)
     size = equality.shape[1]

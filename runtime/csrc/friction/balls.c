@@ -43,9 +43,18 @@ static void sizes_of_yaw(const friction_balls_t *b, double *taken, double *yaw)
     *yaw += b->yaw_yaw**taken;
 }
 
-/* The size of the terms of one row. */
+static double largest_number(int count, const double *numbers)
+{
+    double largest = 0;
+    for (int k = 0; k < count; k++)
+        largest = fmax(largest, fabs(numbers[k]));
+    return largest;
+}
+
+/* The size of the terms of one row. Multipliers of equalities are each rounded as the largest of them. */
 static double size_of_terms(const friction_balls_t *b, int row, double taken, double yaw)
 {
+    const double pulls = largest_number(b->equalities, b->multiplier);
     double size = fabs(b->given[row]);
     if (row >= b->dense) {
         const int k = row - b->dense;
@@ -54,7 +63,7 @@ static double size_of_terms(const friction_balls_t *b, int row, double taken, do
     for (int l = 0; l < b->dense; l++)
         size += fabs(b->matrix[row*b->dense + l]*b->force[l]);
     for (int e = 0; e < b->equalities; e++)
-        size += fabs(b->equality[e*b->dense + row]*b->multiplier[e]);
+        size += fabs(b->equality[e*b->dense + row])*pulls;
     return b->apart ? size + fabs(b->yaw_rows[row])*taken : size;
 }
 
@@ -76,6 +85,7 @@ static void project(const friction_ball_t *ball, double *v)
 
 FRICTION_LINKAGE double friction_residual(friction_balls_t *b)
 {
+    const double forces = largest_number(b->dense, b->force);
     double largest = 0, taken, yaw;
     sizes_of_yaw(b, &taken, &yaw);
     for (int i = 0; i < b->balls; i++) {
@@ -97,7 +107,7 @@ FRICTION_LINKAGE double friction_residual(friction_balls_t *b)
         double off = -b->wanted[e], size = fabs(b->wanted[e]);
         for (int k = 0; k < b->dense; k++) {
             off += b->equality[e*b->dense + k]*b->force[k];
-            size += fabs(b->equality[e*b->dense + k]*b->force[k]);
+            size += fabs(b->equality[e*b->dense + k])*forces;
         }
         off = size > 0 ? fabs(off)/size : 0;
         largest = off <= largest ? largest : off;

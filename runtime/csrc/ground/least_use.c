@@ -1,278 +1,147 @@
-/* How much contacts and bearings must take that hold a vehicle together in more ways than one.
- * runtime/omniroll/effects/least_use.py says what is solved here; functions of one name do the same. */
+/* How much wheels that stand use of what contacts and bearings can hold, and the forces that use least. friction/ finds
+ * these where there are many; where they are determined each gauge by itself is its use. */
 #if SET_STANDS_BOTH_WAYS
 #define MOST_STANDING MOST_BEARINGS         /* forces: two of a wheel                                           */
-#define MOST_USES (3*MOST_WHEELS)           /* contacts, and two bearings of each                               */
-#define FIRST_PART 1e-2                     /* of the barrier                                                   */
-#define FINER_PART 0.1                      /* from round to round                                              */
-#define LEAST_ROUNDS 13
-#define LEAST_NEWTON 30
-#define CENTRED 1e-9                        /* the square of what a step promises, below which a round has ended */
-#define SHORT_STEP 0.25                     /* a step that promises more is made shorter                        */
-#define LEAST_PART 1e-3                     /* of a step: where less of it stays inside, rounding is all that is left */
 #define INSIDE 1e-9                         /* below 1: a use that leaves forces to choose                      */
+#define NO_TORQUE 1e-300                    /* N m, where no bearing takes anything                             */
 
-/* Uses of `parts` by `count` forces x: |per_force x + given|, of two components. */
-typedef struct {
-    int parts, count;
-    double per_force[MOST_USES][2][MOST_STANDING], given[MOST_USES][2];
-} uses_t;
-
-/* Forces that give what is asked for, and what may be added to them: orthonormal. */
-typedef struct {
-    int count;
-    double start[MOST_STANDING], way[MOST_STANDING][MOST_STANDING];
-} choice_t;
-
-static double use_of(const uses_t *uses, int part, const double *forces, double *found)
+/* What a force in direction d of a standing wheel asks of its bearing, per N. */
+ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const asked_t *now)
 {
-    for (int c = 0; c < 2; c++) {
-        found[c] = uses->given[part][c];
-        for (int k = 0; k < uses->count; k++)
-            found[c] += uses->per_force[part][c][k]*forces[k];
-    }
-    return sqrt(found[0]*found[0] + found[1]*found[1]);
+    return standing->way[d] ? -standing->radius : now->arm[standing->wheel[d]];
 }
 
-static double largest_use(const uses_t *uses, const double *forces)
+/* What its bearing can hold, in N m; and what it is asked for where the ground takes nothing in this direction. */
+ALWAYS_INLINE double most_of_bearing(const standing_t *standing, int d)
 {
-    double largest = 0, found[2];
-    for (int part = 0; part < uses->parts; part++)
-        largest = fmax(largest, use_of(uses, part, forces, found));
+    return fmax(standing->holding[d], LEAST_REACH*standing->most_holding + NO_TORQUE);
+}
+
+ALWAYS_INLINE double asked_of_bearing(const standing_t *standing, int d, const asked_t *now)
+{
+    return now->asked[2*standing->wheel[d] + standing->way[d]];
+}
+
+/* How much of its friction a contact uses where these forces hold the wheels that stand. */
+static double contact_use(const standing_t *standing, const asked_t *now, const double *forces, int wheel)
+{
+    double force[2] = {now->along[2*wheel], now->along[2*wheel + 1]}, part[2] = {0, 0};
+    for (int d = 0; d < standing->count; d++)
+        if (standing->wheel[d] == wheel)
+            force[standing->way[d]] = forces[d];
+    for (int k = SET_FIRST_DIRECTION; k < 2; k++)
+        part[k] = force[k]/standing->of_ground[2*wheel + k];
+    return length_of(part, 2);
+}
+
+/* The same of the bearing in direction d, with the sign of its torque. */
+ALWAYS_INLINE double bearing_use(const standing_t *standing, const asked_t *now, const double *forces, int d)
+{
+    return (asked_of_bearing(standing, d, now) + arm_of(standing, d, now)*forces[d])/most_of_bearing(standing, d);
+}
+
+static double largest_use(const standing_t *standing, const asked_t *now, const double *forces)
+{
+    double largest = 0;
+    for (int d = 0; d < standing->count; d++) {
+        largest = fmax(largest, contact_use(standing, now, forces, standing->wheel[d]));
+        largest = fmax(largest, fabs(bearing_use(standing, now, forces, d)));
+    }
     return largest;
 }
 
-/* What is left of a vector across some that are orthonormal, made as long as 1; returns how long it was. */
-static double unit_across(int count, int rank, double (*basis)[MOST_STANDING], double *a)
+/* The rows of the contacts of wheels that stand, two of each: of each direction its own. Returns how many. */
+static int put_contact_rows(const standing_t *standing, int *place)
 {
-    double size = 0;
-    for (int pass = 0; pass < 2; pass++)
-        for (int b = 0; b < rank; b++) {
-            double along = 0;
-            for (int k = 0; k < count; k++)
-                along += basis[b][k]*a[k];
-            for (int k = 0; k < count; k++)
-                a[k] -= along*basis[b][k];
+    elements_t *const c = standing->problem;
+    int rows = 0;
+    c->count = 0;
+    for (int d = 0; d < standing->count; d++) {
+        const int i = standing->wheel[d];
+        if (d == 0 || i != standing->wheel[d - 1]) {
+            c->element[c->count++] = (friction_element_t){
+                .kind = FRICTION_ELLIPSE, .first = rows, .rows = 2, .strip = INFINITY,
+                .size = {standing->of_ground[2*i], standing->of_ground[2*i + 1]},
+            };
+            rows += 2;
         }
-    for (int k = 0; k < count; k++)
-        size += a[k]*a[k];
-    for (int k = 0; k < count && size > 0; k++)
-        a[k] /= sqrt(size);
-    return sqrt(size);
+        place[d] = rows - 2 + standing->way[d];
+    }
+    return rows;
 }
 
-/* The forces of least norm that give `force` together, each along its row, and the ways to add to them. */
-static void find_ways(const bearings_t *rows, const double *force, choice_t *found)
+/* One equality more, of which no row has a part so far. */
+static double *new_equality(elements_t *c, int rows, double wanted)
+{
+    c->wanted[c->equalities] = wanted;
+    double *const row = c->equality + rows*c->equalities++;
+    memset(row, 0, sizeof *row*(size_t)rows);
+    return row;
+}
+
+/* The forces of contacts, then what bearings take of them: torques over arms, in N. They hold what is asked for; what a
+ * contact takes across the direction in which its wheel stands is given. `place`: of the force in each direction. */
+static friction_problem_t problem_of_use(const standing_t *standing, const asked_t *now, int *place,
+                                         friction_solution_t *found)
+{
+    elements_t *const c = standing->problem;
+    vector3_t basis[3];
+    const int of_contacts = put_contact_rows(standing, place), rows = of_contacts + standing->count;
+    const int rank = span_of(&standing->rows, basis);       /* across it there is rounding alone            */
+    c->equalities = 0;
+    for (int k = 0; k < rank; k++) {
+        double *const row = new_equality(c, rows, dot3(now->force, basis[k]));
+        for (int d = 0; d < standing->count; d++)
+            row[place[d]] = dot3(standing->rows.rows[d], basis[k]);
+    }
+    for (int d = 0; d < standing->count; d++) {
+        const double arm = arm_of(standing, d, now);
+        const int across = 2*standing->wheel[d] + 1 - standing->way[d];
+        double *const row = new_equality(c, rows, asked_of_bearing(standing, d, now)/arm);
+        row[of_contacts + d] = 1, row[place[d]] = -1;
+        c->element[c->count++] = (friction_element_t){
+            .kind = FRICTION_INTERVAL, .first = of_contacts + d, .rows = 1,
+            .size = {most_of_bearing(standing, d)/fabs(arm), 0}, .strip = INFINITY,
+        };
+        if (!standing->stands[across])
+            new_equality(c, rows, now->along[across])[place[d] + (standing->way[d] ? -1 : 1)] = 1;
+    }
+    *found = (friction_solution_t){
+        .force = c->force, .acceleration = c->rate, .state = c->state, .pull = c->powers,
+    };
+    return (friction_problem_t){
+        .rows = rows, .elements = c->count, .element = c->element,
+        .equalities = c->equalities, .equality = c->equality, .wanted = c->wanted,
+    };
+}
+
+/* The least use of what is asked for, and such forces. */
+static double least_use(const standing_t *standing, const asked_t *now, double *forces)
 {
     vector3_t basis[3];
-    double all[MOST_STANDING + 3][MOST_STANDING];
-    const int rank = span_of(rows, basis), count = rows->count;
-    least_norm(rows, force, found->start, 0);
-    for (int c = 0; c < rank; c++) {
-        for (int k = 0; k < count; k++)
-            all[c][k] = dot3(rows->rows[k], basis[c]);
-        unit_across(count, c, all, all[c]);
-    }
-    found->count = count - rank;
-    for (int c = rank; c < count; c++) {
-        double most = 0;
-        for (int axis = 0; axis < count; axis++) {      /* the axis that is farthest from what there is     */
-            double unit[MOST_STANDING] = {0};
-            unit[axis] = 1;
-            const double length = unit_across(count, c, all, unit);
-            if (length > most) {
-                most = length;
-                memcpy(all[c], unit, sizeof unit);
-            }
-        }
-        memcpy(found->way[c - rank], all[c], sizeof all[c]);
-    }
-}
-
-/* The same uses of forces start + size times the ways, over `size`. */
-static void uses_along(const uses_t *uses, const choice_t *ways, double size, uses_t *along)
-{
-    along->parts = uses->parts, along->count = ways->count;
-    for (int part = 0; part < uses->parts; part++) {
-        use_of(uses, part, ways->start, along->given[part]);
-        for (int c = 0; c < 2; c++) {
-            along->given[part][c] /= size;
-            for (int w = 0; w < ways->count; w++) {
-                double sum = 0;
-                for (int k = 0; k < uses->count; k++)
-                    sum += uses->per_force[part][c][k]*ways->way[w][k];
-                along->per_force[part][c][w] = sum;
-            }
-        }
-    }
-}
-
-static void go_along(const choice_t *ways, const double *place, double size, int count, double *forces)
-{
-    for (int k = 0; k < count; k++) {
-        forces[k] = ways->start[k];
-        for (int w = 0; w < ways->count; w++)
-            forces[k] += size*place[w]*ways->way[w][k];
-    }
-}
-
-/* Slope and second derivative of the barrier by the place and the use, which stands behind it. */
-static void barrier(const uses_t *uses, const double *at, double *slope, double *matrix)
-{
-    const int n = uses->count + 1;
-    memset(slope, 0, sizeof *slope*(size_t)n);
-    memset(matrix, 0, sizeof *matrix*(size_t)(n*n));
-    for (int part = 0; part < uses->parts; part++) {
-        double found[2], row[MOST_STANDING + 1];
-        const double (*const per)[MOST_STANDING] = uses->per_force[part];
-        const double use = use_of(uses, part, at, found), left = (at[n - 1] - use)*(at[n - 1] + use);
-        for (int k = 0; k < n - 1; k++)
-            row[k] = per[0][k]*found[0] + per[1][k]*found[1];
-        row[n - 1] = -at[n - 1];
-        for (int j = 0; j < n; j++) {
-            slope[j] += 2/left*row[j];
-            for (int k = 0; k < n; k++)
-                matrix[j*n + k] += 4*(row[j]/left)*(row[k]/left);
-            for (int k = 0; k < n - 1 && j < n - 1; k++)
-                matrix[j*n + k] += 2/left*(per[0][j]*per[0][k] + per[1][j]*per[1][k]);
-        }
-        matrix[n*n - 1] -= 2/left;
-    }
-}
-
-/* The x with m x = vector, in the vector's place, where m is symmetric, semidefinite and has ones on its diagonal: by
- * Cholesky's elimination with the largest pivots. Along what is left when these are rounding, x is 0. */
-static void solve_semidefinite(double *m, int size, double *vector)
-{
-    int order[MOST_STANDING + 1], rank = 0;
-    for (int k = 0; k < size; k++)
-        order[k] = k;
-    for (; rank < size; rank++) {
-        int best = rank;
-        for (int j = rank + 1; j < size; j++)
-            if (m[order[j]*size + order[j]] > m[order[best]*size + order[best]])
-                best = j;
-        const int p = order[best];
-        order[best] = order[rank], order[rank] = p;
-        if (!(m[p*size + p] > size*EPS))
-            break;
-        for (int j = rank + 1; j < size; j++) {
-            const int row = order[j];
-            const double factor = m[row*size + p]/m[p*size + p];
-            for (int l = rank + 1; l < size; l++)
-                m[row*size + order[l]] -= factor*m[p*size + order[l]];
-            vector[row] -= factor*vector[p];
-        }
-    }
-    for (int k = rank; k < size; k++)
-        vector[order[k]] = 0;
-    for (int k = rank - 1; k >= 0; k--) {
-        const int p = order[k];
-        for (int l = k + 1; l < rank; l++)
-            vector[p] -= m[p*size + order[l]]*vector[order[l]];
-        vector[p] /= m[p*size + p];
-    }
-}
-
-/* The same of any symmetric and semidefinite matrix: rows and columns are brought to one size, since what bodies can
- * take differs by many powers of ten. The first `count` of `width` rows. */
-static void solve_scaled(const double *matrix, int width, int count, double *vector)
-{
-    double scaled[(MOST_STANDING + 1)*(MOST_STANDING + 1)], size[MOST_STANDING + 1];
-    for (int j = 0; j < count; j++)
-        size[j] = 1/sqrt(fabs(matrix[j*width + j]));
-    for (int j = 0; j < count; j++) {
-        vector[j] *= size[j];
-        for (int k = 0; k < count; k++)
-            scaled[j*count + k] = size[j]*matrix[j*width + k]*size[k];
-    }
-    solve_semidefinite(scaled, count, vector);
-    for (int j = 0; j < count; j++)
-        vector[j] *= size[j];
-}
-
-/* A place and its use move by as much of a step as stays inside; whether by some of it. */
-static int move_inside(const uses_t *uses, int count, double part, const double *step, double *at)
-{
-    double moved[MOST_STANDING + 1];
-    memcpy(moved, at, sizeof *at*(size_t)(uses->count + 1));
-    for (;;) {
-        for (int k = 0; k < count; k++)
-            moved[k] = at[k] + part*step[k];
-        if (moved[uses->count] > largest_use(uses, moved) && moved[uses->count] < INFINITY)
-            break;
-        part /= 2;
-        if (!(part >= LEAST_PART))
-            return 0;
-    }
-    memcpy(at, moved, sizeof *at*(size_t)(uses->count + 1));
-    return 1;
-}
-
-/* Where the barrier is in balance with aim times the use + curve (place . place)/2, from a place inside, by Newton's
- * rule. Without an aim the use stays as it is. */
-static void centre(const uses_t *uses, double aim, double curve, double *at)
-{
-    const int n = uses->count + 1, count = aim > 0 ? n : n - 1;
-    for (int round = 0; round < LEAST_NEWTON; round++) {
-        double slope[MOST_STANDING + 1], step[MOST_STANDING + 1], matrix[(MOST_STANDING + 1)*(MOST_STANDING + 1)];
-        double promised = 0;
-        barrier(uses, at, slope, matrix);
-        for (int k = 0; k < n - 1; k++)
-            slope[k] += curve*at[k], matrix[k*n + k] += curve;
-        slope[n - 1] += aim;
-        for (int k = 0; k < count; k++)
-            step[k] = -slope[k];
-        solve_scaled(matrix, n, count, step);
-        for (int k = 0; k < count; k++)
-            promised -= slope[k]*step[k];
-        const double size = sqrt(fmax(promised, 0));
-        if (!move_inside(uses, count, size > SHORT_STEP ? 1/(1 + size) : 1, step, at) || promised <= CENTRED)
-            return;
-    }
-}
-
-/* The least use with which forces along the rows give `force`, and such forces. */
-static double least_use(const bearings_t *rows, const double *force, const uses_t *uses, double *forces)
-{
-    choice_t ways;
-    uses_t along;
-    double at[MOST_STANDING + 1] = {0}, part = FIRST_PART;
-    find_ways(rows, force, &ways);
-    const double size = largest_use(uses, ways.start);
-    memcpy(forces, ways.start, sizeof *forces*(size_t)rows->count);
-    if (!ways.count || !(size > 0))
-        return size;
-    uses_along(uses, &ways, size, &along);
-    at[ways.count] = 1.5;                               /* of forces that use 1 at the start                    */
-    for (int round = 0; round < LEAST_ROUNDS; round++, part *= FINER_PART)
-        centre(&along, 1/part, 0, at);
-    go_along(&ways, at, size, rows->count, forces);
-    return largest_use(uses, forces);
+    friction_solution_t found;
+    int place[MOST_STANDING];
+    least_norm(&standing->rows, now->force, forces, 0);
+    if (span_of(&standing->rows, basis) == standing->count)
+        return largest_use(standing, now, forces);
+    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
+    const double use = friction_least_use(&problem, standing->problem->memory, &found);
+    for (int d = 0; d < standing->count && use < INFINITY; d++)
+        forces[d] = found.force[place[d]];
+    return largest_use(standing, now, forces);
 }
 
 /* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. */
-static void least_norm_within(const bearings_t *rows, const double *force, const uses_t *uses, double *forces)
+static void least_norm_within(const standing_t *standing, const asked_t *now, double *forces)
 {
-    choice_t ways;
-    uses_t along;
-    double at[MOST_STANDING + 1] = {0}, part = FIRST_PART, size = 0;
-    find_ways(rows, force, &ways);
-    memcpy(forces, ways.start, sizeof *forces*(size_t)rows->count);
-    if (largest_use(uses, forces) <= 1)
+    friction_solution_t found;
+    int place[MOST_STANDING];
+    least_norm(&standing->rows, now->force, forces, 0);
+    if (largest_use(standing, now, forces) <= 1 || least_use(standing, now, forces) > 1 - INSIDE)
         return;
-    const double use = least_use(rows, force, uses, forces);
-    if (!ways.count || use > 1 - INSIDE)
-        return;
-    for (int w = 0; w < ways.count; w++)
-        for (int k = 0; k < rows->count; k++)
-            at[w] += ways.way[w][k]*(forces[k] - ways.start[k]);
-    for (int k = 0; k < rows->count; k++)
-        size += forces[k]*forces[k];
-    at[ways.count] = 1;
-    uses_along(uses, &ways, 1, &along);
-    for (int round = 0; round < LEAST_ROUNDS; round++, part *= FINER_PART)
-        centre(&along, 0, 1/(part*size), at);
-    go_along(&ways, at, 1, rows->count, forces);
+    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
+    if (friction_least_norm(&problem, standing->problem->memory, &found))
+        for (int d = 0; d < standing->count; d++)
+            forces[d] = found.force[place[d]];
 }
 #endif

@@ -176,10 +176,8 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
         bearing->torque = bearing->mode ? -bearing->mode*bearing->sliding : work->own.holding[k][0];
     }
     if (standing->count) {
-        uses_t uses;
         double forces[MOST_STANDING];
-        find_uses(standing, now, &uses);
-        least_norm_within(&standing->rows, now->force, &uses, forces);
+        least_norm_within(standing, now, forces);
         for (int d = 0; d < standing->count; d++) {
             omniroll_bearing_t *const bearing = own_bearings(run) + standing->bearing[d];
             bearing->torque = clipped(bearing->torque + arm_of(standing, d, now)*forces[d], bearing->holding);
@@ -213,36 +211,31 @@ static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
 #endif
 
 /* What has to take all that it can is let go, at the least use (rule 2). */
-static void release_used(omniroll_run_t *run, const standing_t *standing, const uses_t *uses, double use,
+static void release_used(omniroll_run_t *run, const standing_t *standing, const asked_t *now, double use,
                          const double *forces)
 {
-    double found[2];
-    int part = 0;
-    for (int d = 0, last = -1; d < standing->count; d++) {
-        if (standing->wheel[d] != last)
-            run->grips[standing->wheel[d]].released |= use_of(uses, part++, forces, found) >= use*(1 - USED);
-        last = standing->wheel[d];
+    for (int d = 0; d < standing->count; d++) {
+        const int i = standing->wheel[d];
+        const double of_bearing = bearing_use(standing, now, forces, d);
+        run->grips[i].released |= contact_use(standing, now, forces, i) >= use*(1 - USED);
+        if (fabs(of_bearing) >= use*(1 - USED))
+            own_bearings(run)[standing->bearing[d]].released = of_bearing > 0 ? -1 : 1;
     }
-    for (int d = 0; d < standing->count; d++)
-        if (use_of(uses, part++, forces, found) >= use*(1 - USED))
-            own_bearings(run)[standing->bearing[d]].released = found[0] > 0 ? -1 : 1;
 }
 
 /* The same where the least use is beyond 1 by more than `roundings`; whether it is. */
 static int release_where_used(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
 {
     const standing_t *const standing = work->standing;
-    uses_t uses;
     double forces[MOST_STANDING];
     if (!standing->count)
         return 0;
-    find_uses(standing, now, &uses);
-    if (roundings > 0 && uses_little(standing, now, &uses, standing->used_by))
+    if (roundings > 0 && uses_little(standing, now, standing->used_by))
         return 0;
-    const double use = least_use(&standing->rows, now->force, &uses, forces);
+    const double use = least_use(standing, now, forces);
     if (!(use - 1 > roundings*rounding_of_use(use)))
         return 0;
-    release_used(run, standing, &uses, use, forces);
+    release_used(run, standing, now, use, forces);
     return 1;
 }
 

@@ -58,43 +58,9 @@ static double turn_of_corners(const step_t *s, const int wheels)
 }
 #endif
 
-/* What a force in direction d of a standing wheel asks of its bearing, per N. */
-ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const asked_t *now)
-{
-    return standing->way[d] ? -standing->radius : now->arm[standing->wheel[d]];
-}
-
-/* One part more, of which nothing is used so far; returns it. */
-static int new_part(uses_t *uses)
-{
-    memset(uses->per_force[uses->parts], 0, sizeof uses->per_force[uses->parts]);
-    memset(uses->given[uses->parts], 0, sizeof uses->given[uses->parts]);
-    return uses->parts++;
-}
-
-/* What has a part in holding the wheels that stand: contacts, then bearings. */
-static void find_uses(const standing_t *standing, const asked_t *now, uses_t *uses)
-{
-    uses->parts = 0, uses->count = standing->count;
-    for (int d = 0, last = -1; d < standing->count; d++) {
-        const int i = standing->wheel[d], part = i == last ? uses->parts - 1 : new_part(uses);
-        const double *const reach = standing->of_ground + 2*i;
-        for (int k = 0; k < 2 && i != last; k++)
-            uses->given[part][k] = standing->stands[2*i + k] ? 0 : now->along[2*i + k]/reach[k];
-        uses->per_force[part][standing->way[d]][d] = 1/reach[standing->way[d]];
-        last = i;
-    }
-    for (int d = 0; d < standing->count; d++) {
-        const int part = new_part(uses);
-        const double holding = fmax(standing->holding[d], LEAST_REACH*standing->most_holding + NO_TORQUE);
-        uses->per_force[part][0][d] = arm_of(standing, d, now)/holding;
-        uses->given[part][0] = now->asked[2*standing->wheel[d] + standing->way[d]]/holding;
-    }
-}
-
 /* Whether forces are known that use far less than all; `forces`: the last ones of least use, which are brought up to
  * date. */
-static int uses_little(const standing_t *standing, const asked_t *now, const uses_t *uses, const double *forces)
+static int uses_little(const standing_t *standing, const asked_t *now, const double *forces)
 {
     double missing[MOST_STANDING], updated[MOST_STANDING];
     vector3_t force;
@@ -105,18 +71,10 @@ static int uses_little(const standing_t *standing, const asked_t *now, const use
         least_norm(&standing->rows, force, missing, 0);
         for (int d = 0; d < standing->count; d++)
             updated[d] = missing[d] + (pass ? forces[d] : 0);
-        if (largest_use(uses, updated) < 1 - NEAR_USED)
+        if (largest_use(standing, now, updated) < 1 - NEAR_USED)
             return 1;
     }
     return 0;
-}
-
-/* The least use of what is asked for. */
-static double least_use_of(const standing_t *standing, const asked_t *now, double *forces)
-{
-    uses_t uses;
-    find_uses(standing, now, &uses);
-    return least_use(&standing->rows, now->force, &uses, forces);
 }
 
 ALWAYS_INLINE double rounding_of_use(double use)
@@ -163,24 +121,22 @@ static void ask_later(const asked_t *now, const asked_t *change, const int wheel
 static double length_to_use(step_t *s, const int wheels, double length)
 {
     asked_t now, change, before;
-    uses_t uses;
     double forces[MOST_STANDING];
     if (!s->standing->count)
         return length;
     memset(&now, 0, sizeof now), memset(&change, 0, sizeof change);
     asked_at_end(s, wheels, &now, &change);
-    find_uses(s->standing, &now, &uses);
-    if (!s->nearly_used && uses_little(s->standing, &now, &uses, s->used_by))
+    if (!s->nearly_used && uses_little(s->standing, &now, s->used_by))
         return length;
-    const double use = least_use(&s->standing->rows, now.force, &uses, s->used_by), rounding = rounding_of_use(use);
+    const double use = least_use(s->standing, &now, s->used_by), rounding = rounding_of_use(use);
     const double value = use - 1 - USE_LIFTS*rounding, span = USE_SLOPE*s->h;
     s->nearly_used |= value > -NEAR_USED;
     if (value <= 0 && length <= s->h)
         return length;
     ask_later(&now, &change, wheels, -span, &before);
-    double rate = (use - least_use_of(s->standing, &before, forces))/span;
+    double rate = (use - least_use(s->standing, &before, forces))/span;
     if (fabs(rate)*s->h < FACET_RISES*rounding)
-        rate = (use - least_use_of(s->standing, &s->asked_start, forces))/s->h;
+        rate = (use - least_use(s->standing, &s->asked_start, forces))/s->h;
     if (fabs(rate)*s->h < 0.5*USE_LIFTS*rounding)       /* it is as it was                                      */
         rate = 0;
     if (!(rate > 0 || value > 0))
@@ -202,8 +158,7 @@ static double turn_of_use(const step_t *s, const int wheels)
     memset(&now, 0, sizeof now);
     for (int m = 0; m < NODES && s->standing->count; m++) {
         double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
-        uses_t uses;
-        for (int k = 0; k < 3; k++)
+            for (int k = 0; k < 3; k++)
             now.force[k] = s->force[k].node[m];
         for (int k = 0; k < 2*wheels; k++)
             now.along[k] = s->along[k].node[m];
@@ -212,10 +167,9 @@ static double turn_of_use(const step_t *s, const int wheels)
         find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now.arm, per_chi);
         for (int d = 0; d < s->standing->count; d++)
             now.asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];
-        find_uses(s->standing, &now, &uses);
-        if (uses_little(s->standing, &now, &uses, forces))
+            if (uses_little(s->standing, &now, forces))
             continue;
-        const double use = least_use(&s->standing->rows, now.force, &uses, forces);
+        const double use = least_use(s->standing, &now, forces);
         if (use - 1 > FACET_NOISE*rounding_of_use(use))
             return gauss_node.node[m];
     }

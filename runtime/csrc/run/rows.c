@@ -50,7 +50,7 @@ typedef struct {
 /* Room for contacts and `bearings` at rest, and free rollers `apart`, as elements of friction. */
 static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bearings, int apart)
 {
-    const int count = contacts + bearings, forces = 2*contacts + bearings;
+    const int count = contacts + bearings, forces = 2*contacts + bearings, held = 3 + 2*contacts;
     const long long doubles = (long long)sizeof(double);
     elements_t problem = {
         .matrix = numbers_part(parts, (long long)forces*forces), .given = numbers_part(parts, forces),
@@ -59,10 +59,10 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
         .powers = numbers_part(parts, 2*count + apart), .state = numbers_part(parts, count + apart),
         .mobility = numbers_part(parts, apart), .yaw = numbers_part(parts, apart),
         .apart_given = numbers_part(parts, apart), .bound = numbers_part(parts, apart),
-        .yaw_rows = numbers_part(parts, forces), .equality = numbers_part(parts, 3*forces),
-        .wanted = numbers_part(parts, 3), .width = 1,
+        .yaw_rows = numbers_part(parts, forces), .equality = numbers_part(parts, held*forces),
+        .wanted = numbers_part(parts, held), .width = 1,
         .element = numbers_part(parts, count*((long long)sizeof(friction_element_t)/doubles + 1)),
-        .memory = numbers_part(parts, (long long)friction_memory(forces, count, apart, 3)/doubles + 1),
+        .memory = numbers_part(parts, (long long)friction_memory(forces, count, apart, held)/doubles + 1),
     };
 #if SET_STANDS
     const int parts_most = count + apart;
@@ -77,6 +77,10 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
     work->parts = rest, work->at_rest = &work->parts;
 #endif
     work->elements = problem, work->problem = &work->elements;
+#if SET_STANDS_BOTH_WAYS
+    if (work->standing)
+        work->standing->problem = work->problem;
+#endif
 }
 #endif
 

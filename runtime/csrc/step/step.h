@@ -102,6 +102,7 @@ typedef struct {
     double size[3], per_force;                  /* what a force on nu is rounded against; nu' that it gives */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found           */
     const omniroll_bearing_t *contact;          /* bearings of rollers in contact                          */
+    elements_t *problem;                        /* of what holds them: scratch                             */
 } standing_t;
 
 /* What they ask for: the force that holds nu, the torques of bearings where the ground took nothing in the ways in
