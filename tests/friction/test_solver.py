@@ -187,14 +187,18 @@ def test_least_use(built, boxes):
 
 
 def test_least_use_where_one_element_decides_alone(built):
-    """A part of a force that is given uses most; many forces do for the others, whose slopes are rounding alone."""
-    elements = [Element(ELLIPSE, (0.5, 0.9)), Element(INTERVAL, (0.2,)), Element(INTERVAL, (0.15,))]
-    equality = np.array([[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 1.0, -1.0]])
-    for part in (0.85, 0.99, 1.2):
-        wanted = np.array([0.9 * part, 0.02])
-        found = solve(built, Problem(elements, np.eye(4), np.zeros(4), equality, wanted), "friction_least_use")
-        assert found.status == pytest.approx(part, rel=1e-14) and abs(found.force[0]) < 1e-14
-        assert np.allclose(equality @ found.force, wanted, rtol=0, atol=1e-14)
+    """Four wheels: the given part of a contact's force uses most, and what nothing pulls is rounding alone."""
+    contacts, along = [Element(ELLIPSE, (0.54, 0.86))] * 4, (0.168, 0.85, -0.123, 0.005)
+    bearings = [Element(INTERVAL, (size,)) for size in (0.71, 0.23, 0.74, 0.15)]
+    equality, wanted = np.zeros((10, 12)), np.array([-0.042, -0.068, *along, 0.367, 0.0, -0.115, 0.0])
+    equality[0, [1, 2, 5, 6]], equality[1, [1, 5]] = (0.15, 0.15, -0.15, -0.15), 0.08
+    for k, (held, given) in enumerate([(1, 0), (2, 3), (5, 4), (6, 7)]):
+        equality[2 + k, given] = equality[6 + k, 8 + k] = 1
+        equality[6 + k, held] = -1
+    problem = Problem(contacts + bearings, np.eye(12), np.zeros(12), equality, wanted)
+    found = solve(built, problem, "friction_least_use")
+    assert found.status == pytest.approx(0.85 / 0.86, rel=1e-14) and found.residual < 1e-14
+    assert np.allclose(equality @ found.force, wanted, rtol=0, atol=1e-14)
 
 
 def test_least_use_of_nothing(built):

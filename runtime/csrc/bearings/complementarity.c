@@ -2,7 +2,7 @@
  *
  * runtime/omniroll/effects/complementarity.py says what is solved here.  Bearings turn at rates rows nu, and take
  * torques up to their bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
 #define MOST_BEARINGS (2*MOST_WHEELS)
 #else
 #define MOST_BEARINGS (SET_BEARINGS*MOST_WHEELS)
@@ -18,9 +18,6 @@ typedef struct {
     int count;
     vector3_t rows[MOST_BEARINGS];
     double bounds[MOST_BEARINGS];
-#if SET_STANDS
-    double middle[MOST_BEARINGS];               /* of what they take, where that is not 0 */
-#endif
 } bearings_t;
 
 /* A motion in which as many bearings rest as can, and the power that the others can take in it. */
@@ -255,23 +252,7 @@ ALWAYS_INLINE double clipped(double x, double bound)
     return fmax(fmin(x, bound), -bound);
 }
 
-#if !SET_STANDS_BOTH_WAYS            /* else least_use.c                                                    */
-ALWAYS_INLINE double middle_of(const bearings_t *bearings, int i)
-{
-#if SET_STANDS
-    return bearings->middle[i];
-#else
-    (void)bearings, (void)i;
-    return 0;
-#endif
-}
-
-/* A torque cut off at the bounds of its bearing. */
-ALWAYS_INLINE double cut(const bearings_t *bearings, int i, double torque)
-{
-    return middle_of(bearings, i) + clipped(torque - middle_of(bearings, i), bearings->bounds[i]);
-}
-
+#if SET_HOLDS
 /* Torques at their bounds as the solver has found them; the others once more from what these leave of the force. */
 static void take_least(const bearings_t *bearings, const double *force, const elements_t *problem, double *torques)
 {
@@ -280,7 +261,7 @@ static void take_least(const bearings_t *bearings, const double *force, const el
     double found[MOST_BEARINGS];
     int places[MOST_BEARINGS], same = 1;
     for (int i = 0; i < bearings->count; i++) {
-        torques[i] = cut(bearings, i, middle_of(bearings, i) + problem->force[i]);
+        torques[i] = clipped(problem->force[i], bearings->bounds[i]);
         if (problem->state[i] != FRICTION_RESTS) {
             add3(rest, -torques[i], bearings->rows[i]);
             continue;
@@ -292,7 +273,7 @@ static void take_least(const bearings_t *bearings, const double *force, const el
     for (int k = 0; k < free.count; k++)
         same &= fabs(found[k] - torques[places[k]]) <= SAME_TORQUE*bearings->bounds[places[k]];
     for (int k = 0; k < free.count && same; k++)
-        torques[places[k]] = cut(bearings, places[k], found[k]);
+        torques[places[k]] = clipped(found[k], bearings->bounds[places[k]]);
 }
 
 /* The torques of least norm within the bounds that give the force, which some do. */
@@ -303,26 +284,22 @@ static void least_torques(const bearings_t *bearings, const double *force, eleme
     int inside = 1;
     least_norm(bearings, force, torques, 0);
     for (int i = 0; i < count; i++)
-        inside &= fabs(torques[i] - middle_of(bearings, i)) <= bearings->bounds[i];
+        inside &= fabs(torques[i]) <= bearings->bounds[i];
     if (inside)
         return;
     problem->count = count, problem->wide = problem->apart = 0, problem->equalities = 3;
     for (int k = 0; k < 3; k++) {
         problem->wanted[k] = force[k];
-        for (int i = 0; i < count; i++) {
+        for (int i = 0; i < count; i++)
             problem->equality[k*count + i] = bearings->rows[i][k];
-            problem->wanted[k] -= bearings->rows[i][k]*middle_of(bearings, i);
-        }
     }
     for (int i = 0; i < count; i++)
-        problem->reach[i] = bearings->bounds[i], problem->given[i] = middle_of(bearings, i);
+        problem->reach[i] = bearings->bounds[i], problem->given[i] = 0;
     const friction_problem_t norm = problem_of(problem, &found);
     friction_least_norm(&norm, problem->memory, &found);
     take_least(bearings, force, problem, torques);
 }
-#endif
 
-#if SET_HOLDS
 /* L with L L^T = mass, lower; a pivot that rounding has left without its smallest part is that rounding. */
 static void root_of(const vector3_t *mass, vector3_t *root)
 {

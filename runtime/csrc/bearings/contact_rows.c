@@ -1,5 +1,5 @@
 /* The rates of the rollers in contact for each of nu. Their directions never change; their sizes do, with chi. */
-#if SET_ROLLERS_STICK || SET_STANDS_BOTH_WAYS
+#if SET_ROLLERS_STICK || SET_STANDS
 #define BESIDE 1e-6                 /* of the joint's angle: over this a row's length changes               */
 
 /* How much larger than where chi is 0 the rates of the rollers in contact are at these wheel angles, and how that

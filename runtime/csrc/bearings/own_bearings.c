@@ -150,6 +150,14 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 }
 #endif
 
+#if !SET_ROLLERS_TURN
+/* They are numbers of the core. */
+ALWAYS_INLINE void find_own_rates(const omniroll_run_t *run, const work_t *work)
+{
+    (void)run, (void)work;
+}
+#endif
+
 /* The rate of a bearing at this instant, and what it changes by, in a lane or in all. */
 ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int k)
 {
@@ -319,5 +327,17 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
         }
     }
     return count;
+}
+
+/* What the polynomials of what holds, and of spins, lack at a step's end, from an evaluation there. */
+static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
+{
+    const own_bearings_t *const own = s->own;
+#if SET_ROLLERS_TURN
+    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate);
+#endif
+    for (int k = 0; k < s->own_count; k++)
+        own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
+    (void)wheels, (void)at;
 }
 #endif

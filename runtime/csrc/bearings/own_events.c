@@ -2,43 +2,6 @@
  * than it takes. As events.c does for wheels, guards and facets. */
 #if SET_OWN_BEARINGS
 
-#if SET_STANDS_ALONE
-/* What the ground takes at most of a wheel along the rolling direction, beside its force along the axle, as they are
- * `now` and change; `rate` becomes that of what is taken. */
-ALWAYS_INLINE double left_of_ground(const standing_t *standing, int wheel, const asked_t *now, const asked_t *change,
-                                    double *rate)
-{
-    const double *const reach = standing->of_ground + 2*wheel;
-    if (SET_FIRST_DIRECTION == 1) {
-        *rate = 0;
-        return reach[1];
-    }
-    const double part = now->along[wheel]/reach[0], left = sqrt(fmax(1 - part*part, 0));
-    *rate = left > 0 ? -reach[1]*part*change->along[wheel]/(reach[0]*left) : 0;
-    return reach[1]*left;
-}
-
-/* What a wheel asks of the ground at the step's end, and its rate there. */
-ALWAYS_INLINE void asked_of_ground_at_end(const step_t *s, int wheel, asked_t *now, asked_t *change)
-{
-    now->along[wheel] = weighted(&s->along[wheel], &gauss_end) + s->asked_late.along[wheel];
-    change->along[wheel] = weighted(&s->along[wheel], &gauss_end_slope)/s->h;
-}
-
-/* The torque of what the ground takes at most at a step's end, and its rate; 0 of a wheel that does not stand. */
-ALWAYS_INLINE double most_by_ground(const step_t *s, int wheel, double *rate)
-{
-    asked_t now, change;
-    *rate = 0;
-    if (!s->standing->stands[wheel])
-        return 0;
-    asked_of_ground_at_end(s, wheel, &now, &change);
-    const double most = left_of_ground(s->standing, wheel, &now, &change, rate);
-    *rate *= s->standing->radius;
-    return s->standing->radius*most;
-}
-#endif
-
 /* What holds is rounded so. */
 ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
 {
@@ -49,27 +12,6 @@ ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
 ALWAYS_INLINE double most_of(const omniroll_bearing_t *bearing)
 {
     return SET_IN_SERIES ? fmax(bearing->holding, bearing->size) : bearing->holding;
-}
-
-/* The same, and what it is asked for at the step's start; of the axle of a wheel that stands with what the ground
- * takes. */
-ALWAYS_INLINE double most_held(const step_t *s, int k)
-{
-#if SET_STANDS_ALONE
-    double rate;
-    return s->own_bearing[k].holding + most_by_ground(s, k, &rate);
-#else
-    return most_of(s->own_bearing + k);
-#endif
-}
-
-ALWAYS_INLINE double held_at_start(const step_t *s, int k)
-{
-#if SET_STANDS_ALONE
-    return s->asked_start.asked[k];
-#else
-    return s->own_bearing[k].torque;
-#endif
 }
 
 /* Whether a bearing turns as its roller does on its disk: then its rate at the nodes stands in the place of what holds. */
@@ -149,7 +91,7 @@ ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
         return -bearing->mode*(start + s->h*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_weight));
     }
     const double torque = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
-    const double most = most_held(s, k);
+    const double most = most_of(s->own_bearing + k);
     *beyond = 0;
     return fabs(torque) - most - OWN_LANDS*rounding_of_holding(torque, most);
 }
@@ -158,7 +100,7 @@ ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
 ALWAYS_INLINE double rounding_at_end(const step_t *s, int k)
 {
     return s->own_bearing[k].mode ? 0
-        : rounding_of_holding(weighted(s->own->held + k, &gauss_end) + s->own->late[k], most_held(s, k));
+        : rounding_of_holding(weighted(s->own->held + k, &gauss_end) + s->own->late[k], most_of(s->own_bearing + k));
 }
 
 /* The rate of that at the step's end. */
@@ -173,8 +115,8 @@ static double own_rate_at_end(const step_t *s, int k)
         return -bearing->mode*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_end);
     const nodes_t *const held = s->own->held + k;
     const double torque = weighted(held, &gauss_end) + s->own->late[k], sign = torque < 0 ? -1 : 1;
-    const double rounding = rounding_of_holding(torque, most_held(s, k));
-    double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*held_at_start(s, k);
+    const double rounding = rounding_of_holding(torque, most_of(s->own_bearing + k));
+    double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*s->own_bearing[k].torque;
     if (fabs(rate)*s->h < FACET_RISES*rounding)
         rate = rises/s->h;
     return fabs(rate)*s->h < 0.5*OWN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
@@ -194,7 +136,7 @@ ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 /* Whether a bearing holds a wheel that stands with others, which are looked at together. */
 ALWAYS_INLINE int holds_with_others(const step_t *s, int k)
 {
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
     return s->standing->has_part[k];
 #else
     (void)s, (void)k;
@@ -242,10 +184,10 @@ static double turn_of_own(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            PASSED*EPS*(bearing->size + fabs(start)));
     }
-    const double most = most_held(s, k), bound = most + FACET_NOISE*rounding_of_holding(held_at_start(s, k), most);
+    const double most = most_of(s->own_bearing + k), bound = most + FACET_NOISE*rounding_of_holding(s->own_bearing[k].torque, most);
     if (LEBESGUE*largest_of(s->own->held + k) <= bound)
         return 1;
     const nodes_t rate = times(gauss_slope, s->own->held + k);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, held_at_start(s, k), -bound, bound);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->own_bearing[k].torque, -bound, bound);
 }
 #endif

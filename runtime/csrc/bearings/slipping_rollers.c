@@ -12,15 +12,6 @@ ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *
         own->held[k].lanes[b] = is_spin(s, k) ? own->rate[k] : own->holding[k];
 }
 
-/* What the polynomials of that lack at the step's end, from an evaluation there. */
-static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
-{
-    const own_bearings_t *const own = s->own;
-    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate);
-    for (int k = 0; k < s->own_count; k++)
-        own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
-}
-
 #if SET_STANDS_BOTH_WAYS
 /* Rollers that stick turn with their disks at the step's end, as in the row (keep_rollers_at_rest). */
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at)

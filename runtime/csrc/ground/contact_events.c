@@ -59,16 +59,9 @@ ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const ar
 {
     for (int k = 0; k < 3; k++)
         s->asked_late.force[k] = at->held_force[k][0] - weighted(&s->force[k], &gauss_end);
-#if SET_STANDS_BOTH_WAYS
     for (int k = 0; k < 2*wheels; k++)
         s->asked_late.along[k] = at->ground_force[k][0] - weighted(&s->along[k], &gauss_end);
     find_own_late(s, wheels, at);
-#else
-    for (int i = 0; i < wheels; i++) {
-        s->asked_late.along[i] = at->ground_force[2*i][0] - weighted(&s->along[i], &gauss_end);
-        s->own->late[i] = s->held ? s->own->holding[i][0] - weighted(s->own->held + i, &gauss_end) : 0;
-    }
-#endif
 }
 #endif
 

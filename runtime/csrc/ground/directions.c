@@ -96,10 +96,8 @@ NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t 
 /* Whether a wheel stands in a step: its contact and its axle stick. Its rate by nu is rounding alone. */
 ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
 {
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
     return s->standing->stands[2*wheel + 1];
-#elif SET_STANDS
-    return s->standing->stands[wheel];
 #else
     (void)s, (void)wheel;
     return 0;

@@ -368,7 +368,7 @@ static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, co
     return goes_along(run, i, slip, own, s->h*s->friction_makes);
 }
 
-#if SET_STANDS                      /* standing.c, standing_both_ways.c */
+#if SET_STANDS                      /* standing.c */
 static int forbid(omniroll_run_t *run, const work_t *work);
 
 /* A wheel that comes to rest on the ground and rests in its bearing has no slip in the row, as one that turns has none:

@@ -1,6 +1,6 @@
 /* How much wheels that stand use of what contacts and bearings can hold, and the forces that use least. friction/ finds
  * these where there are many; where they are determined each gauge by itself is its use. */
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
 #define MOST_STANDING MOST_BEARINGS         /* forces: two of a wheel                                           */
 #define INSIDE 1e-9                         /* below 1: a use that leaves forces to choose                      */
 #define NO_TORQUE 1e-300                    /* N m, where no bearing takes anything                             */
@@ -50,20 +50,22 @@ static double largest_use(const standing_t *standing, const asked_t *now, const 
     return largest;
 }
 
-/* The rows of the contacts of wheels that stand, two of each: of each direction its own. Returns how many. */
+/* The rows of the contacts of wheels that stand: one for each direction in which they may slip. Returns how many. */
 static int put_contact_rows(const standing_t *standing, int *place)
 {
     elements_t *const c = standing->problem;
+    const int width = 2 - SET_FIRST_DIRECTION;
     int rows = 0;
     c->count = 0;
     for (int d = 0; d < standing->count; d++) {
         const int i = standing->wheel[d];
         if (d == 0 || i != standing->wheel[d - 1]) {
             c->element[c->count++] = (friction_element_t){
-                .kind = FRICTION_ELLIPSE, .first = rows, .rows = 2, .strip = INFINITY,
-                .size = {standing->of_ground[2*i], standing->of_ground[2*i + 1]},
+                .kind = width == 2 ? FRICTION_ELLIPSE : FRICTION_INTERVAL, .first = rows, .rows = width,
+                .size = {standing->of_ground[2*i + SET_FIRST_DIRECTION], standing->of_ground[2*i + 1]},
+                .strip = INFINITY,
             };
-            rows += 2;
+            rows += width;
         }
         place[d] = rows - 2 + standing->way[d];
     }
@@ -103,7 +105,7 @@ static friction_problem_t problem_of_use(const standing_t *standing, const asked
             .kind = FRICTION_INTERVAL, .first = of_contacts + d, .rows = 1,
             .size = {most_of_bearing(standing, d)/fabs(arm), 0}, .strip = INFINITY,
         };
-        if (!standing->stands[across])
+        if (!standing->stands[across] && SET_FIRST_DIRECTION == 0)
             new_equality(c, rows, now->along[across])[place[d] + (standing->way[d] ? -1 : 1)] = 1;
     }
     *found = (friction_solution_t){
@@ -131,7 +133,8 @@ static double least_use(const standing_t *standing, const asked_t *now, double *
     return largest_use(standing, now, forces);
 }
 
-/* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. */
+/* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. What bearings
+ * take of them has no part in the norm. */
 static void least_norm_within(const standing_t *standing, const asked_t *now, double *forces)
 {
     friction_solution_t found;
@@ -139,8 +142,14 @@ static void least_norm_within(const standing_t *standing, const asked_t *now, do
     least_norm(&standing->rows, now->force, forces, 0);
     if (largest_use(standing, now, forces) <= 1 || least_use(standing, now, forces) > 1 - INSIDE)
         return;
-    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
-    if (friction_least_norm(&problem, standing->problem->memory, &found))
+    friction_problem_t problem = problem_of_use(standing, now, place, &found);
+    elements_t *const c = standing->problem;
+    memset(c->matrix, 0, sizeof *c->matrix*(size_t)(problem.rows*problem.rows));
+    memset(c->given, 0, sizeof *c->given*(size_t)problem.rows);
+    for (int k = 0; k < problem.rows - standing->count; k++)
+        c->matrix[k*problem.rows + k] = 1;
+    problem.matrix = c->matrix, problem.given = c->given;
+    if (friction_decide(&problem, c->memory, &found))
         for (int d = 0; d < standing->count; d++)
             forces[d] = found.force[place[d]];
 }

@@ -1,38 +1,67 @@
-/* Contacts and axles that may all stick: wheels that stand, and what they ask for. The numbered rules are in
- * runtime/omniroll/effects/ground_with_axles.py; functions of one name do the same. standing_decisions.c says which of
- * those at rest stick. */
-#if SET_STANDS_ALONE
-#define SAME_BOUND 1e-9             /* of a force: bounds nearer to each other are reached together         */
-#define NEAR_FACET 256              /* roundings below a facet is on it, where a step has ended             */
+/* Contacts, axles and rollers that may all stick: wheels that stand, and what they ask for. standing_decisions.c says
+ * which of those at rest stick. */
+#if SET_STANDS
+#define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
+#if SET_STRIPS                      /* strips.c                                                             */
+#define FIND_RESTING find_resting_pairs
+static void stop_in_modes(const omniroll_run_t *run, const work_t *work);
+static void find_resting_pairs(omniroll_run_t *run, const work_t *work);
+static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked);
+#else
+#define FIND_RESTING find_resting_contacts
+#endif
+
+/* The bearing that holds a wheel in a way; null where it has none that may stick. */
+ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, int way)
+{
+    const int place = place_in_way(run, way);
+    return place < 0 ? 0 : own_bearings(run) + place;
+}
+
+/* The ways in which wheels stand whose contacts and bearings stick, or with `resting` rest. */
+static void find_standing(const omniroll_run_t *run, const work_t *work, int resting, bearings_t *rows)
+{
+    vector3_t all[2*MOST_WHEELS];
+    rows->count = 0;
+    rows_in_ways(run, work, all);
+    for (int k = 0; k < 2*run->wheels; k++) {
+        const omniroll_grip_t *const grip = run->grips + k/2;
+        const omniroll_bearing_t *const bearing = bearing_in_way(run, k);
+        work->standing->stands[k] = bearing
+            && (resting ? grip->resting && bearing->resting : grip->sticks && bearing->mode == 0);
+        if (!work->standing->stands[k])
+            continue;
+        rows->bounds[rows->count] = 0;
+        memcpy(rows->rows[rows->count++], all[k], sizeof all[k]);
+    }
+}
 
 /* The wheels that stand in the present modes, and what they allow. */
 static void stand(omniroll_run_t *run, const work_t *work)
 {
     standing_t *const standing = work->standing;
-    vector3_t rows[MOST_WHEELS];
-    rows_of_wheels(run, work, rows);
-    standing->count = run->hold.count = 0;
-    standing->radius = run->ground.arms[2];
+    find_standing(run, work, 0, &standing->rows);
+    standing->count = 0, standing->most_holding = 0;
+    standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
+    standing->contact = bearing_in_way(run, 0);
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
     memset(standing->size, 0, sizeof standing->size);
-    for (int i = 0; i < run->wheels; i++) {
-        const omniroll_grip_t *const grip = run->grips + i;
-        const omniroll_bearing_t *const axle = own_bearings(run) + i;
-        for (int k = 0; k < 2; k++)
-            standing->of_ground[2*i + k] = grip->load*grip->staying[k];
-        for (int k = 0; k < 3; k++)
-            standing->size[k] += standing->radius*fabs(rows[i][k])*(grip->load*grip->staying[1]);
-        standing->holding[i] = axle->holding;
-        standing->stands[i] = grip->sticks && axle->mode == 0;
-        run->hold.count += axle->mode == 0;
-        if (!standing->stands[i])
-            continue;
-        standing->rows.bounds[standing->count] = 0;
-        memcpy(standing->rows.rows[standing->count], rows[i], sizeof rows[i]);
-        standing->wheel[standing->count++] = i;
+    for (int k = 0; k < run->own_count; k++) {
+        standing->has_part[k] = 0;
+        standing->most_holding = fmax(standing->most_holding, own_bearings(run)[k].holding);
     }
-    standing->rows.count = standing->count;
-    standing->facet_count = standing->count ? facets_of(&standing->rows, standing->facets) : 0;
+    for (int k = 0; k < 2*run->wheels; k++) {
+        standing->of_ground[k] = run->grips[k/2].load*run->grips[k/2].staying[k%2];
+        if (!standing->stands[k])
+            continue;
+        const int d = standing->count++, place = (int)(bearing_in_way(run, k) - own_bearings(run));
+        standing->wheel[d] = k/2, standing->way[d] = k%2, standing->bearing[d] = place;
+        standing->holding[d] = own_bearings(run)[place].holding, standing->has_part[place] = 1;
+        for (int c = 0; c < 3; c++)
+            standing->size[c] += fabs(standing->rows.rows[d][c])*standing->of_ground[k];
+    }
+    memset(standing->used_by, 0, sizeof standing->used_by);
+    run->hold.count = 1;
     allow_what_stands(run, &standing->rows);
     turn_own(run, work, 1);
     put_modes(run);
@@ -40,41 +69,85 @@ static void stand(omniroll_run_t *run, const work_t *work)
 
 /* ---- what the state says -------------------------------------------------------------------------------------- */
 
-/* nu without what wheels forbid that rest on the ground and on their axles. */
+/* nu without what wheels forbid that rest on the ground and in their bearings. */
 static int forbid(omniroll_run_t *run, const work_t *work)
 {
-    bearings_t both = {.count = 0};
-    vector3_t rows[MOST_WHEELS];
-    rows_of_wheels(run, work, rows);
-    for (int i = 0; i < run->wheels; i++)
-        if (run->grips[i].resting && own_bearings(run)[i].resting)
-            memcpy(both.rows[both.count++], rows[i], sizeof rows[i]);
+    bearings_t both;
+    find_standing(run, work, 1, &both);
     return forbid_rates(run, &both);
+}
+
+/* What the rate of a bearing is rounded against at least, in rad/s: what is left of the largest speeds. */
+ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, int k, double least_arm)
+{
+    return run->hold.speed/(k < work->own.rollers_at ? run->ground.arms[2] : least_arm);
+}
+
+/* Bearings whose rates are zero within rounding rest. */
+static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_arm)
+{
+    find_own_rates(run, work);
+    for (int k = 0; k < count_in_core(run, work); k++) {
+        const double rate = fabs(own_rate(run, work, k)), size = rate + length3(run->nu)*run->rate_of_speed;
+        own_bearings(run)[k].resting |= rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
+    }
+    put_own_to_rest(run, work);
+}
+
+static double least_arm_now(const omniroll_run_t *run, const work_t *work)
+{
+    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], least = INFINITY;
+    find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
+    for (int i = 0; i < run->wheels; i++)
+        least = fmin(least, arm[i]);
+    return least;
 }
 
 /* What is zero within rounding rests; the vehicle may rest altogether where some wheels do. */
 static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 {
-    double moves;
+    int moves = 0;
+#if SET_STRIPS
+    stop_in_modes(run, work);
+#endif
+    work->standing->contact = bearing_in_way(run, 0), work->standing->arm = run->ground.reach;
+    const double least_arm = least_arm_now(run, work);
     run->hold.speed = fmax(run->hold.speed, FROM_REST*run->ground.settles);
     for (int i = 0; i < run->wheels; i++)
         run->hold.speed = fmax(run->hold.speed, speeds_of_slip(run, i));
-    const double least = run->hold.speed/(run->ground.arms[2]*run->rate_of_speed);     /* of |nu|                  */
     for (int turn = 0; turn < 2; turn++) {
-        find_resting_own(run, work, fmax(length3(run->nu), least));
-        put_own_to_rest(run, work);
-        find_resting_contacts(run, work);
-        find_resting_own(run, work, fmax(length3(run->nu), least));
-        put_own_to_rest(run, work);
+        rest_bearings(run, work, least_arm);
+        FIND_RESTING(run, work);
+        rest_bearings(run, work, least_arm);
         if (forbid(run, work)) {
             roll(run, work, 0);
-            put_own_to_rest(run, work);
+            rest_bearings(run, work, least_arm);
         }
     }
-    moves = length3(run->nu);
+#if SET_STRIPS                      /* what rests has been seen before nu lost what it forbids              */
+    FIND_RESTING(run, work);
+#endif
+    for (int k = 0; k < count_in_core(run, work); k++)
+        moves |= own_bearings(run)[k].mode;
+    for (int k = 0; k < 3; k++)
+        moves |= run->nu[k] != 0;
     for (int i = 0; i < run->wheels; i++)
-        moves += fabs(own_rates(run)[i]);
-    run->hold.speed = moves > 0 ? run->hold.speed : FROM_REST*run->ground.settles;
+        moves |= run->core[rates_at(run->wheels) + i] != 0;
+    run->hold.speed = moves ? run->hold.speed : FROM_REST*run->ground.settles;
+}
+
+/* Before a switch: contacts that rest and whose rollers rest on their disks. */
+static void contacts_that_rest_with_rollers(const omniroll_run_t *run, int *rested)
+{
+    for (int i = 0; i < run->wheels; i++)
+        rested[i] = run->grips[i].resting && own_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
+}
+
+/* And behind it: such a contact rests as before where its new roller rests, too. */
+static void keep_contacts_at_rest(omniroll_run_t *run, const int *rested)
+{
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].resting |= rested[i] && own_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
 }
 
 /* ---- what is asked for ---------------------------------------------------------------------------------------- */
@@ -82,112 +155,125 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 /* What the last evaluation at an instant says. */
 static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *now)
 {
+    double per_chi[MOST_WHEELS];
+    const standing_t *const standing = work->standing;
     for (int k = 0; k < 3; k++)
         now->force[k] = work->held_force[k][0];
-    for (int i = 0; i < run->wheels; i++)
-        now->asked[i] = work->own.holding[i][0], now->along[i] = work->ground_force[2*i][0];
+    for (int k = 0; k < 2*run->wheels; k++)
+        now->along[k] = work->ground_force[k][0], now->asked[k] = 0;
+    for (int d = 0; d < standing->count; d++)
+        now->asked[2*standing->wheel[d] + standing->way[d]] = work->own.holding[standing->bearing[d]][0];
+    find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
 }
 
-/* The torques of all bearings; of standing wheels beside the forces of least norm (rule 5). */
+/* The torques of all bearings; of standing wheels beside the forces of least norm (rule 4). */
 static void find_all_torques(const omniroll_run_t *run, const work_t *work, const asked_t *now)
 {
     const standing_t *const standing = work->standing;
-    asked_t none;
-    for (int i = 0; i < run->wheels; i++) {
-        omniroll_bearing_t *const axle = own_bearings(run) + i;
-        axle->torque = axle->mode ? -axle->mode*axle->sliding : now->asked[i];
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        bearing->torque = bearing->mode ? -bearing->mode*bearing->sliding : work->own.holding[k][0];
     }
-    if (!standing->count)
-        return;
-    bearings_t wheels = standing->rows;
-    vector3_t force;
-    double found[MOST_BEARINGS];
-    memset(&none, 0, sizeof none);
-    for (int k = 0; k < 3; k++)
-        force[k] = -now->force[k]/standing->radius;
-    for (int k = 0; k < standing->count; k++) {
-        double high[2], low[2], rates[2];
-        largest_forces(standing, standing->wheel[k], 1, now, &none, high, rates);
-        largest_forces(standing, standing->wheel[k], -1, now, &none, low, rates);
-        const double most = fmin(high[0], high[1]), least = -fmin(low[0], low[1]);
-        wheels.middle[k] = (most + least)/2;
-        wheels.bounds[k] = fmax((most - least)/2, 0);
+    if (standing->count) {
+        double forces[MOST_STANDING];
+        least_norm_within(standing, now, forces);
+        for (int d = 0; d < standing->count; d++) {
+            omniroll_bearing_t *const bearing = own_bearings(run) + standing->bearing[d];
+            bearing->torque = clipped(bearing->torque + arm_of(standing, d, now)*forces[d], bearing->holding);
+        }
     }
-    least_torques(&wheels, force, work->problem, found);
-    for (int k = 0; k < standing->count; k++)
-        own_bearings(run)[standing->wheel[k]].torque -= standing->radius*found[k];
+#ifdef SET_MOMENTS_INPUT
+    put_moments(run);
+#endif
 }
 
-/* A facet lets standing wheels go, contacts or axles (rule 3). */
-static void release_facet(omniroll_run_t *run, const standing_t *standing, const facet_t *facet, const asked_t *now)
+#if SET_STRIPS
+/* Of rollers that stick and whose contacts slip, in a row: by its slips, and its headings by these, too. */
+static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
 {
-    asked_t none;
-    memset(&none, 0, sizeof none);
-    for (int k = 0; k < standing->count; k++) {
-        const int i = standing->wheel[k];
-        const double moved = moved_by(standing->rows.rows[k], facet->normal);
-        double force[2], rates[2];
-        if (moved == 0)
-            continue;
-        largest_forces(standing, i, moved > 0 ? 1 : -1, now, &none, force, rates);
-        const double near = SAME_BOUND*(fabs(force[0]) + fabs(force[1]));
-        run->grips[i].released |= force[0] <= force[1] + near;
-        if (force[1] <= force[0] + near)
-            own_bearings(run)[i].released = moved > 0 ? 1 : -1;
+    double pair[2*MOST_WHEELS], asked[MOST_WHEELS];
+    lanes_t toward[2*MOST_WHEELS];
+    slips_now(run, work, pair);
+    for (int i = 0; i < run->wheels; i++) {
+        const double speeds = fmax(speeds_of_slip(run, i), LEFT_OF*run->hold.speed);
+        const int says = length_of(pair + 2*i, 2) > SLIP_AT_REST*EPS*speeds;
+        for (int k = 2*i; k < 2*i + 2; k++)
+            toward[k] = lanes_of(says ? pair[k] : run->grips[i].towards[k - 2*i]);
+    }
+    asked_of_rollers(run, work, toward, asked);
+    for (int i = 0; i < run->wheels; i++)
+        if (slides(run, i) && !roller_mode(run, i)) {
+            in_series(run, work)[i].torque = asked[i];
+            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(toward[2*i + 1][0], toward[2*i][0]);
+        }
+}
+#endif
+
+/* What has to take all that it can is let go, at the least use (rule 2). */
+static void release_used(omniroll_run_t *run, const standing_t *standing, const asked_t *now, double use,
+                         const double *forces)
+{
+    for (int d = 0; d < standing->count; d++) {
+        const int i = standing->wheel[d];
+        const double of_bearing = bearing_use(standing, now, forces, d);
+        run->grips[i].released |= contact_use(standing, now, forces, i) >= use*(1 - USED);
+        if (fabs(of_bearing) >= use*(1 - USED))
+            own_bearings(run)[standing->bearing[d]].released = of_bearing > 0 ? -1 : 1;
     }
 }
 
-/* Facets that are passed by more than `roundings` of theirs let go; returns how many. */
-static int release_facets(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
+/* The same where the least use is beyond 1 by more than `roundings`; whether it is. */
+static int release_where_used(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
 {
     const standing_t *const standing = work->standing;
-    int count = 0;
-    asked_t none;
-    memset(&none, 0, sizeof none);
-    for (int f = 0; f < standing->facet_count; f++) {
-        double rate, rounding;
-        if (!(beyond_facet(standing, standing->facets + f, now, &none, &rate, &rounding) > roundings*rounding))
-            continue;
-        release_facet(run, standing, standing->facets + f, now);
-        count++;
-    }
-    return count;
+    double forces[MOST_STANDING];
+    if (!standing->count)
+        return 0;
+    if (roundings > 0 && uses_little(standing, now, standing->used_by))
+        return 0;
+    const double use = least_use(standing, now, forces);
+    if (!(use - 1 > roundings*rounding_of_use(use)))
+        return 0;
+    release_used(run, standing, now, use, forces);
+    return 1;
 }
 
-/* An axle that sticks and is asked for more than it takes, or all that, is let go; that of a standing wheel with its
- * contact. */
-static void let_go(omniroll_run_t *run, const standing_t *standing, int i, const asked_t *now)
+/* Contacts that have been let go and would come to rest at once hold (rule 5). Returns how many there are. */
+static int hold_what_falls_back(omniroll_run_t *run, const work_t *work)
 {
-    own_bearings(run)[i].released = now->asked[i] > 0 ? -1 : 1;
-    run->grips[i].released |= standing->stands[i];
+    int count = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        double falls = -(grip->towards[0]*work->slip_dot[2*i][0] + grip->towards[1]*work->slip_dot[2*i + 1][0]);
+        const int holds = grip->released && grip->resting && !grip->sticks && falls > run->ground.settles;
+        grip->released &= !holds;
+        count += holds;
+    }
+    return count;
 }
 
 /* Whether something that sticks is asked for more than it takes. It is let go. */
 static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
 {
     const standing_t *const standing = work->standing;
-    int count = release_facets(run, work, now, PASSED);
-    asked_t none;
-    memset(&none, 0, sizeof none);
-    for (int i = 0; i < run->wheels; i++) {
-        double rate;
+    int count = 0;
+    for (int i = 0; i < run->wheels; i++)
         if (run->grips[i].sticks) {
             const double taken = taken_now(run, work, i);
             const int passed = taken > GRIP_PASSED*GRIP_NOISE(taken);
             run->grips[i].released |= passed;
             count += passed;
         }
-        if (own_bearings(run)[i].mode)
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        const double asked = work->own.holding[k][0], most = bearing->holding;
+        if (bearing->mode || standing->has_part[k] || !(fabs(asked) - most > PASSED*rounding_of_holding(asked, most)))
             continue;
-        double most = standing->holding[i];
-        if (standing->stands[i])
-            most += standing->radius*left_of_ground(standing, i, now, &none, &rate);
-        if (fabs(now->asked[i]) - most > PASSED*rounding_of_holding(now->asked[i], most)) {
-            let_go(run, standing, i, now);
-            count++;
-        }
+        bearing->released = asked > 0 ? -1 : 1;
+        count++;
     }
-    return count;
+    count += release_where_used(run, work, now, PASSED);
+    return count || hold_what_falls_back(run, work);
 }
 
 /* ---- steps ---------------------------------------------------------------------------------------------------- */
@@ -197,46 +283,72 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 {
     lanes_t nu_dot[3];
     s->standing = work->standing;
-    /* contacts come before the axles among the events */
+    /* contacts come before the bearings among the events */
     s->facets = run->wheels;
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
         s->absent[k] = lanes_of(run->hold.absent[k]);
-    if (!run->hold.count)
-        return;
+    memcpy(s->used_by, work->standing->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, &s->asked_start);
 }
 
-/* Some time has passed: what has come to its end at the end of the step is let go, or rests. */
+/* What bearings are rounded against in the phase that starts now. */
+static void size_all(const omniroll_run_t *run, const work_t *work)
+{
+    const double least_arm = least_arm_now(run, work);
+#if SET_STRIPS
+    find_own_rates(run, work);
+#endif
+    size_own(run, work);
+    for (int k = 0; k < run->own_count; k++)
+        if (!SET_IN_SERIES || own_bearings(run)[k].mode)
+            own_bearings(run)[k].size = fmax(own_bearings(run)[k].size, least_rate(run, work, k, least_arm));
+}
+
+/* Some time has passed: bearings that stick are at rest. What an iteration leaves of their rates would turn slips. */
+static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
+{
+    omniroll_bearing_t *const bearings = own_bearings(run);
+    for (int k = 0; k < run->own_count; k++) {
+        bearings[k].resting = bearings[k].mode == 0;
+        bearings[k].released = 0;
+    }
+    for (int k = 0; k < work->own.rollers_at; k++)
+        if (bearings[k].resting)
+            run->core[rates_at(run->wheels) + k] = 0;
+#if SET_DISKS_STICK
+    keep_rollers_at_rest(run, work);
+#else
+    find_own_rates(run, work);
+#endif
+}
+
+/* What has come to its end at the end of the step is let go, or rests. */
 static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    const int first = s->wheels + s->guards + s->facets, landed = s->landing - first;
-    omniroll_bearing_t *const axles = own_bearings(run);
+    const int landed = s->landing - (s->wheels + s->guards + s->facets);
+    omniroll_bearing_t *const bearings = own_bearings(run);
     lanes_t nu_dot[3];
     asked_t now;
-    for (int i = 0; i < run->wheels; i++) {
-        axles[i].resting = axles[i].mode == 0;
-        axles[i].released = 0;
-    }
     stand_at_end(run, work);
-    for (int i = 0; i < run->wheels; i++)
-        if (axles[i].resting)
-            run->core[rates_at(run->wheels) + i] = 0;
-    if (!run->hold.count && landed < 0)
-        return;
+    bearings_have_stuck(run, work);         /* once more: nu has just lost what standing wheels take from it    */
+    memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, &now);
     find_all_torques(run, work, &now);
+#if SET_STRIPS
+    find_torques_in_row(run, work);
+#endif
     if (landed < 0)
         return;
     run->hold.ended = 1;
-    if (landed >= run->wheels) {
-        release_facet(run, work->standing, work->standing->facets + (landed - run->wheels), &now);
-        release_facets(run, work, &now, -NEAR_FACET);
-    } else if (axles[landed].mode == 0)
-        let_go(run, work->standing, landed, &now);
-    axles[landed%run->wheels].resting |= landed < run->wheels;
+    if (landed >= run->own_count)
+        release_where_used(run, work, &now, -INFINITY);
+    else if (bearings[landed].mode == 0)
+        bearings[landed].released = work->own.holding[landed][0] > 0 ? -1 : 1;
+    else
+        bearings[landed].resting = 1;
 }
 #endif

@@ -38,11 +38,7 @@ ALWAYS_INLINE int direction_of(const parts_at_rest_t *rest, int part, int c)
 static void rates_of_free(const omniroll_run_t *run, const work_t *work, const lanes_t *push, lanes_t *nu_dot)
 {
     instant_t now;
-#if SET_STANDS_BOTH_WAYS
     lanes_t *const kept = work->own.rate;
-#else
-    lanes_t kept[MOST_WHEELS];
-#endif
     at_this_instant(run, work, run->wheels, &now);
     for (int k = 0; k < 9; k++)
         now.directions[k] = lanes_of(any_motion[k]);
@@ -300,11 +296,7 @@ static void decide_all(omniroll_run_t *run, const work_t *work)
     put_all_to_rest(run, work);
     decide_modes(run, work, &now);
     find_all_torques(run, work, &now);
-#if SET_STANDS_BOTH_WAYS
     size_all(run, work);
-#else
-    size_own(run, work);
-#endif
     run->hold.undecided = run->ground.undecided = 0;
 }
 

@@ -2,7 +2,6 @@
  * runtime/omniroll/effects/ground_with_axles.py. */
 #if SET_STANDS
 #define FROM_REST 1e6               /* s: see ground_with_axles.py                                          */
-#define WAYS (1 + SET_STANDS_BOTH_WAYS)     /* in which a wheel may stand                                   */
 
 static const double any_motion[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -19,28 +18,26 @@ static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector
 }
 
 /* The place among the bearings of the one that holds a wheel in a way; -1 where it has none that may stick. Ways are
- * counted over all wheels, of each first that along its axle, if it may stand so. */
+ * counted over all wheels, of each first that along its axle. */
 ALWAYS_INLINE int place_in_way(const omniroll_run_t *run, int way)
 {
-    if (WAYS == 1)
-        return way;
-    return way%WAYS ? (SET_AXLES_STICK ? way/WAYS : -1) : (SET_AXLES_STICK ? run->wheels : 0) + way/WAYS;
+    if (way%2)
+        return SET_AXLES_STICK ? way/2 : -1;
+    return SET_ROLLERS_TURN ? (SET_AXLES_STICK ? run->wheels : 0) + way/2 : -1;
 }
 
 /* What a unit force on each wheel in each way does to nu, or its like. */
 static void rows_in_ways(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
 {
-#if SET_STANDS_BOTH_WAYS
     vector3_t of_wheels[MOST_WHEELS];
     rows_of_wheels(run, work, of_wheels);
-    for (int i = 0; i < run->wheels; i++)
+    for (int i = 0; i < run->wheels; i++) {
+        const int roller = place_in_way(run, 2*i);
         for (int k = 0; k < 3; k++) {
-            rows[2*i][k] = run->ground.reach*own_bearings(run)[place_in_way(run, 2*i)].row[k];
+            rows[2*i][k] = roller < 0 ? 0 : run->ground.reach*own_bearings(run)[roller].row[k];
             rows[2*i + 1][k] = -run->ground.arms[2]*of_wheels[i][k];
         }
-#else
-    rows_of_wheels(run, work, rows);
-#endif
+    }
 }
 
 /* What the rates of wheels that stand, which are zero, leave of nu. */

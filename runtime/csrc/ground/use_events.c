@@ -1,11 +1,9 @@
-/* Where wheels that stand both ways, or along their axles, give way: the least use of contacts and bearings that hold
- * them comes to 1. The numbered rules are in runtime/omniroll/effects/ground_with_bearings.py. */
-#if SET_STANDS_BOTH_WAYS
+/* Where wheels that stand give way: the least use of contacts and bearings that hold them comes to 1. */
+#if SET_STANDS
 #define USE_ROUNDINGS 64            /* a use is rounded to so many units in the last place: forces that hold */
 #define USE_LIFTS 4                 /* roundings above 1 at which a step ends; what is used up is let go there */
 #define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
 #define USE_SLOPE 1e-6              /* of a step: over this the use's rate is found                          */
-#define NO_TORQUE 1e-300            /* N m, where no bearing takes anything                                  */
 
 /* How far the axis of each wheel's roller in contact is from the ground at these angles, and how that changes. */
 static void find_arms(const int wheels, const vehicle_t *vehicle, const standing_t *standing, double joint,
@@ -13,8 +11,9 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
 {
     double nearer[MOST_WHEELS], inside[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
-        inside[i] = fmax(fmin(chi[i], joint), -joint);
-    nearer_at(wheels, vehicle, standing->contact, joint, inside, nearer, per_chi);
+        inside[i] = fmax(fmin(chi[i], joint), -joint), nearer[i] = 1, per_chi[i] = 0;
+    if (standing->contact)              /* else no roller sticks, and none is asked for                     */
+        nearer_at(wheels, vehicle, standing->contact, joint, inside, nearer, per_chi);
     for (int i = 0; i < wheels; i++) {
         arm[i] = standing->arm/nearer[i];
         per_chi[i] *= -arm[i]/nearer[i];
@@ -158,7 +157,7 @@ static double turn_of_use(const step_t *s, const int wheels)
     memset(&now, 0, sizeof now);
     for (int m = 0; m < NODES && s->standing->count; m++) {
         double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
-            for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 3; k++)
             now.force[k] = s->force[k].node[m];
         for (int k = 0; k < 2*wheels; k++)
             now.along[k] = s->along[k].node[m];
@@ -167,7 +166,7 @@ static double turn_of_use(const step_t *s, const int wheels)
         find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now.arm, per_chi);
         for (int d = 0; d < s->standing->count; d++)
             now.asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];
-            if (uses_little(s->standing, &now, forces))
+        if (uses_little(s->standing, &now, forces))
             continue;
         const double use = least_use(s->standing, &now, forces);
         if (use - 1 > FACET_NOISE*rounding_of_use(use))

@@ -77,7 +77,7 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
     work->parts = rest, work->at_rest = &work->parts;
 #endif
     work->elements = problem, work->problem = &work->elements;
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
     if (work->standing)
         work->standing->problem = work->problem;
 #endif
@@ -129,16 +129,8 @@ static void lay_out_holding(work_t *work, parts_t *parts, int wheels)
     work->sticking = numbers_part(parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
 #endif
 #if SET_STANDS
-#if SET_STANDS_ALONE
-    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
-#endif
     work->held_force = lanes_part(parts, 3);
     work->standing = numbers_part(parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
-#if SET_STANDS_ALONE
-    facet_t *const facets = numbers_part(parts, most_facets(wheels)*facet);
-    if (work->standing)
-        work->standing->facets = facets;
-#endif
 #endif
 }
 #endif
@@ -153,9 +145,10 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.holding = lanes_part(parts, own);
     work->own.held = lanes_part(parts, BLOCKS*own);
     work->own.late = numbers_part(parts, own);
-#if SET_ROLLERS_TURN
-    work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
     work->own.rate = lanes_part(parts, own);
+    work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
+#if SET_ROLLERS_TURN
+    work->own.wheels = wheels;
 #if SET_STRIPS
     work->own.spin = lanes_part(parts, wheels);
     work->own.takes = numbers_part(parts, wheels);
@@ -174,10 +167,12 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.per_yaw = numbers_part(parts, own);
     work->own.bounds = numbers_part(parts, own);
 #endif
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
     int *const has_part = numbers_part(parts, own);
     if (work->standing)
         work->standing->has_part = has_part;
+#endif
+#if SET_STANDS_BOTH_WAYS
     work->shared_rows = lanes_part(parts, (long long)NODES*wheels*wheels*BLOCKS);
     work->shared_row = numbers_part(parts, (long long)NODES*wheels);
     work->shared_turn = lanes_part(parts, (long long)wheels*BLOCKS);

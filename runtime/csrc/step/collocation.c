@@ -239,19 +239,14 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
 
 
 #if SET_STANDS
-/* What holds wheels that stand, from the last evaluation at a vector of nodes: the force on nu, and their forces along
- * the axle. */
+/* What holds wheels that stand, from the last evaluation at a vector of nodes: the force on nu, and the
+ * ground's forces. */
 ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const arrays_t *at)
 {
     for (int k = 0; k < 3; k++)
         s->force[k].lanes[b] = at->held_force[k];
-#if SET_STANDS_BOTH_WAYS
     for (int k = 0; k < 2*wheels; k++)
         s->along[k].lanes[b] = at->ground_force[k];
-#else
-    for (int i = 0; i < wheels; i++)
-        s->along[i].lanes[b] = at->ground_force[2*i];
-#endif
 }
 #endif
 

@@ -162,7 +162,7 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 }
 #endif
 
-#if SET_ROLLERS_TURN
+#if SET_OWN_BEARINGS
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at);
 #endif
 
@@ -193,11 +193,8 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
     for (int k = 0; k < 3; k++)
         s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
 #endif
-#if SET_ROLLERS_TURN
+#if SET_OWN_BEARINGS
     find_own_late(s, wheels, &at);
-#elif SET_OWN_BEARINGS
-    for (int k = 0; k < s->own_count; k++)
-        s->own->late[k] = s->own->holding[k][0] - weighted(s->own->held + k, &gauss_end);
 #endif
 }
 #endif
@@ -230,10 +227,8 @@ static double length_to_own(step_t *s, const int wheels, double length);
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
 #endif
-#if SET_STANDS_BOTH_WAYS           /* use_events.c */
+#if SET_STANDS                     /* use_events.c */
 static double length_to_use(step_t *s, const int wheels, double length);
-#elif SET_STANDS                   /* standing_events.c */
-static double length_to_facets(step_t *s, const int wheels, double length);
 #endif
 #if SET_ROLLS
 NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
@@ -267,10 +262,8 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #if SET_GRIPS
     length = length_to_change(s, wheels, length);
 #endif
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
     length = length_to_use(s, wheels, length);
-#elif SET_STANDS
-    length = length_to_facets(s, wheels, length);
 #endif
     return length > 0.01*s->h ? length : 0.01*s->h;
 }

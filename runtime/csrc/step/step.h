@@ -44,10 +44,11 @@ typedef struct {
     lanes_t *holding;                           /* out: what holds                               */
     nodes_t *held;                              /* that at the nodes                             */
     double *late;                               /* what its polynomials lack at the step's end   */
-#if SET_ROLLERS_TURN
-    int wheels, rollers_at;                             /* where those of rollers begin, behind those of axles: in contact, free */
-    double *now;                                /* rates at this instant                         */
     lanes_t *rate;                              /* scratch                                       */
+    int rollers_at;                             /* where those of rollers begin, behind those of axles: in contact, free */
+#if SET_ROLLERS_TURN
+    int wheels;
+    double *now;                                /* rates at this instant                         */
 #endif
 #if SET_STRIPS
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
@@ -88,7 +89,7 @@ ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 }
 #endif
 
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
 /* Wheels that stand, along their axles (way 0) where contact and roller stick, along their rolling directions (way 1)
  * where contact and axle do. */
 typedef struct {
@@ -109,23 +110,6 @@ typedef struct {
  * which they stand, the ground's forces, and the arms of the rollers in contact. */
 typedef struct {
     double force[3], asked[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
-} asked_t;
-#elif SET_STANDS
-/* Wheels that stand: their contacts and their axles stick. */
-typedef struct {
-    int count, wheel[MOST_WHEELS], stands[MOST_WHEELS];     /* which; and of each whether it does          */
-    bearings_t rows;                            /* their rates for each of nu                              */
-    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
-    double holding[MOST_WHEELS];                /* and its bearing, in N m                                 */
-    double radius, size[3], per_force;          /* what a force on nu is rounded against; nu' that it gives */
-    int facet_count;
-    facet_t *facets;
-} standing_t;
-
-/* What they ask for: the force that holds nu, the torque of each bearing where the ground took nothing along the
- * rolling direction, and the ground's forces along the axles. */
-typedef struct {
-    double force[3], asked[MOST_WHEELS], along[MOST_WHEELS];
 } asked_t;
 #endif
 
@@ -261,14 +245,14 @@ typedef struct {
 #if SET_STANDS
     const standing_t *standing;
     lanes_t directions[9], absent[3];           /* of nu                                         */
-    nodes_t force[3], along[(1 + SET_STANDS_BOTH_WAYS)*MOST_WHEELS];    /* what wheels that stand ask for, at nodes */
+    nodes_t force[3], along[2*MOST_WHEELS];     /* what wheels that stand ask for, at nodes      */
     asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
+    int nearly_used;                            /* whether in this try all has been used, or nearly so       */
+    double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
 #endif
 #if SET_STANDS_BOTH_WAYS
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
     int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
-    int nearly_used;                            /* whether in this try all has been used, or nearly so       */
-    double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
 #endif
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */

@@ -225,8 +225,6 @@ ALWAYS_INLINE void nothing_is_late(step_t *s)
 #endif
 #if SET_STANDS
     memset(&s->asked_late, 0, sizeof s->asked_late);
-#endif
-#if SET_STANDS_BOTH_WAYS
     s->nearly_used = 0;
 #endif
 #if SET_OWN_BEARINGS
@@ -326,10 +324,8 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     for (int f = 0; f < s->facets; f++)
         turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
 #endif
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
     turned = fmin(turned, turn_of_use(s, wheels));
-#elif SET_STANDS
-    turned = fmin(turned, turn_of_standing(s));
 #endif
 #if SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
@@ -690,7 +686,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_STICKS && !SET_STANDS
     bearings_have_moved(run, work, s);
 #endif
-#if SET_STANDS_BOTH_WAYS
+#if SET_STANDS
     bearings_have_stuck(run, work);
 #endif
 #if SET_GRIPS
