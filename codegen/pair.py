@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 from .c import CFunction, Model, prototype
 from .expressions import ZERO, Call, Canonical, Expression, symbols
@@ -26,6 +27,9 @@ CONTENTS = {  # what a reader looks for, and the functions that do it; a set may
     "A loop of your own": ("time_to_joint", "switch", "joint", "pose_rates", "wheel_rates"),
     "Velocity of the vehicle from the wheels' rates (odometry)": ("nu_from_wheels", "nu_from_contacts"),
     "Rates of the wheels from the velocity of the vehicle": ("wheel_speeds",),
+    "Twist in m/s and rad/s, and what an encoder's angle says of the contact": (
+        "twist_from_nu", "nu_from_twist", "contact_from_angle",
+    ),
     "Accelerations from torques (forward dynamics)": ("forward_dynamics", "accelerations"),
     "Forces and torques from accelerations (inverse dynamics)": ("inverse_dynamics", "wheel_torques"),
     "Motors, from their voltages": ("motor_torques", "motor_margins"),
@@ -112,12 +116,15 @@ def pair(
     values |= {"motion": "", "inputs": [], **_motion(effects, functions, prefix)}
     values["prepare_prototype"] = _prepare(values["model"], prefix)
     values["layout_prototype"] = _check_layout(values["model"], prefix)
+    values["layout"] = ", ".join(f"sizeof({prefix}_{name})" for name in _structs(values["model"]))
+    values["checked"] = _checked(values["model"], prefix, bool(values["motion"]))
     there = {f.name for f in functions} | {"check_layout"} | set(values.get("prototypes", ()))
     contents = {title: [name for name in wanted if name in there] for title, wanted in CONTENTS.items()}
     listed = set().union(*contents.values())
     usual = [f.name for f in functions if not f.name.endswith("_sharp")]  # the other form stands beside
     contents["Further"] = [name for name in usual if name not in listed]
     values["contents"] = [(title, [f"{prefix}_{name}" for name in names]) for title, names in contents.items() if names]
+    values["public"] = list(dict.fromkeys([*chain.from_iterable(contents.values()), *(f.name for f in functions)]))
     types = template("types.h", **values)
     motion = template("motion.h", **values) if values["motion"] else ""
     header = template("pair.h", **values | {"types": types, "motion": motion, "example": _example(values)})
@@ -147,9 +154,31 @@ def _prepare(model: Model, prefix: str) -> str:
     return prototype("int", f"{prefix}_prepare", parameters)
 
 
+def _structs(model: Model) -> list[str]:
+    """The structs whose layout the caller and the source file must agree about, besides the state."""
+    return ["vehicle", "wheel", *(["roller"] if model.roller else []), "model"]
+
+
 def _check_layout(model: Model, prefix: str) -> str:
-    names = ["vehicle", "wheel", *(["roller"] if model.roller else []), "model"]
-    return prototype("int", f"{prefix}_check_layout", [f"size_t {name}" for name in names])
+    return prototype("int", f"{prefix}_check_layout", [f"size_t {name}" for name in _structs(model)])
+
+
+def _checked(model: Model, prefix: str, has_motion: bool) -> list[tuple[str, str, str]]:
+    """The functions that a caller's first use of a model goes through: name, prototype with a check before, arguments."""
+    written = ["wheel", *(["roller"] if model.roller else []), "model"]
+    parameters = {
+        "prepare": [f"const {prefix}_vehicle *vehicle", *(f"{prefix}_{name} *{name}" for name in written)],
+        "start": [f"const {prefix}_model *model", f"{prefix}_state *state"],
+    }
+    return [
+        (
+            name,
+            prototype("static inline int", f"{prefix}_{name}_checked", taken),
+            ", ".join(each.partition("*")[2] for each in taken),
+        )
+        for name, taken in parameters.items()
+        if name == "prepare" or has_motion
+    ]
 
 
 def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
@@ -159,6 +188,9 @@ def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
     parameters = {
         "joint": (f"{prefix}_real", [model]),
         "start": ("int", [model, state]),
+        "twist_from_nu": ("void", [model, f"const {prefix}_real *nu", f"{prefix}_real *twist"]),
+        "nu_from_twist": ("void", [model, f"const {prefix}_real *twist", f"{prefix}_real *nu"]),
+        "contact_from_angle": ("int", [model, f"{prefix}_real angle", f"{prefix}_real *chi", "int *contact"]),
         "time_to_joint": (f"{prefix}_real", [model, f"const {state}", "int *wheel"]),
         "switch": ("int", [model, "int law", state]),
         "step": ("int", [model, "int law", *given, f"{prefix}_real h", state]),

@@ -21,12 +21,12 @@ def rate_derivatives(model, nu, theta):
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     theta [rad]: heading.
     Returns these, as a tuple:
-      chi_dot_by_nu[N][3] [1]: derivatives of the wheel rates by nu.
-      pose_dot_by_nu[3][3] [m, m, 1]: derivatives of the rates of the pose by nu: rows pose, columns nu.
+      chi_dot_by_nu[3][N] [1]: derivatives of the wheel rates by nu, [by nu_k][of chi_dot_i].
+      pose_dot_by_nu[3][3] [m, m, 1]: derivatives of the rates of the pose by nu, [by nu_k][of pose_dot_c].
       pose_dot_by_heading[3] [m/s, m/s, 1/s]: derivatives of the rates of the pose by the heading.
     Operations: once 2 add, 9 mul, 2 sincos; per wheel 2 mul. Intermediates: 8.
     """
-    chi_dot_by_nu = [[None] * 3 for _ in range(model.wheels)]
+    chi_dot_by_nu = [[None] * model.wheels for _ in range(3)]
     pose_dot_by_nu = [[None] * 3 for _ in range(3)]
     pose_dot_by_heading = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -43,15 +43,15 @@ def rate_derivatives(model, nu, theta):
         roll_by_nu_1 = R_over_l*sin_alpha
         roll_by_nu_2 = -R_over_l*cos_alpha
         wheel_rate_by_nu_3 = -t1
-        chi_dot_by_nu[i][0] = roll_by_nu_1
-        chi_dot_by_nu[i][1] = roll_by_nu_2
-        chi_dot_by_nu[i][2] = wheel_rate_by_nu_3
+        chi_dot_by_nu[0][i] = roll_by_nu_1
+        chi_dot_by_nu[1][i] = roll_by_nu_2
+        chi_dot_by_nu[2][i] = wheel_rate_by_nu_3
     R_heading_cosine = R*heading_cosine
     pose_dot_by_nu[0][0] = R_heading_cosine
     R_heading_sine = R*heading_sine
-    pose_dot_by_nu[0][1] = -R_heading_sine
+    pose_dot_by_nu[0][1] = R_heading_sine
     pose_dot_by_nu[0][2] = 0
-    pose_dot_by_nu[1][0] = R_heading_sine
+    pose_dot_by_nu[1][0] = -R_heading_sine
     pose_dot_by_nu[1][1] = R_heading_cosine
     pose_dot_by_nu[1][2] = 0
     pose_dot_by_nu[2][0] = 0
@@ -78,8 +78,8 @@ def forward_dynamics_derivatives(model, nu, chi, momenta):
     rollers.
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-      nu_dot_by_nu[3][3] [1/s]: derivatives of nu_dot by nu: rows nu_dot, columns nu.
-      nu_dot_by_chi[N][3] [1/s^2]: derivatives of nu_dot by chi.
+      nu_dot_by_nu[3][3] [1/s]: derivatives of nu_dot by nu, [by nu_k][of nu_dot_c].
+      nu_dot_by_chi[N][3] [1/s^2]: derivatives of nu_dot by chi, [by chi_i][of nu_dot_c].
       nu_dot_by_momentum_cos[N][3] [1/(kg m^2 s)]: derivatives of nu_dot by the first of a wheel's momenta.
       nu_dot_by_momentum_sin[N][3] [1/(kg m^2 s)]: derivatives of nu_dot by the second of a wheel's momenta.
     Operations: once 28 add, 52 mul, 3 div; per wheel 105 add, 216 mul, 2 div, 4 sincos. Intermediates: 194.
@@ -249,13 +249,13 @@ def forward_dynamics_derivatives(model, nu, chi, momenta):
     x_2_by_nu_3 = pivot_2*z2_by_nu_3 - u23*x_3_by_nu_3
     x_1_by_nu_3 = f1_by_nu_3*pivot_1 - u12*x_2_by_nu_3 - u13*x_3_by_nu_3
     nu_dot_by_nu[0][0] = x_1_by_nu_1
-    nu_dot_by_nu[1][0] = x_2_by_nu_1
-    nu_dot_by_nu[2][0] = x_3_by_nu_1
-    nu_dot_by_nu[0][1] = x_1_by_nu_2
+    nu_dot_by_nu[0][1] = x_2_by_nu_1
+    nu_dot_by_nu[0][2] = x_3_by_nu_1
+    nu_dot_by_nu[1][0] = x_1_by_nu_2
     nu_dot_by_nu[1][1] = x_2_by_nu_2
-    nu_dot_by_nu[2][1] = x_3_by_nu_2
-    nu_dot_by_nu[0][2] = x_1_by_nu_3
-    nu_dot_by_nu[1][2] = x_2_by_nu_3
+    nu_dot_by_nu[1][2] = x_3_by_nu_2
+    nu_dot_by_nu[2][0] = x_1_by_nu_3
+    nu_dot_by_nu[2][1] = x_2_by_nu_3
     nu_dot_by_nu[2][2] = x_3_by_nu_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
@@ -376,8 +376,8 @@ def forward_dynamics_derivatives_sharp(model, nu, chi, momenta):
     rollers.
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-      nu_dot_by_nu[3][3] [1/s]: derivatives of nu_dot by nu: rows nu_dot, columns nu.
-      nu_dot_by_chi[N][3] [1/s^2]: derivatives of nu_dot by chi.
+      nu_dot_by_nu[3][3] [1/s]: derivatives of nu_dot by nu, [by nu_k][of nu_dot_c].
+      nu_dot_by_chi[N][3] [1/s^2]: derivatives of nu_dot by chi, [by chi_i][of nu_dot_c].
       nu_dot_by_momentum_cos[N][3] [1/(kg m^2 s)]: derivatives of nu_dot by the first of a wheel's momenta.
       nu_dot_by_momentum_sin[N][3] [1/(kg m^2 s)]: derivatives of nu_dot by the second of a wheel's momenta.
     Operations: once 36 add, 45 mul, 3 div; per wheel 106 add, 234 mul, 5 div, 4 sincos; per wheel and wheel
@@ -615,13 +615,13 @@ def forward_dynamics_derivatives_sharp(model, nu, chi, momenta):
     x_2_by_nu_3 = own_2_by_nu_3 - u23*x_3_by_nu_3
     x_1_by_nu_3 = own_1_by_nu_3 - u12*x_2_by_nu_3 - u13*x_3_by_nu_3
     nu_dot_by_nu[0][0] = x_1_by_nu_1
-    nu_dot_by_nu[1][0] = x_2_by_nu_1
-    nu_dot_by_nu[2][0] = x_3_by_nu_1
-    nu_dot_by_nu[0][1] = x_1_by_nu_2
+    nu_dot_by_nu[0][1] = x_2_by_nu_1
+    nu_dot_by_nu[0][2] = x_3_by_nu_1
+    nu_dot_by_nu[1][0] = x_1_by_nu_2
     nu_dot_by_nu[1][1] = x_2_by_nu_2
-    nu_dot_by_nu[2][1] = x_3_by_nu_2
-    nu_dot_by_nu[0][2] = x_1_by_nu_3
-    nu_dot_by_nu[1][2] = x_2_by_nu_3
+    nu_dot_by_nu[1][2] = x_3_by_nu_2
+    nu_dot_by_nu[2][0] = x_1_by_nu_3
+    nu_dot_by_nu[2][1] = x_2_by_nu_3
     nu_dot_by_nu[2][2] = x_3_by_nu_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]

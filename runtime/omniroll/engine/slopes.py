@@ -73,7 +73,7 @@ class Slopes:
             found[:, rows, columns] = values
 
         given = self._of(DYNAMICS, known)
-        put(nu[:, None], nu, given["nu_dot_by_nu"])
+        put(nu, nu[:, None], given["nu_dot_by_nu"])
         for output, name in BY_WHEEL.items():
             if output in given:
                 put(nu, self.places[name][:, None], given[output])
@@ -83,8 +83,8 @@ class Slopes:
         if "nu_dot_by_heading" in given:
             put(nu, heading, given["nu_dot_by_heading"])
         given = self._of(KINEMATICS, known)
-        put(chi[:, None], nu, given["chi_dot_by_nu"])
-        put(pose[:, None], nu, given["pose_dot_by_nu"])
+        put(chi, nu[:, None], given["chi_dot_by_nu"])
+        put(pose, nu[:, None], given["pose_dot_by_nu"])
         put(pose, heading, given["pose_dot_by_heading"])
         if "momenta" in self.deviations.rates:
             self._momenta_into(put, self._of(OF_MOMENTA, known))

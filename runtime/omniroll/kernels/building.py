@@ -184,7 +184,7 @@ def is_whole(library: Path) -> bool:
 def kernel_library(folder: Path, number_type: str) -> None:
     """Compile the pair of files in a set's folder for a number type into <number type>.so."""
     _, macro = NUMBER_TYPES[number_type]
-    flags = [*PAIR_FLAGS, *([f"-D{macro}=1"] if macro else [])]
+    flags = [*PAIR_FLAGS, "-DOMNIROLL_PLAIN_NAMES", *([f"-D{macro}=1"] if macro else [])]
     compile_library([folder / "omniroll.c"], folder / f"{number_type}.so", [folder], flags)
 
 

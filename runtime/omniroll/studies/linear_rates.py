@@ -85,10 +85,10 @@ def rolling_near(
     parts = {"nu": nu, "chi": chi, "pose": pose} | ({} if momenta is None else {"momenta": momenta})
     rates = {"nu": found["nu_dot"], "chi": bound.wheel_speeds(nu), "pose": bound.pose_rates(nu, pose[2])}
     blocks = {
-        ("nu", "nu"): found["nu_dot_by_nu"],
+        ("nu", "nu"): found["nu_dot_by_nu"].T,
         ("nu", "chi"): found["nu_dot_by_chi"].T,
-        ("chi", "nu"): found["chi_dot_by_nu"],
-        ("pose", "nu"): found["pose_dot_by_nu"],
+        ("chi", "nu"): found["chi_dot_by_nu"].T,
+        ("pose", "nu"): found["pose_dot_by_nu"].T,
         ("pose", "pose"): np.outer(found["pose_dot_by_heading"], HEADING),
     }
     if "nu_dot_by_heading" in found:
