@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
+from math import prod
 
-from .c import CFunction, Model, prototype
+from .c import CFunction, Model, prototype, times
 from .expressions import ZERO, Call, Canonical, Expression, symbols
 from .filling import template
 from .infix import Infix
@@ -23,7 +24,7 @@ NUMBER = re.compile(r"\w+(\[\d\])?\Z")  # a name in the code that is one number
 SIGNS = ("positive", "not_negative")  # of a constant by itself
 CONTENTS = {  # what a reader looks for, and the functions that do it; a set may lack some
     "Set-up": ("prepare", "check_layout", "start"),
-    "Motion": ("step",),
+    "Motion": ("step", "step_derivatives"),
     "A loop of your own": ("time_to_joint", "switch", "joint", "pose_rates", "wheel_rates"),
     "Velocity of the vehicle from the wheels' rates (odometry)": ("nu_from_wheels", "nu_from_contacts"),
     "Rates of the wheels from the velocity of the vehicle": ("wheel_speeds",),
@@ -36,6 +37,8 @@ CONTENTS = {  # what a reader looks for, and the functions that do it; a set may
     "Spins of the free rollers": ("axial_speeds", "spins_from_axial", "momenta"),
 }
 STEP_NEEDS = ("forward_dynamics", "wheel_speeds", "pose_rates", "wheel_rates")
+DERIVATIVES_NEED = ("forward_dynamics_derivatives", "rate_derivatives")
+COUNT_OF = {"N": "wheels"}
 GIVEN_TO_EACH = "free_bearing"  # torques of each free roller's bearing: a set that takes these has no steps
 
 
@@ -181,7 +184,7 @@ def _checked(model: Model, prefix: str, has_motion: bool) -> list[tuple[str, str
     ]
 
 
-def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
+def _motion_prototypes(prefix: str, inputs: Sequence[Array], has_derivatives: bool) -> dict[str, str]:
     """The declarations of the functions that pass joints, by name."""
     model, state = f"const {prefix}_model *model", f"{prefix}_state *state"
     given = [f"const {prefix}_inputs *inputs"] if inputs else []
@@ -204,6 +207,15 @@ def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
             f"static {prefix}_real", [f"{prefix}_real *axial", "int slots", "int direction", f"{prefix}_real leaving"]
         ),
     }  # fmt: skip
+    if has_derivatives:
+        real, known = f"{prefix}_real", f"const {prefix}_state *state"
+        parameters["step_derivatives"] = (
+            "int", [model, *given, f"{real} h", known, f"{real} *derivatives", f"{real} *work"]
+        )
+        parameters["slopes_of_rates"] = (
+            "static void",
+            [model, *given, known, f"const {real} *x", f"{real} *rates", f"{real} *scratch", f"{real} *slopes"],
+        )
     return {name: prototype(result, f"{prefix}_{name}", taken) for name, (result, taken) in parameters.items()}
 
 
@@ -256,11 +268,39 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     if "momenta" in named:
         stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
     inputs = [a for a in dynamics.inputs if a.name not in stage]
+    derivatives = {} if carried else _derivatives(named)
     return {
-        "motion": True, "prototypes": _motion_prototypes(prefix, inputs), "inputs": inputs,
+        "motion": True, "prototypes": _motion_prototypes(prefix, inputs, bool(derivatives)), "inputs": inputs,
+        "derivatives": derivatives,
         "free": "momenta" in named, "impact": "impact" in named,
         "carried": carried, "carried_size": per_wheel, "work": _work(carried),
         "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in dynamics.inputs],
+    }  # fmt: skip
+
+
+def _derivatives(named: dict[str, Function]) -> dict:
+    """What the templates need for the derivatives of a step; nothing for a set without those of the rates."""
+    if not all(name in named for name in DERIVATIVES_NEED):
+        return {}
+    dynamics, kinematics = (named[name] for name in DERIVATIVES_NEED)
+    kept = [a for a in (*dynamics.outputs, *kinematics.outputs) if a.name != "nu_dot"]
+    parts, place = [], "scratch"
+    for a in kept:
+        parts.append((a.name, place))
+        place = f"{a.name} + {times(*(COUNT_OF.get(size, size) for size in a.shape))}"
+    known = {"nu": "x", "chi": "x + 6", "heading": "x[5]", "momenta": "state->momenta", "nu_dot": "rates"}
+    given = {a.name: known.get(a.name, f"inputs->{a.name}") for a in dynamics.inputs}
+    outputs = [known.get(a.name, a.name) for a in dynamics.outputs]
+    torque = any(a.name == "nu_dot_by_torque" for a in kept)
+    columns = "(size + wheels)" if torque else "size"
+    scratch = sum(prod(size for size in a.shape if isinstance(size, int)) for a in kept if "N" not in a.shape)
+    each = sum(prod(size for size in a.shape if isinstance(size, int)) for a in kept if "N" in a.shape)
+    wheels = "(6 + 2*(wheels))" if torque else "(6 + (wheels))"
+    return {
+        "parts": parts, "dynamics": [*given.values(), *outputs], "torque": torque,
+        "heading": any(a.name == "nu_dot_by_heading" for a in kept), "columns": columns,
+        "columns_text": "6 + 2*wheels" if torque else "6 + wheels",
+        "work": f"(4*{wheels} + 2)*(6 + (wheels)) + {wheels} + {scratch} + {each}*(wheels)",
     }  # fmt: skip
 
 

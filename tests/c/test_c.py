@@ -6,7 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from firmware.files import NUMBER_TYPES, PAIRS, STRICT, WARNINGS, example, run, texts, tool, write
+from firmware.files import (
+    DRIVEN,
+    EXAMPLES,
+    NUMBER_TYPES,
+    PAIRS,
+    STRICT,
+    WARNINGS,
+    example,
+    run,
+    texts,
+    tool,
+    write,
+    write_driven,
+)
 
 import omniroll
 from omniroll.cli import main
@@ -24,6 +37,7 @@ SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
 OWN_CALLS_ONLY = {"gcc": "-fno-tree-loop-distribute-patterns", "clang": "-fno-builtin"}  # no memset for a loop
 # gcc's warnings need its optimiser; clang has its warnings before it optimises.
 LESS = {"gcc": (), "clang": ("-O1",)}
+BAD_LAYOUT = 6
 MAIN = '#include "omniroll.h"\n#include <stdio.h>\n{}\nint main(void)\n{{\n    return example();\n}}\n'
 
 compilers = pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -33,8 +47,11 @@ pairs = pytest.mark.parametrize("pair", PAIRS)
 
 def program(compiler, folder, main, pair, *flags):
     """The program of a C file and a pair."""
+    return linked(compiler, folder, main, write(pair, folder), *flags)
+
+
+def linked(compiler, folder, main, source, *flags):
     made = folder / "program"
-    source = write(pair, folder)
     run(tool(compiler), *STRICT, *flags, main, source, "-I", folder, "-o", made, "-lm")
     return made
 
@@ -141,18 +158,40 @@ def test_two_pairs_in_one_program(tmp_path):
     run(tool("gcc"), *STRICT, "-Wno-address", *sources, "-I", tmp_path, "-lm", "-o", tmp_path / "program")
 
 
-def test_structs_of_another_number_type_are_noticed(tmp_path):
-    """The program is compiled for float, the library for double."""
-    main = tmp_path / "main.c"
-    main.write_text(
-        '#include "omniroll.h"\nint main(void)\n{\n    return omniroll_check_layout(sizeof(omniroll_vehicle), '
-        "sizeof(omniroll_wheel), sizeof(omniroll_roller), sizeof(omniroll_model));\n}\n"
-    )
+def test_other_number_types_do_not_link_and_other_structs_are_noticed(tmp_path):
+    main, made = tmp_path / "main.c", tmp_path / "program"
+    main.write_text(MAIN.format(example(texts("free").header)))
     source = write("free", tmp_path)
-    for flags, wanted in (((), 0), (("-DOMNIROLL_FLOAT",), 6)):
-        run(tool("gcc"), *STRICT, *flags, "-c", main, "-o", tmp_path / "main.o")
-        run(tool("gcc"), *STRICT, tmp_path / "main.o", source, "-lm", "-o", tmp_path / "program")
-        assert subprocess.run([tmp_path / "program"]).returncode == wanted
+    for name, flags in NUMBER_TYPES.items():
+        run(tool("gcc"), *STRICT, "-O0", *flags, "-c", source, "-o", tmp_path / f"{name}.o")
+    for name, flags in NUMBER_TYPES.items():
+        run(tool("gcc"), *STRICT, "-O0", *flags, "-c", main, "-o", tmp_path / "main.o")
+        for other in NUMBER_TYPES:
+            done = subprocess.run(["gcc", tmp_path / "main.o", tmp_path / f"{other}.o", "-lm", "-o", made],
+                                  capture_output=True, text=True)  # fmt: skip
+            assert (done.returncode == 0) == (name == other)
+            assert name == other or "undefined reference to `omniroll_" in done.stderr
+    header = tmp_path / "omniroll.h"
+    header.write_text(header.read_text().replace("    omniroll_real mass;", "    omniroll_real old, mass;"))
+    run(tool("gcc"), *STRICT, "-O0", main, tmp_path / "double.o", "-lm", "-o", made)
+    assert subprocess.run([made]).returncode == BAD_LAYOUT
+
+
+@pytest.mark.parametrize("name", ["controller", "regulator", "kalman_filter"])
+def test_the_examples_are_cplusplus_too(name, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(DRIVEN if name == "controller" else DRIVEN.replace('"free"', '"locked"'))
+    assert main(["kernel", str(scene), "--output", str(tmp_path), "--constants", "--derivatives"]) == 0
+    how = ("-x", "c++", "-std=c++17", *WARNINGS, "-I", tmp_path, "-fsyntax-only")
+    run(tool("g++"), *how, EXAMPLES / f"{name}.c")
+
+
+@pairs
+def test_the_example_of_a_header_is_cplusplus_too(pair, tmp_path):
+    write(pair, tmp_path)
+    text = tmp_path / "main.cpp"
+    text.write_text(MAIN.format(example(texts(pair).header)))
+    run(tool("g++"), "-std=c++17", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", text)
 
 
 # The bound of a call
@@ -214,21 +253,21 @@ def test_the_example_is_clean_under_valgrind(pair, tmp_path):
 # A controller's loop
 
 
-def drive(folder, request, number_type, *flags):
+def drive(source, folder, number_type, *flags):
     """What controller.c prints: joints, steps, nu, pose, turned, most_nu, most_torque."""
-    main = request.path.with_name("controller.c")
-    out = run(program("gcc", folder, main, "drive", *NUMBER_TYPES[number_type], *flags))
+    out = run(linked("gcc", folder, EXAMPLES / "controller.c", source, *NUMBER_TYPES[number_type], *flags))
     joints, steps, *numbers = map(float, out.split())
     return joints, steps, np.array(numbers)
 
 
-def test_a_controller_drives_through_a_thousand_joints_in_float_as_in_double(tmp_path, request):
+def test_a_controller_drives_through_a_thousand_joints_in_float_as_in_double(tmp_path):
     """In K steps a number of size x or less gathers a rounding error of K 2^-24 x at worst, since each step rounds what
     it adds up once to 2^-24; the feedback keeps the speeds together, and nothing else lets errors grow as long as the
     joints come in the same order. Where two wheels come to their joints within the resolution of float, rounding
     decides which switches first, and paths may part; on this drive none do.
     """
-    (joints, steps, double), (also, as_many, single) = (drive(tmp_path, request, kind) for kind in ("double", "float"))
+    source = write_driven(tmp_path)
+    (joints, steps, double), (also, as_many, single) = (drive(source, tmp_path, kind) for kind in ("double", "float"))
     assert joints >= 1000 and (joints, steps) == (also, as_many)
     size = {"nu": double[9], "pose": 1.0, "turned": np.pi / 5}
     bound = steps * 2.0**-24 * np.repeat(list(size.values()), 3)
@@ -236,9 +275,10 @@ def test_a_controller_drives_through_a_thousand_joints_in_float_as_in_double(tmp
     assert np.all(error <= bound), (error, bound)
 
 
-def test_the_controller_is_clean_under_sanitizers(tmp_path, request):
+def test_the_controller_is_clean_under_sanitizers(tmp_path):
+    source = write_driven(tmp_path)
     for number_type in ("double", "float"):
-        joints, *_ = drive(tmp_path, request, number_type, *SANITIZERS, "-DJOINTS=60")
+        joints, *_ = drive(source, tmp_path, number_type, *SANITIZERS, "-DJOINTS=60")
         assert joints >= 60
 
 

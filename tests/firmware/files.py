@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from omniroll.cli import main
 from omniroll.kernels import sets
 
 HERE = Path(__file__).resolve().parent
+EXAMPLES = HERE.parents[1] / "examples"
 WARNINGS = ("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Werror")
 STRICT = ("-std=c99", *WARNINGS, "-O2", "-ffp-contract=off")
 NUMBER_TYPES = {"double": (), "float": ("-DOMNIROLL_FLOAT",), "long double": ("-DOMNIROLL_LONG_DOUBLE",)}
@@ -27,6 +29,32 @@ PAIRS = {  # that ship, and pairs with effects: one for each way in which a step
 }
 
 
+DRIVEN = """
+[vehicle]
+wheels = 3
+rollers_per_wheel = 5
+mass = 2.25
+yaw_inertia = 0.0625
+wheel_inertia = 0.0009765625
+roller_inertia = 0.00001
+yaw_scale = 0.5
+platform_radius = 0.15625
+wheel_radius = 0.0703125
+roller_axis_radius = 0.05
+wheel_angles = [0.0, 2.0, 4.0]
+[start]
+nu = [0.0, 0.0, 0.0]
+[run]
+duration = 1.0
+[rollers]
+model = "free"
+[drive]
+voltage = [0.0, 0.0, 0.0]
+torque_constant = 0.02
+resistance = 1.5
+"""
+
+
 @cache
 def texts(name: str, prefix: str = "omniroll"):
     """The pair of a set of PAIRS."""
@@ -41,6 +69,14 @@ def write(name: str, folder: Path, prefix: str = "omniroll") -> Path:
     source = folder / f"{prefix}.c"
     source.write_text(pair.source, encoding="ascii")
     return source
+
+
+def write_driven(folder: Path) -> Path:
+    """Writes what examples/controller.c takes, of a vehicle whose numbers are short in base two; its source file."""
+    scene = folder / "driven.toml"
+    scene.write_text(DRIVEN, encoding="ascii")
+    assert main(["kernel", str(scene), "--output", str(folder), "--constants"]) == 0
+    return folder / "omniroll.c"
 
 
 def tool(name: str) -> str:

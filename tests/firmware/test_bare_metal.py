@@ -6,16 +6,16 @@ QEMU counts instructions, not cycles: it models no pipeline, no flash memory and
 import re
 import subprocess
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from firmware.files import STRICT, run, tool, write
+from firmware.files import EXAMPLES, STRICT, run, tool, write, write_driven
 
 HERE = Path(__file__).resolve().parent / "bare_metal"
-CONTROLLER = HERE.parents[1] / "c" / "controller.c"
+CONTROLLER = EXAMPLES / "controller.c"
 PREFIX = "arm-none-eabi-"
 CODE = ("-mthumb", "-mfloat-abi=hard", "-std=c99", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sections")
 MATHEMATICS = {"sinf", "cosf", "sqrtf", "expf"}
@@ -43,9 +43,9 @@ TARGETS = {
 targets = pytest.mark.parametrize("name", TARGETS)
 
 
-def compiled(name, folder, optimise="-Os", pair="free"):
+def compiled(name, folder, optimise="-Os", writes=partial(write, "free")):
     """The object file of a pair for a target, and what the compiler says of its stack."""
-    source = write(pair, folder)
+    source = writes(folder)
     made = folder / "kernel.o"
     flags = (*CODE, *TARGETS[name].flags, "-Wall", "-Wextra", "-Werror", "-fstack-usage", optimise)
     run(tool(f"{PREFIX}gcc"), *flags, "-c", source, "-o", made)
@@ -153,9 +153,9 @@ def test_both_machines_give_the_same_bits(counted):
 
 @pytest.mark.long
 def test_a_controller_on_the_machine_drives_as_on_this_one(tmp_path):
-    """tests/c/controller.c in float on an M4F, in double here; the bound is that of tests/c/test_c.py."""
+    """examples/controller.c in float on an M4F, in double here; the bound is that of tests/c/test_c.py."""
     joints = ("-DJOINTS=100",)
-    there = on_the_machine("M4F float", tmp_path, CONTROLLER, compiled("M4F float", tmp_path, pair="drive"), *joints)
+    there = on_the_machine("M4F float", tmp_path, CONTROLLER, compiled("M4F float", tmp_path, writes=write_driven), *joints)
     made = tmp_path / "program"
     run(tool("gcc"), *STRICT, *joints, CONTROLLER, tmp_path / "omniroll.c", "-I", tmp_path, "-o", made, "-lm")
     single, double = (np.array(out.split(), float) for out in (there, run(made)))

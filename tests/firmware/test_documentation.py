@@ -27,7 +27,8 @@ def blocks(text, language):
 
 def shell(text, folder):
     """Runs a block of the shell where the scenes are."""
-    shutil.copytree(ROOT / "scenes", folder / "scenes", dirs_exist_ok=True)
+    for name in ("scenes", "examples"):
+        shutil.copytree(ROOT / name, folder / name, dirs_exist_ok=True)
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     run("sh", "-ec", text, cwd=folder, env=os.environ | {"PATH": path})
 
@@ -81,7 +82,7 @@ def printed_on_board(firmware, flags):
     run(tool("gcc"), *STRICT, *flags, "-c", firmware / "omniroll.c", "-o", firmware / "omniroll.o")
     found = []
     for name in ("regulator", "kalman_filter"):
-        sources = (ROOT / f"tests/c/{name}.c", firmware / "omniroll.o", "-lm")
+        sources = (ROOT / f"examples/{name}.c", firmware / "omniroll.o", "-lm")
         run(tool("gcc"), *STRICT, *flags, "-I", firmware, *sources, "-o", firmware / name)
         found.append(run(firmware / name))
     return found

@@ -5,8 +5,8 @@
  * every tenth one also the pose from a camera; encoders tell it the wheels' angles without noise. What it does not know
  * are torques at the axles, others at each step.
  *
- * Between two readings omniroll_step moves the estimate through all joints, and F = I + STEP A its covariance; A comes
- * from forward_dynamics_derivatives and rate_derivatives. Readings come in one by one, each a number with a row of
+ * Between two readings omniroll_step moves the estimate through all joints, and omniroll_step_derivatives its covariance.
+ * Readings come in one by one, each a number with a row of
  * derivatives, so that no matrix is inverted.
  *
  * Prints: the mean of (reading - expected)^2 over its variance, which is 1 where a filter knows how well it knows; then
@@ -27,7 +27,7 @@
 enum { WHEELS = 3, ROLLERS = OMNIROLL_ROLLERS, SIZE = 6, STEPS = 5, SAMPLES = 1000, CAMERA = 10 };
 
 static const omniroll_model *const model = &omniroll_constant_model;
-static const omniroll_real none[WHEELS];
+static const omniroll_real none[WHEELS] = {0};
 static omniroll_real per_volt[WHEELS], damping[WHEELS];
 
 /* A vehicle with its storage. */
@@ -55,43 +55,38 @@ static int begin(vehicle *made)
 
 static int move(vehicle *moved, const omniroll_real *torque)
 {
-    omniroll_inputs inputs = {0};
+    static omniroll_inputs inputs;
     inputs.torque = torque;
     inputs.damping = damping;
     return omniroll_step(model, OMNIROLL_IMPACT, &inputs, STEP, &moved->state);
 }
 
-/* The estimate and its covariance a step later: P = F P F^T + G G^T TORQUE_NOISE^2, with G what torques do in a step */
+/* The estimate and its covariance a step later: P = F P F^T + G G^T TORQUE_NOISE^2, with F and G the derivatives of a step by nu and
+ * pose, and by the torques */
 static int predict(filter *own, const omniroll_real *torque)
 {
-    const omniroll_state *const state = &own->estimate.state;
-    omniroll_real nu_dot[3], by_nu[3][3], by_chi[3*WHEELS], by_torque[WHEELS][3], chi_by_nu[3*WHEELS];
-    omniroll_real pose_by_nu[3][3], pose_by_heading[3], F[SIZE][SIZE], FP[SIZE][SIZE];
-    omniroll_forward_dynamics_derivatives(model, state->nu, state->chi, torque, damping, nu_dot, by_nu[0], by_chi,
-                                          by_torque[0]);
-    omniroll_rate_derivatives(model, state->nu, state->pose[2], chi_by_nu, pose_by_nu[0], pose_by_heading);
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            F[i][j] = STEP*by_nu[i][j] + (i == j ? 1 : 0);
-            F[i][j + 3] = 0;
-            F[i + 3][j] = STEP*pose_by_nu[i][j];
-            F[i + 3][j + 3] = (j == 2 ? STEP*pose_by_heading[i] : 0) + (i == j ? 1 : 0);
-        }
+    static omniroll_real slopes[SIZE + 2*WHEELS][SIZE + WHEELS], space[OMNIROLL_DERIVATIVES_WORK(WHEELS)];
+    omniroll_real FP[SIZE][SIZE];
+    static omniroll_inputs inputs;
+    int status;
+    inputs.torque = torque;
+    inputs.damping = damping;
+    status = omniroll_step_derivatives(model, &inputs, STEP, &own->estimate.state, slopes[0], space);
     for (int i = 0; i < SIZE; i++)
         for (int j = 0; j < SIZE; j++) {
             FP[i][j] = 0;
             for (int k = 0; k < SIZE; k++)
-                FP[i][j] += F[i][k]*own->P[k][j];
+                FP[i][j] += slopes[k][i]*own->P[k][j]; /* [by what][of what] */
         }
     for (int i = 0; i < SIZE; i++)
         for (int j = 0; j < SIZE; j++) {
             own->P[i][j] = 0;
             for (int k = 0; k < SIZE; k++)
-                own->P[i][j] += FP[i][k]*F[j][k];
-            for (int k = 0; k < WHEELS && i < 3 && j < 3; k++)
-                own->P[i][j] += by_torque[k][i]*by_torque[k][j]*STEP*STEP*TORQUE_NOISE*TORQUE_NOISE;
+                own->P[i][j] += FP[i][k]*slopes[k][j];
+            for (int k = SIZE + WHEELS; k < SIZE + 2*WHEELS; k++)
+                own->P[i][j] += slopes[k][i]*slopes[k][j]*TORQUE_NOISE*TORQUE_NOISE;
         }
-    return move(&own->estimate, torque);
+    return status == OMNIROLL_OK ? move(&own->estimate, torque) : status;
 }
 
 /* One reading of what has the derivatives `row` by nu and pose, and was expected to be `expected` */
@@ -119,14 +114,16 @@ static void correct(filter *own, const omniroll_real *row, omniroll_real reading
 static void read_all(filter *own, const omniroll_real *rates, omniroll_real gyro, const omniroll_real *camera)
 {
     omniroll_state *const state = &own->estimate.state;
-    omniroll_real chi_by_nu[WHEELS][3], pose_by_nu[3][3], by_heading[3], expected[WHEELS], row[SIZE] = {0};
+    omniroll_real chi_by_nu[3][WHEELS], pose_by_nu[3][3], by_heading[3], expected[WHEELS], row[SIZE] = {0};
     omniroll_rate_derivatives(model, state->nu, state->pose[2], chi_by_nu[0], pose_by_nu[0], by_heading);
     for (int i = 0; i < WHEELS; i++) {
         omniroll_wheel_speeds(model, state->nu, expected);
-        memcpy(row, chi_by_nu[i], sizeof chi_by_nu[i]);
+        for (int k = 0; k < 3; k++)
+            row[k] = chi_by_nu[k][i];
         correct(own, row, rates[i], expected[i], RATE_NOISE);
     }
-    memcpy(row, pose_by_nu[2], sizeof pose_by_nu[2]); /* the heading's rate */
+    for (int k = 0; k < 3; k++)
+        row[k] = pose_by_nu[k][2]; /* the heading's rate */
     correct(own, row, gyro, row[2]*state->nu[2], GYRO_NOISE);
     for (int i = 0; i < 3 && camera != NULL; i++) {
         memset(row, 0, sizeof row);

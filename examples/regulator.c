@@ -19,7 +19,7 @@ enum { WHEELS = 3, ROLLERS = OMNIROLL_ROLLERS, TERMS = 12, ROUNDS = 500, STEPS =
 typedef omniroll_real matrix[3][3];
 
 static const omniroll_model *const model = &omniroll_constant_model;
-static const omniroll_real wanted[3] = {1, 0, (omniroll_real)0.5}, none[WHEELS];
+static const omniroll_real wanted[3] = {1, 0, (omniroll_real)0.5}, none[WHEELS] = {0};
 static omniroll_real chi[WHEELS], work[OMNIROLL_WORK(WHEELS, ROLLERS)];
 static int contact[WHEELS];
 
@@ -52,9 +52,12 @@ static void solve(matrix a, matrix b)
 /* A and B at the wanted nu, in the middle of the rollers; what motors do: torque per volt, and per rate of the wheel */
 static void linearise(matrix A, matrix B, omniroll_real *per_volt, omniroll_real *damping)
 {
-    omniroll_real at_zero[WHEELS], margins[3][2*WHEELS], nu_dot[3], by_chi[3*WHEELS], by_torque[WHEELS][3];
+    omniroll_real at_zero[WHEELS], margins[3][2*WHEELS], nu_dot[3], by_chi[3*WHEELS], by_nu[3][3], by_torque[WHEELS][3];
     omniroll_motor_laws(model, none, at_zero, per_volt, damping, margins[0], margins[1], margins[2]);
-    omniroll_forward_dynamics_derivatives(model, wanted, none, none, damping, nu_dot, A[0], by_chi, by_torque[0]);
+    omniroll_forward_dynamics_derivatives(model, wanted, none, none, damping, nu_dot, by_nu[0], by_chi, by_torque[0]);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            A[k][i] = by_nu[i][k]; /* [by what][of what] */
     for (int i = 0; i < WHEELS; i++)
         for (int k = 0; k < 3; k++)
             B[k][i] = by_torque[i][k]*per_volt[i];
@@ -105,8 +108,8 @@ static void hold(const omniroll_real *per_volt, const omniroll_real *damping, om
 int main(void)
 {
     omniroll_real per_volt[WHEELS], damping[WHEELS], held[WHEELS], torque[WHEELS];
-    omniroll_inputs inputs = {0};
-    omniroll_state state = {0};
+    static omniroll_inputs inputs;
+    static omniroll_state state;
     matrix A, B, K;
     int status;
 
