@@ -29,6 +29,8 @@ from .errors import RollingWarning as RollingWarning
 from .errors import SimulationStopped as SimulationStopped
 from .errors import SweepInterrupted as SweepInterrupted
 from .errors import UnstableControllerWarning as UnstableControllerWarning
+from .exchange.casadi_function import to_casadi as to_casadi
+from .exchange.fmu import to_fmu as to_fmu
 from .exchange.importing import Imported as Imported
 from .exchange.importing import import_vehicle as import_vehicle
 from .exchange.mjcf import to_mjcf as to_mjcf

@@ -12,6 +12,7 @@ import uuid
 import zipfile
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import metadata
 from os import PathLike
 from pathlib import Path
 
@@ -180,12 +181,10 @@ class Mockup:
 
     def files(self) -> dict[str, str]:
         """The texts by their path in the FMU, without the binary."""
-        import omniroll
-
         units = dict.fromkeys(v.unit for v in self.variables if v.unit)
         description = filled(
             f"model_description_{self.version}.xml", identifier=self.identifier, token=self.token,
-            version=omniroll.__version__, stop=self.stop, variables=self.variables,
+            version=metadata.version("omniroll"), stop=self.stop, variables=self.variables,
             units=[(unit, powers(unit)) for unit in units],
             description=f"A vehicle on omni-wheels: {self.scene}. Rollers: {self.plant.kernel.roller_model}",
         )  # fmt: skip

@@ -7,12 +7,9 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from numpy.typing import ArrayLike
 
-from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectRun, EffectSet
-from omniroll.effects.function_controller import FunctionController
-from omniroll.effects.path_follower import PathFollower
-from omniroll.effects.torque import Drive, with_torque
+from omniroll.effects.uncontrolled import without_controllers
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import firmware, sets
 from omniroll.kernels.kernel import DERIVATIVES, Kernel
@@ -91,14 +88,6 @@ class Plant:
         """The arguments of a generated function: name, shape, unit, meaning, role."""
         functions = sets.functions(self.kernel.base, self.kernel.effects)
         return next(f["arguments"] for f in functions if f["name"] == function)
-
-
-def without_controllers(effects: Sequence[Effect]) -> Sequence[Effect]:
-    """What acts, without controllers, whose outputs are inputs here; with torques where nothing drives."""
-    if not isinstance(effects, Sequence):
-        return effects  # refused where effects are checked
-    rest = [effect for effect in effects if not isinstance(effect, Controller | FunctionController | PathFollower)]
-    return rest if any(isinstance(effect, Drive) for effect in rest) else with_torque(rest)
 
 
 def refuse_what_no_step_has(bound: Kernel) -> None:

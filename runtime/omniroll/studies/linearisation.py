@@ -14,13 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import extras
-from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import DRIVES, EffectSet
-from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.linear_loop import held
-from omniroll.effects.path_follower import PathFollower
-from omniroll.effects.torque import Drive, with_torque
+from omniroll.effects.uncontrolled import without_controllers
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import DERIVATIVES, Kernel, best_backend
 from omniroll.results.measurements import Instruments, axles_tell_all
@@ -157,7 +154,7 @@ def linearise(
         choice("outputs", name, (*OUTPUTS, *READINGS))
     instruments = Instruments(place=place)
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
-    acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
+    acting = EffectSet.checked(without_controllers(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
     if acting.slips:
         near_of, bound = slipping_near, acting.kernel(vehicle, roller_model, "python")
@@ -171,14 +168,6 @@ def linearise(
     near = (near_of(bound, acting, given.get("start_time", 0), *point) for point in points.flat)
     models = [_model(rates, bound, acting, instruments, tuple(outputs)) for rates in near]
     return _together(models, points.shape)
-
-
-def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
-    """What acts, without controllers, and with torques where nothing drives."""
-    if not isinstance(effects, Sequence):
-        return effects  # refused where effects are checked
-    rest = [effect for effect in effects if not isinstance(effect, Controller | FunctionController | PathFollower)]
-    return rest if any(isinstance(effect, Drive) for effect in rest) else with_torque(rest)
 
 
 def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None:
