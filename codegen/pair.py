@@ -167,7 +167,7 @@ def _check_layout(model: Model, prefix: str) -> str:
 
 
 def _checked(model: Model, prefix: str, has_motion: bool) -> list[tuple[str, str, str]]:
-    """The functions that a caller's first use of a model goes through: name, prototype with a check before, arguments."""
+    """The functions by which a caller first uses a model: name, prototype of the one that checks before, arguments."""
     written = ["wheel", *(["roller"] if model.roller else []), "model"]
     parameters = {
         "prepare": [f"const {prefix}_vehicle *vehicle", *(f"{prefix}_{name} *{name}" for name in written)],

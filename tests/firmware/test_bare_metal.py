@@ -28,6 +28,9 @@ MOST_FOR_A_JOINT = 25_000  # instructions
 STEPS = 1000  # of count.c
 
 
+write_free = partial(write, "free")
+
+
 @dataclass(frozen=True)
 class Target:
     machine: str
@@ -43,7 +46,7 @@ TARGETS = {
 targets = pytest.mark.parametrize("name", TARGETS)
 
 
-def compiled(name, folder, optimise="-Os", writes=partial(write, "free")):
+def compiled(name, folder, optimise="-Os", writes=write_free):
     """The object file of a pair for a target, and what the compiler says of its stack."""
     source = writes(folder)
     made = folder / "kernel.o"
@@ -155,7 +158,8 @@ def test_both_machines_give_the_same_bits(counted):
 def test_a_controller_on_the_machine_drives_as_on_this_one(tmp_path):
     """examples/controller.c in float on an M4F, in double here; the bound is that of tests/c/test_c.py."""
     joints = ("-DJOINTS=100",)
-    there = on_the_machine("M4F float", tmp_path, CONTROLLER, compiled("M4F float", tmp_path, writes=write_driven), *joints)
+    kernel = compiled("M4F float", tmp_path, writes=write_driven)
+    there = on_the_machine("M4F float", tmp_path, CONTROLLER, kernel, *joints)
     made = tmp_path / "program"
     run(tool("gcc"), *STRICT, *joints, CONTROLLER, tmp_path / "omniroll.c", "-I", tmp_path, "-o", made, "-lm")
     single, double = (np.array(out.split(), float) for out in (there, run(made)))

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+
 from firmware.test_step import CASES, JOINT, MODELS, PAPER, START
 from firmware.vehicle import BAD_NUMBER, BAD_STATE, OK, FirmwareVehicle
-
 from omniroll.effects.effect_set import EffectSet
 
 MOVED, STEP = 1e-5, 0.01  # differences of second order: their errors are a few 1e-10
@@ -43,7 +43,9 @@ def after(vehicle, start, torque=0.0, axle=0):
     return vehicle.numbers()
 
 
-@pytest.mark.parametrize("model, case", [("massless", "alone"), ("locked", "motor"), ("locked", "slope"), ("free", "torque")])
+@pytest.mark.parametrize(
+    "model, case", [("massless", "alone"), ("locked", "motor"), ("locked", "slope"), ("free", "torque")]
+)
 def test_they_are_the_slopes_of_the_step(model, case):
     """The first index says by what, the last of what."""
     vehicle = with_derivatives(model, case)

@@ -242,8 +242,8 @@ def linearised(part: Sample, row: int, outputs: list[str]) -> np.ndarray:
     torque = omniroll.Torque(part.state["torque"][row])
     model = omniroll.linearise(vehicle, **state, roller_model="locked", effects=(torque,))
     parts = {
-        "nu_dot": model.rates[:3], "nu_dot_by_nu": model.A[:3, :3].T, "nu_dot_by_chi": model.A[:3, 3 : 3 + part.wheels].T,
-        "nu_dot_by_torque": model.B[:3].T,
+        "nu_dot": model.rates[:3], "nu_dot_by_nu": model.A[:3, :3].T,
+        "nu_dot_by_chi": model.A[:3, 3 : 3 + part.wheels].T, "nu_dot_by_torque": model.B[:3].T,
     }  # fmt: skip
     return np.concatenate([parts[name].ravel() for name in outputs])
 

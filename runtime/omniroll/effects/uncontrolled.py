@@ -1,4 +1,4 @@
-"""What acts on a vehicle without what controls it: the plant of a linear model, of an FMU, of a function for a solver."""
+"""What acts on a vehicle without what controls it: the plant of a linear model, of an FMU, of a solver's function."""
 
 from collections.abc import Sequence
 

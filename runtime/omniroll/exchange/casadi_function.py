@@ -18,7 +18,9 @@ SIZES = {"N": "WHEELS"}
 FUNCTIONS = ("forward_dynamics_derivatives", "rate_derivatives", "momenta_derivatives")
 
 
-def casadi_files(vehicle: Vehicle, name: str = "rates", scene: str = "a vehicle", **options: ArrayLike) -> dict[str, str]:
+def casadi_files(
+    vehicle: Vehicle, name: str = "rates", scene: str = "a vehicle", **options: ArrayLike
+) -> dict[str, str]:
     """The texts of the C files, by file name; arguments as of to_casadi."""
     if not name.isascii() or not name.isidentifier() or name.startswith("_"):
         raise InvalidValueError("name", name, "must be a C identifier that does not begin with an underscore")
@@ -53,7 +55,12 @@ def casadi_files(vehicle: Vehicle, name: str = "rates", scene: str = "a vehicle"
 
 
 def to_casadi(
-    vehicle: Vehicle, folder: str | PathLike[str], *, name: str = "rates", scene: str = "a vehicle", **options: ArrayLike
+    vehicle: Vehicle,
+    folder: str | PathLike[str],
+    *,
+    name: str = "rates",
+    scene: str = "a vehicle",
+    **options: ArrayLike,
 ) -> Path:
     """Write the rates of a vehicle, near a state between two events, as an external function of CasADi.
 

@@ -36,15 +36,19 @@ LAWS = {"smooth": "OMNIROLL_SMOOTH", "impact": "OMNIROLL_IMPACT"}
 STARTS = {  # parameters that are the state at the start: unit and meaning
     "nu": ("1/s", "at the start: quasi-velocity"),
     "pose": ("m", "at the start: x, y, heading"),
-    "chi": ("rad", "at the start: angle of a wheel from the middle of the roller in contact"),
+    "chi": ("rad", "at the start: wheel angle from the middle of the roller in contact"),
     "spins": ("rad/s", "at the start: spin of a free roller relative to its disk"),
 }
 INPUTS = {"torque": ("N m", "torque at a wheel's axle"), "voltage": ("V", "voltage of a wheel's motor")}
 OUTPUTS = {  # unit, meaning, and the call that puts it into `found`
     "nu": ("1/s", "quasi-velocity", "memcpy(found, v->state.nu, sizeof v->state.nu);"),
     "pose": ("m", "x, y, heading", "memcpy(found, v->state.pose, sizeof v->state.pose);"),
-    "twist": ("m/s", "velocity forward and to the left, yaw rate", "omniroll_twist_from_nu(&v->model, v->state.nu, found);"),
-    "chi": ("rad", "angle of a wheel from the middle of the roller in contact", "memcpy(found, v->chi, sizeof v->chi);"),
+    "twist": (
+        "m/s",
+        "speeds forward and to the left, yaw rate",
+        "omniroll_twist_from_nu(&v->model, v->state.nu, found);",
+    ),
+    "chi": ("rad", "wheel angle from the middle of the roller in contact", "memcpy(found, v->chi, sizeof v->chi);"),
     "wheel_rates": ("rad/s", "rate of a wheel", "omniroll_wheel_speeds(&v->model, v->state.nu, found);"),
     "drive_torque": ("N m", "torque of a drive at a wheel's axle", ""),
     "energy": ("J", "kinetic energy", ""),

@@ -1,4 +1,4 @@
-"""A vehicle as tools of others take it: its generated C, its numbers, its start, and inputs in the place of controllers."""
+"""A vehicle as other programs take it: its generated C, its numbers, its start, inputs in the place of controllers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -93,11 +93,12 @@ class Plant:
 def refuse_what_no_step_has(bound: Kernel) -> None:
     """Raises InvalidValueError where the generated step does not decide all that acts."""
     if bound.slips:
-        raise InvalidValueError("effects", "Contact", "cannot be exported: the generated step is that of wheels that roll")
+        bound = "cannot be exported: the generated step is that of wheels that roll"
+        raise InvalidValueError("effects", "Contact", bound)
     further = [a.name for a in bound.signatures["forward_dynamics"].inputs if a.name not in KNOWN]
     if further:
-        what = f"needs {further[0]}: bearings that stick cannot be exported; wheel_speed and roller_speed give laws that can"
-        raise InvalidValueError("effects", bound.set_name, what)
+        what = "bearings that stick cannot be exported; wheel_speed and roller_speed give laws that can"
+        raise InvalidValueError("effects", bound.set_name, f"needs {further[0]}: {what}")
 
 
 def filled(template: str, **values: object) -> str:
