@@ -1,5 +1,5 @@
-"""Axles whose bearings stick beside contacts that stick: every body in every mode, closed forms, both engines, the law
-in every row, and the convex problem."""
+"""Axles whose bearings stick beside contacts that stick: every body in every mode, closed forms, and the convex
+problem."""
 
 from dataclasses import replace
 
@@ -9,7 +9,6 @@ from oracle.directions import allowed_by, directions_allowed
 from reactions.newton_euler import Acting
 from reactions.test_newton_euler import call
 
-from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.test_newton_euler import MODELS, slipping_case
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_axles import CROSS, bearing_torques
@@ -135,21 +134,6 @@ def test_a_vehicle_stands_on_a_slope_until_its_bearings_give(model, part):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_vehicle_with_blocked_wheels_slides_down_a_slippery_slope(model):
-    angle, friction = 0.3, 0.2
-    gravity = GRAVITY * np.cos(angle)
-    effects = [Contact(law="coulomb", friction=friction, normal_gravity=gravity), Bearings(wheel_coulomb=1.0),
-               Slope(angle, 0.0, gravity=GRAVITY)]  # fmt: skip
-    run = run_of(model, effects, 0.02)
-    wanted = (MASS * GRAVITY * np.sin(angle) - friction * MASS * gravity / 2) / effective(model)
-    assert run.nu[-1, 0] * ARM == pytest.approx(wanted * run.t[-1], rel=1e-11)
-    assert not run.quantity("rates").any()
-    assert run.sticks[-1].tolist() == [True, False, True, False]
-    held = RADIUS * friction * MASS * gravity / 4
-    assert np.abs(bearing_torques(run)[-1]) == pytest.approx([0, held, 0, held], rel=1e-11, abs=1e-12)
-
-
-@pytest.mark.parametrize("model", MODELS)
 def test_a_skidding_vehicle_with_blocked_wheels_comes_to_rest(model):
     speed, friction = 4.0, 0.3
     brake = friction * MASS * GRAVITY / 2 / effective(model)
@@ -223,76 +207,6 @@ def test_a_turn_begins_where_contacts_or_axles_of_the_other_wheels_give(model, b
 
 
 # ---- random scenes ---------------------------------------------------------------------------------------------------
-
-
-def scene(number):
-    """A vehicle whose contacts and axles may all stick, and the arguments of its run."""
-    rng = np.random.default_rng([9, number])
-    wheels = int(rng.choice((3, 4, 4, 6)))
-    friction = 10 ** rng.uniform(-1.3, 0.0)
-    sliding = np.array([friction, friction * (rng.uniform(0.5, 2) if rng.random() < 0.4 else 1.0)])
-    static = sliding * rng.choice((1.0, 1.0, 1.5))
-    vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
-    size = friction * vehicle.mass * GRAVITY / wheels * vehicle.wheel_radius
-    torques = size * 10 ** rng.uniform(-0.8, 0.6) * rng.uniform(0.7, 1.3, wheels)
-    if rng.random() < 0.4:
-        torques[:] = torques[0]
-    bearings = Bearings(wheel_coulomb=torques, wheel_break_away=torques * rng.choice((1.0, 1.0, 1.4)))
-    rates = tuple(8 * rng.normal(size=wheels) * (rng.random(wheels) < 0.5)) if rng.random() < 0.6 else None
-    driven = size * 10 ** rng.uniform(-0.3, 0.7) * rng.normal(size=(4, wheels)) * (rng.random() < 0.8)
-    nu = tuple(3 * rng.normal(size=3)) if rng.random() < 0.6 else (0.0, 0.0, 0.0)
-    ground = Contact(law="coulomb", friction=sliding, static_friction=static, wheel_rates=rates, normal_gravity=9.8)
-    slope = Slope(rng.uniform(0, 0.25), rng.uniform(0, 6))
-    effects = [ground, bearings, TorqueTable((0.0, 0.04, 0.1, 0.2), driven), slope]
-    options = {"nu": nu, "roller_model": MODELS[number % 2], "effects": effects, "duration": 0.12}
-    return vehicle, options | {"accuracy": 1e-10, "control": False}
-
-
-def assert_obeys_the_laws(vehicle, run, options):
-    """In each row: forces in their ellipses, torques within their bounds, each against the motion where something
-    moves; what sticks neither slips nor turns."""
-    ground, bearings, *_ = options["effects"]
-    own = slice(0, 2) if options["roller_model"] == "free" else slice(1, 2)
-    load = vehicle.mass * 9.8 / vehicle.wheels
-    static, sliding = (load * np.array(friction)[own] for friction in (ground.static_friction, ground.friction))
-    force, slip = run.ground_force[..., own], run.slip[..., own]
-    torque, rates = bearing_torques(run), run.quantity("rates")
-    assert (np.linalg.norm(force / static, axis=-1) <= 1 + 1e-11).all()
-    assert (np.abs(torque) <= np.array(bearings.wheel_break_away) * (1 + 1e-11)).all()
-    assert not slip[run.sticks].any()
-    fast = np.linalg.norm(slip, axis=-1)
-    moves = fast > 1e-9 * max(fast.max(), 1e-300)
-    assert not (moves & run.sticks).any()
-    power, most = (force * slip).sum(axis=-1), np.linalg.norm(sliding * slip, axis=-1)  # the ellipse's most power
-    assert np.abs(power + most)[moves].max(initial=0.0) <= 1e-11 * most.max()
-    turns = np.abs(rates) > 1e-9 * max(np.abs(rates).max(), 1e-300)
-    assert (torque == -np.sign(rates) * np.array(bearings.wheel_coulomb))[turns].all()
-    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-    assert abs(run.ledger.residual) <= 1e-8 * scale
-
-
-@pytest.mark.parametrize("number", [0, 5, 9])
-def test_the_laws_hold_in_every_row(number):
-    vehicle, options = scene(number)
-    assert_obeys_the_laws(vehicle, simulate(vehicle, **options), options)
-
-
-@pytest.mark.long
-def test_modes_of_all_kinds_are_among_the_scenes():
-    """Else the test above would say less than it seems to."""
-    found = set()
-    for number in (0, 1, 4, 5, 7):
-        vehicle, options = scene(number)
-        run = simulate(vehicle, **options)
-        at_rest = run.quantity("rates") == 0
-        found |= set(zip(run.sticks.ravel().tolist(), at_rest.ravel().tolist(), strict=True))
-    assert found == {(True, True), (True, False), (False, True), (False, False)}
-
-
-@pytest.mark.long
-def test_a_session_is_the_run():
-    vehicle, options = scene(5)
-    assert_a_session_ends_as_the_run(vehicle, **options)
 
 
 # ---- the convex problem ----------------------------------------------------------------------------------------------

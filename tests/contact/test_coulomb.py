@@ -1,7 +1,4 @@
-"""Coulomb's friction of the ground as the set-valued law: closed forms, instants, directions, the smooth law.
-
-test_engines.py compares the engines.
-"""
+"""Coulomb's friction of the ground as the set-valued law: closed forms, instants, directions, the smooth law."""
 
 import numpy as np
 import pytest

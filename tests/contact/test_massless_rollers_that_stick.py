@@ -1,13 +1,15 @@
 """Massless rollers whose bearings stick beside the law coulomb: an ellipse that is cut by a strip. Closed forms, every
-body, the laws in every row, and free rollers as their inertia goes to zero."""
+body, rows that were wrong once, and free rollers as their inertia goes to zero."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from corpus.replay import LAWS
 from reactions.test_newton_euler import call
+from sensitivities.costs import task as skid_of
 
-from contact.in_steps import assert_samples_are_those_of_finer_runs
+from contact.laws import judged
 from contact.test_massless_rollers import by_bodies
 from contact.test_newton_euler import slipping_case
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
@@ -206,9 +208,6 @@ def test_modes_agree_with_every_body(wheels, rollers, axles):
     assert np.abs(found["slip_dot"][sticks, 1]).max() <= 1e-10 * np.abs(nu_rates).max() * DISTANCE
 
 
-# The convex problem
-
-
 # Runs
 
 
@@ -237,60 +236,40 @@ def scene(number, break_away=True):
     return vehicle, {"nu": nu, "effects": effects, "accuracy": 1e-10, **MASSLESS}
 
 
-def residuals(vehicle, effects, run):
-    """The largest residual of each part of the laws, by name: loads, and forces over their coefficients, by a wheel's
-    share of the weight, torques by what they are at most, speeds by the largest so far."""
-    contact, bearings = effects[:2]
-    sliding, static = (np.array(v) for v in (contact.friction, contact.static_friction))
-    weight, share, load = vehicle.mass * GRAVITY, vehicle.mass * GRAVITY / vehicle.wheels, run.ground_load
-    rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
-    most = np.array(bearings.roller_coulomb)
-    holding = most if bearings.roller_break_away is None else np.array(bearings.roller_break_away)
-    slip, force, spins, taken = run.slip, run.ground_force, run.contact_spin, contact_torques(run)
-    rates, along = kernel(vehicle, "massless", "python").wheel_rates(run.nu, run.chi)
-    pair = np.stack([rho * along, vehicle.wheel_radius * (run.quantity("rates") - rates)], axis=-1)
-    platform = vehicle.platform_radius * np.abs(run.nu * [1, 1, 1 / vehicle.yaw_scale]).sum(axis=1)
-    speeds = np.maximum.accumulate(platform + vehicle.wheel_radius * np.abs(run.quantity("rates")).max(axis=1))[:, None]
-    speeds = np.where(speeds > 0, speeds, 1.0)
-    carries = load > 0
-    sticks, slides = run.sticks & carries, ~run.sticks & carries
-    used, slid = (np.linalg.norm(force / mu, axis=-1) for mu in (static, sliding))
-    normal = force / sliding**2
-    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
-    turns = np.abs(spins) * rho > 1e-9 * speeds
-
-    def where(modes, values):
-        return float(np.where(modes, values, 0.0).max())
-
-    return {
-        "one force": where(True, np.abs(force[..., 0] * rho - taken) / most),
-        "off": where(~carries, np.abs(force).sum(axis=-1) / share),
-        "load": where(True, -load / share),
-        "weight": float(np.abs(load.sum(axis=1) / weight - 1).max()),
-        "cone": where(sticks, (used - load) / share),
-        "strip": where(True, np.abs(taken) / holding - 1),
-        "no slip": where(sticks, np.linalg.norm(slip, axis=-1) / speeds),
-        "ellipse": where(slides, np.abs(slid - load) / share),
-        "normal": where(slides, np.abs(slip[..., 0] * normal[..., 1] - slip[..., 1] * normal[..., 0]) / speeds),
-        "against the slip": where(slides, (slip * normal).sum(axis=-1) / speeds),
-        "against the spin": where(turns, np.abs(taken + np.sign(spins) * most) / most),
-        "speeds": where(carries, np.abs(slip[..., 0] + rho * spins - pair[..., 0]) / speeds),
-        "slip": where(True, np.abs(slip[..., 1] - pair[..., 1]) / speeds),
-    }
+def assert_obeys_the_laws(run, *but):
+    assert {law for law, residual in judged(run).items() if not residual.max() <= LAWS} <= set(but)
 
 
-def assert_the_laws_hold(number):
-    vehicle, options = scene(number)
-    run = simulate(vehicle, duration=0.2, **options)
-    for name, residual in residuals(vehicle, options["effects"], run).items():
-        assert residual <= LAW, (number, name)
-    lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-    assert abs(run.ledger.residual) <= 1e-9 * lost, number
+def test_slips_that_keep_their_direction_come_to_rest_together():
+    """Two contacts come to rest at once, each in the direction that it has kept: 4e-11 m/s are left of one where the
+    other rests. In that row its direction was that of what is left, and a force 36 % beyond its ellipse."""
+    vehicle, options = scene(601)
+    assert_obeys_the_laws(simulate(vehicle, duration=0.2, **options))
 
 
-@pytest.mark.parametrize("number", [0, 2, 7, 8, 9])
-def test_the_laws_hold_in_every_row(number):
-    assert_the_laws_hold(number)
+def test_a_scene_runs_however_its_start_is_rounded():
+    """A contact gives way there that is pulled by next to nothing: of starts some roundings apart a quarter stopped, as
+    no step was small enough."""
+    vehicle, options = scene(143)
+    for number in range(24):
+        roundings = np.random.default_rng([143, number]).integers(-3, 4, 3)
+        nu = tuple(np.array(options["nu"]) * (1 + 4e-16 * roundings))
+        assert_obeys_the_laws(simulate(vehicle, duration=0.2, **options | {"nu": nu}))
+
+
+@pytest.mark.parametrize("accuracy", [1e-8, 1e-11])
+def test_a_roller_stops_as_its_bearing_comes_to_take_all_of_the_friction(accuracy):
+    """A wheel slips along its axle with 0.26 m/s and across it with 4e-6 m/s. As its contact moves to the middle of
+    its roller, the bearing comes to take all friction but 2e-10 of it, and the spin passes zero by 1e12 rad/s^2. No
+    instant is nearer to that than 2e-5 rad/s: the run stepped there on the spot."""
+    options = skid_of("in series, coulomb, skid, torque") | {"duration": 1.9, "control": False}
+    options.pop("sensitivities")
+    run, finer = (simulate(**options | {"accuracy": given}) for given in (accuracy, 1e-12))
+    before, after = np.searchsorted(run.t, (1.794, 1.79403))
+    assert run.contact_spin[before, 2] < -20 and run.contact_spin[after, 2] == 0
+    assert abs(run.slip[before, 2]).max() < 1e-3 and abs(run.slip[after, 2, 0]) > 0.2
+    assert_obeys_the_laws(run, "roller in contact")  # such a spin is a difference over what is left of the friction
+    assert distance_at(run, finer, np.linspace(0, 1.9, 7)) <= accuracy
 
 
 def assert_free_rollers_tend_to_it(end, **of_loads):
@@ -318,11 +297,3 @@ def assert_free_rollers_tend_to_it(end, **of_loads):
 
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
     assert_free_rollers_tend_to_it(0.03)
-
-
-def test_samples_between_rows_are_those_of_finer_runs():
-    vehicle, options = scene(8)
-    options |= {"duration": 0.2}
-    assert_samples_are_those_of_finer_runs(
-        vehicle, options, np.linspace(0.011, 0.191, 19), ("slip", "contact_spin"), 1e-10
-    )

@@ -1,5 +1,5 @@
 """Rollers whose bearings stick beside contacts that stick, and axles: every body in every mode, closed forms, forces
-that are not determinate, the law in every row, and the friction with named speeds that tends to it."""
+that are not determinate, and scenes whose rows were wrong once."""
 
 from dataclasses import replace
 
@@ -11,7 +11,6 @@ from reactions.newton_euler import Acting, position, solve
 from reactions.test_newton_euler import call
 from scipy.optimize import minimize
 
-from contact.in_steps import assert_a_sweep_ends_where_its_runs_end
 from contact.laws import judged
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_sticking_bodies import RELATIVE, by_bodies
@@ -19,14 +18,12 @@ from contact.test_stuck_rollers import all_spins, contact_torques
 from omniroll import (
     Bearings,
     Contact,
-    Session,
     Slope,
     TorqueTable,
     Vehicle,
     simulate,
 )
 from omniroll.kernels.kernel import kernel
-from omniroll.results.comparison import distance_at
 
 CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
 RADIUS, MASS, ARM = CROSS.wheel_radius, CROSS.mass, CROSS.platform_radius
@@ -356,54 +353,3 @@ def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
     run = simulate(vehicle, **options)
     assert run.stats["engine"] == "compiled"
     assert_obeys_the_laws(vehicle, run, options)
-
-
-@pytest.mark.long
-def test_friction_with_named_speeds_tends_to_it():
-    """Where speeds are named no bearing sticks: friction fades. All rollers stop, and the vehicle: the distance
-    falls by more than the named speed."""
-    breaks, turns = 0.02, 0.002
-    named = {"wheel_speed": None, "roller_speed": None}
-    options = {"nu": (0.05, 0.03, 0.0), "roller_model": "free", "duration": 0.3, "control": False}
-    ground, times = Contact(law="coulomb", friction=0.5), np.linspace(0, 0.3, 31)
-
-    def run(**speeds):
-        bearings = Bearings(wheel_coulomb=breaks, roller_coulomb=turns, **speeds)
-        return simulate(CROSS, effects=[ground, bearings], accuracy=1e-9, **options)
-
-    sticks = run(**named)
-    assert not sticks.nu[-1].any() and sticks.stats["engine"] == "compiled"
-    distances = [distance_at(run(wheel_speed=speed, roller_speed=speed), sticks, times) for speed in (1e-3, 1e-4)]
-    assert distances[1] < 1e-4 and distances[0] > 8 * distances[1]
-
-
-@pytest.mark.parametrize("number", [0, 3, 11, 13])
-def test_a_session_with_pauses_is_the_run_and_goes_back_to_the_bit(number):
-    assert_a_session_is_the_run(*scene(number))
-
-
-def assert_a_session_is_the_run(vehicle, options):
-    duration, _ = options.pop("duration"), options.pop("control")
-    run = simulate(vehicle, duration=duration, control=False, **options)
-    session = Session(vehicle, driven=False, **options)
-    steps = np.random.default_rng(1).dirichlet(np.ones(12)) * duration
-
-    def goes_on(steps):
-        for step in steps:
-            session.step(step)
-        return [session.nu.copy(), session.pose.copy(), session.wheel_speeds, session.contact_spin,
-                session.ground_force, session.energy, session.outputs["ground_loss"]]  # fmt: skip
-
-    goes_on(steps[:5])
-    saved = session.save()
-    end = goes_on(steps[5:])
-    wanted = [run.nu, run.pose, run.quantity("rates"), run.contact_spin, run.ground_force, run.energy,
-              run.quantity("ground_loss")]  # fmt: skip
-    for found, rows in zip(end, wanted, strict=True):
-        np.testing.assert_allclose(found, rows[-1], atol=1e-6 * max(np.abs(rows).max(), 1e-3))
-    session.restore(saved)
-    assert all(np.array_equal(after, before) for after, before in zip(goes_on(steps[5:]), end, strict=True))
-
-
-def test_a_sweep_ends_where_its_runs_end():
-    assert_a_sweep_ends_where_its_runs_end(*scene(3))

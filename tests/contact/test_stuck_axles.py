@@ -1,5 +1,5 @@
 """Axles whose bearings stick where wheels may slip, under the laws viscous and regularised: closed forms, every body,
-both engines, and the regularised friction of the bearings as its named speed falls."""
+and a stiff ground."""
 
 from dataclasses import replace
 
@@ -9,20 +9,15 @@ from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
 from scipy.linalg import expm
 
-from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.test_newton_euler import MODELS, RELATIVE, by_bodies, by_kernel, slipping_case, viscous
 from omniroll import (
     Bearings,
     Contact,
-    Controller,
-    Motor,
     Slope,
-    Torque,
     TorqueTable,
     Vehicle,
     simulate,
 )
-from omniroll.results.comparison import distance_at
 
 CROSS = Vehicle.paper(4, 5)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
 RADIUS, INERTIA, MASS = CROSS.wheel_radius, CROSS.wheel_inertia, CROSS.mass
@@ -130,67 +125,6 @@ def test_what_holds_an_axle_stops_it_in_the_equations_of_every_body(model):
         assert value == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(wanted[1]).max())
 
 
-def scene(number):
-    """A vehicle whose axles stick on one of both grounds, and the arguments of its run."""
-    rng = np.random.default_rng([5, number])
-    model, law, wheels = MODELS[number % 2], ("viscous", "regularised")[number // 2 % 2], int(rng.choice((3, 4, 5, 6)))
-    friction = 10 ** rng.uniform(-2, 0.3)
-    rates = tuple(rng.normal(size=wheels) * (rng.random(wheels) < 0.6)) if rng.random() < 0.7 else None
-    numbers = {"coefficient": 20 * friction}
-    if law == "regularised":
-        numbers = {"friction": friction, "speed": 10 ** rng.uniform(-3, -1), "normal_gravity": 9.7}
-    torques = 10 ** rng.uniform(-3, -0.5) * rng.uniform(0.5, 1.5, wheels)
-    bearings = Bearings(wheel_coulomb=torques, wheel_break_away=torques * rng.choice((1.0, 1.4)), roller_viscous=1e-6)
-    acts = (
-        Torque(0.2 * rng.normal(size=wheels)),
-        TorqueTable((0.0, 0.02, 0.05, 0.1), 0.3 * rng.normal(size=(4, wheels))),
-        Motor(rng.normal(scale=4, size=wheels), 0.02, 1.5, gear_ratio=4, current_limit=1.0),
-        Controller(rng.normal(size=3), 0.02, 0.02, limit=0.3),
-    )[number // 4 % 4]
-    effects = [Contact(law=law, wheel_rates=rates, **numbers), bearings, acts, Slope(rng.uniform(0, 0.3), 1.0)]
-    nu = rng.normal(size=3) if rng.random() < 0.8 else (0.0, 0.0, 0.0)
-    options = {"nu": nu, "roller_model": model, "effects": effects, "accuracy": 1e-10, "control": False}
-    return Vehicle.paper(wheels, int(rng.integers(4, 7))), options
-
-
-def assert_obeys_the_law(run, bearings):
-    """In each row an axle at rest takes at most its break-away torque, and one that turns its sliding torque."""
-    rates, torque = run.quantity("rates"), bearing_torques(run)
-    sliding, holding = np.array(bearings.wheel_coulomb), np.array(bearings.wheel_break_away)
-    assert (np.abs(torque) <= holding * (1 + 1e-12)).all()
-    turning = np.abs(rates) > 1e-12 * np.abs(rates).max()  # the row in which one stops has what rounding has left
-    assert (torque == -np.sign(rates) * sliding)[turning].all()
-    assert turning.any() and (rates == 0).any()
-    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-    assert abs(run.ledger.residual) <= 1e-8 * scale
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", [1, 2, 5, 11])
-def test_the_law_holds_in_every_row(number):
-    vehicle, options = scene(number)
-    assert_obeys_the_law(simulate(vehicle, duration=0.15, **options), options["effects"][1])
-
-
-@pytest.mark.long
-def test_friction_with_a_named_speed_tends_to_it():
-    """At first order of the speed: nothing of the set-valued law has a part in those runs."""
-    vehicle, options = scene(2)
-    ground, bearings, *others = options.pop("effects")
-    bearings = replace(bearings, wheel_break_away=None)
-    times = np.linspace(0, 0.15, 16)
-    sticks = simulate(vehicle, duration=0.15, effects=[ground, bearings, *others], **options)
-    speeds = np.array([1e-2, 1e-3, 1e-4])
-    distances = [
-        distance_at(simulate(vehicle, duration=0.15,
-                             effects=[ground, replace(bearings, wheel_speed=speed), *others], **options), sticks, times)
-        for speed in speeds
-    ]  # fmt: skip
-    assert (sticks.quantity("rates") == 0).any() and (sticks.quantity("rates") != 0).any()
-    slope, _ = np.polyfit(np.log10(speeds), np.log10(distances), 1)
-    assert slope == pytest.approx(1.0, abs=0.1)
-
-
 def stiff_scene(number):
     """A vehicle at rest on a ground so stiff that slip decays within 1e-6 s, with wheels that may turn."""
     rng = np.random.default_rng([77, number])
@@ -217,9 +151,3 @@ def test_axles_stop_and_break_away_on_a_stiff_ground(number):
     assert run.t[-1] == 0.05 and len(run) < 1000
     scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
     assert abs(run.ledger.residual) <= 10 * options["accuracy"] * scale
-
-
-@pytest.mark.long
-def test_a_session_is_the_run():
-    vehicle, options = scene(5)
-    assert_a_session_ends_as_the_run(vehicle, duration=0.15, **options)

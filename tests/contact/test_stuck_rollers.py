@@ -1,5 +1,5 @@
 """Rollers whose bearings stick where wheels may slip, under the laws viscous and regularised: closed forms, every body,
-both engines, and the regularised friction of the bearings as its named speed falls."""
+and the regularised friction of the bearings as its named speed falls."""
 
 from dataclasses import replace
 
@@ -11,15 +11,11 @@ from reactions.test_newton_euler import call
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from contact.in_steps import assert_a_session_ends_as_the_run
 from contact.test_newton_euler import DAMPING, RELATIVE, by_bodies, slipping_case, viscous
 from omniroll import (
     Bearings,
     Contact,
-    Controller,
-    Motor,
     Slope,
-    Torque,
     TorqueTable,
     Vehicle,
     simulate,
@@ -211,81 +207,6 @@ def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, ro
     assert not spin_dot[sticks].any() and np.abs(by_body[sticks]).max() <= RELATIVE * scale
 
 
-def scene(number):
-    """A vehicle whose rollers stick on one of both grounds, in half of these beside its axles, and how it runs."""
-    rng = np.random.default_rng([6, number])
-    law, wheels = ("viscous", "regularised")[number // 2 % 2], int(rng.choice((3, 4, 5, 6)))
-    vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
-    friction = 10 ** rng.uniform(-2, 0.3)
-    rates = tuple(rng.normal(size=wheels) * (rng.random(wheels) < 0.6)) if rng.random() < 0.7 else None
-    numbers = {"coefficient": 20 * friction}
-    if law == "regularised":
-        numbers = {"friction": friction, "speed": 10 ** rng.uniform(-3, -1), "normal_gravity": 9.7}
-    torques = vehicle.roller_inertia * 10 ** rng.uniform(0, 3) * rng.uniform(0.5, 1.5, wheels)
-    given = {"roller_coulomb": torques, "roller_break_away": torques * rng.choice((1.0, 1.4))}
-    if number % 2:
-        of_axles = 10 ** rng.uniform(-3, -0.5) * rng.uniform(0.5, 1.5, wheels)
-        given |= {"wheel_coulomb": of_axles, "wheel_break_away": of_axles * rng.choice((1.0, 1.4))}
-    if rng.random() < 0.5:
-        given["roller_viscous"] = 1e-6
-    acts = (
-        Torque(0.2 * rng.normal(size=wheels)),
-        TorqueTable((0.0, 0.02, 0.05, 0.1), 0.3 * rng.normal(size=(4, wheels))),
-        Motor(rng.normal(scale=4, size=wheels), 0.02, 1.5, gear_ratio=4, current_limit=1.0),
-        Controller(rng.normal(size=3), 0.02, 0.02, limit=0.3),
-    )[number // 4 % 4]
-    spins = rng.normal(size=(wheels, vehicle.rollers_per_wheel - 1)) * rng.choice((0, 3, 30))
-    effects = [Contact(law=law, wheel_rates=rates, contact_spins=0 if rng.random() < 0.5 else None, **numbers),
-               Bearings(**given), acts, Slope(rng.uniform(0, 0.3), 1.0)]  # fmt: skip
-    nu = rng.normal(size=3) if rng.random() < 0.8 else (0.0, 0.0, 0.0)
-    options = {"nu": nu, "spins": spins, "roller_model": "free", "effects": effects, "accuracy": 1e-10}
-    return vehicle, options | {"control": False}
-
-
-def torques_that_hold(run):
-    """Of each step of time the rollers (N, n) that stick in it, by their spins at both ends, and what the bearings take
-    where it starts."""
-    bound = run.effects.kernel(run.vehicle, "free", "python")
-    spins, names = all_spins(run), run.effects.drives()
-    still = np.abs(spins) <= 1e-13 * np.abs(spins).max()
-    (bearings,) = (e for e in run.effects.effects if isinstance(e, Bearings))
-    sliding = np.broadcast_to(np.array(bearings.roller_coulomb)[:, None], spins.shape[1:])
-    found = []
-    for k in np.flatnonzero(run.t[1:] > run.t[:-1]):
-        sticks = still[k] & still[k + 1]
-        given = np.where(sticks, 0.0, -np.sign(np.where(still[k], spins[k + 1], spins[k])) * sliding)
-        axial = bound.axial_speeds(run.nu[k], run.chi[k], run.spins[k])
-        values = {"nu": run.nu[k], "chi": run.chi[k], "heading": run.pose[k, 2], "axial": axial}
-        values |= {name: run.quantity(name)[k] for name in ("rates", "contact_omega")}
-        values |= dict(zip(names, run.drive[k], strict=True)) | {"axle_sticks": np.zeros(bound.wheels)}
-        values |= {"contact_sticks": sticks[:, 0], "free_sticks": sticks[:, 1:], "momenta": bound.momenta(axial)}
-        values |= {"contact_bearing": given[:, 0], "free_bearing": given[:, 1:]}
-        outputs = [argument.name for argument in bound.signatures["disk_dynamics"].outputs]
-        given_out = dict(zip(outputs, call(bound, "disk_dynamics", values), strict=True))
-        held = np.concatenate([given_out["contact_holding"][:, None], given_out["free_holding"]], axis=1)
-        found.append((sticks, given + held))
-    return tuple(map(np.array, zip(*found, strict=True)))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", [1, 2, 5, 8, 11])
-def test_the_law_holds_in_every_row(number):
-    """A roller that sticks is asked for no more than its bearing takes; one that spins has its sliding torque."""
-    vehicle, options = scene(number)
-    run = simulate(vehicle, duration=0.15, **options)
-    sticks, torques = torques_that_hold(run)
-    holding = np.array(options["effects"][1].roller_break_away)[:, None]
-    beyond = np.where(sticks, np.abs(torques) - holding, 0.0) / holding
-    assert beyond.max() <= 1e-9
-    assert sticks.any() and not sticks.all()
-    spins, shown = run.contact_spin, contact_torques(run)
-    assert (np.abs(shown) <= holding[:, 0] * (1 + 1e-9)).all()
-    turning = np.abs(spins) > 1e-9 * np.abs(spins).max()
-    assert (shown == -np.sign(spins) * np.array(options["effects"][1].roller_coulomb))[turning].all()
-    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-    assert abs(run.ledger.residual) <= 1e-8 * scale
-
-
 PAPER = Vehicle.paper(3, 5)
 SPINNING = {"nu": (0.0, 0.0, 0.3), "spins": 30 * np.random.default_rng(3).normal(size=(3, 4))}
 GROWING = TorqueTable((0.0, 0.3), ((0.0, 0.0, 0.0), (0.3, -0.1, 0.2)))
@@ -307,9 +228,3 @@ def test_friction_with_a_named_speed_tends_to_it_at_first_order(coulomb, start, 
     distances = [distance_at(run(replace(bearings, roller_speed=speed)), sticks, times) for speed in (1e-2, 1e-3)]
     assert (np.abs(sticks.spins[-1]) < 1e-12).any()
     assert 0.95 <= np.log10(distances[0] / distances[1]) <= 1.05
-
-
-@pytest.mark.long
-def test_a_session_is_the_run():
-    vehicle, options = scene(5)
-    assert_a_session_ends_as_the_run(vehicle, duration=0.15, **options)
