@@ -10,14 +10,14 @@ from gymnasium.utils.env_checker import check_env
 
 import omniroll
 import omniroll.gym
-from omniroll.gym import TwistEnv, TwistTask, TwistVectorEnv
+from omniroll.gym import TwistEnv, TwistTask, TwistVectorEnv, raster
 
 TASK = TwistTask(steps=8)
 
 
 @pytest.mark.filterwarnings("ignore:.*Box observation space m.*imum value is .*inf")
 def test_gymnasiums_checker_passes():
-    check_env(gymnasium.make(omniroll.gym.TWIST).unwrapped, skip_render_check=True)
+    check_env(gymnasium.make(omniroll.gym.TWIST, render_mode="rgb_array").unwrapped)
 
 
 def test_the_seed_decides():
@@ -129,3 +129,41 @@ def test_why_an_episode_is_terminated_is_in_its_info(monkeypatch):
     monkeypatch.setattr(env.session, "step", stopping)
     _, _, terminated, _, info = env.step(np.zeros(3))
     assert terminated is True and info["reason"] == "a step that cannot be made"
+
+
+def test_a_picture_shows_the_vehicle_and_moves_with_its_wheels():
+    env = gymnasium.make(omniroll.gym.TWIST, render_mode="rgb_array").unwrapped
+    env.reset(seed=1, options={"target": (2.0, 0.0, 0.0)})
+    first = env.render()
+    assert first.shape == (256, 256, 3) and first.dtype == np.uint8
+    assert (first[128, 180:] == raster.WANTED).all(axis=-1).sum() > 20  # to the right: heading 0, target ahead
+    for _ in range(5):
+        env.step(np.ones(3))
+    assert (env.render() != first).any() and env.metadata["render_fps"] == 100
+    assert TwistEnv(TASK).render() is None
+    many = TwistVectorEnv(2, TASK, render_mode="rgb_array")
+    many.reset(seed=1)
+    assert [shown.shape for shown in many.render()] == [(256, 256, 3)] * 2
+    with pytest.raises(omniroll.InvalidValueError, match="render_mode"):
+        TwistEnv(TASK, render_mode="human")
+
+
+def test_the_mark_on_a_wheel_turns_with_it():
+    """chi jumps where the contact passes to the next roller; with the roller's number the angle goes on."""
+    session = TwistEnv(TASK).session
+    session.reset()
+    angles = []
+    for _ in range(60):
+        session.step(0.01, voltage=(6.0, -2.0, 1.0))
+        angles.append(session.chi - 2 * np.pi / 5 * session.contact)
+    steps = (np.diff(angles, axis=0) + np.pi) % (2 * np.pi) - np.pi
+    assert np.ptp(angles, axis=0).max() > 2 and np.abs(np.diff(steps, axis=0)).max() < 0.05
+
+
+def test_why_an_episode_of_many_is_terminated_is_in_their_info(monkeypatch):
+    many = TwistVectorEnv(3, TASK)
+    many.reset(seed=1)
+    monkeypatch.setattr(many.sessions, "step", lambda *_: {1: "a step that cannot be made"})
+    _, _, terminated, _, infos = many.step(np.zeros((3, 3)))
+    assert terminated.tolist() == infos["_reason"].tolist() == [False, True, False]
+    assert infos["reason"].tolist() == [None, "a step that cannot be made", None]

@@ -59,6 +59,7 @@ PROGRAMS = {  # of each extra: what needs a package, and which; the programs beg
         "to_xarray": ("xarray", RUN + "run.to_xarray()\n"),
         "to_parquet": ("pyarrow", RUN + "run.to_parquet('run.parquet')\n"),
     },
+    "training": {},  # the program is a page's
     "progress": {},  # without it lines of text say how far a run is
     "cluster": {},  # the executor is the user's own
     "generate": {},  # of the repository, not of the package
@@ -73,6 +74,7 @@ ALONE = {  # what these extras bring is there
         "assert not many.reasons\n"
     ),
     "generate": "import mpmath\n",
+    "training": f"import runpy\nrunpy.run_path({str(ROOT / 'docs/training.py')!r}, run_name='__main__')\n",  # a minute
 }
 
 

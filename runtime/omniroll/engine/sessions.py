@@ -45,8 +45,8 @@ class Sessions:
         self.nu, self.chi = np.empty((count, 3)), np.empty((count, vehicle.wheels))
         self._read()
 
-    def step(self, duration: float, voltage: np.ndarray, which: np.ndarray) -> list[int]:
-        """Go on for a time; the numbers of those that could not.
+    def step(self, duration: float, voltage: np.ndarray, which: np.ndarray) -> dict[int, str]:
+        """Go on for a time; the numbers of those that could not, and why.
 
         duration  in s
         voltage   (V, N) in V of the motors, from now on
@@ -59,13 +59,13 @@ class Sessions:
             count, self._of("long long", which), self.members, self.model, self._of("double", self.elapsed),
             self._of("double", voltage), self._of("int", statuses),
         )  # fmt: skip
-        stopped = []
+        stopped: dict[int, str] = {}
         for k in np.flatnonzero(statuses != DONE).tolist():
             run = self.runs[which[k]]
             try:
                 run.go_on_from(int(statuses[k]), run.run.elapsed, run.run.step_count)
-            except SimulationStopped:
-                stopped.append(int(which[k]))
+            except SimulationStopped as error:
+                stopped[int(which[k])] = error.reason
         self._read()
         return stopped
 
