@@ -4,7 +4,7 @@ import json
 from functools import cached_property
 from pathlib import Path
 
-from .expressions import FUNCTIONS, Canonical, Order, to_json
+from .expressions import FUNCTIONS, SUMS, Canonical, Order, to_json
 from .programs import (
     ContractError,
     EffectSet,
@@ -20,7 +20,7 @@ FORMAT = 3
 PARTS = (
     "symbols", "effects", "arguments", "fields", "bases", "sets", "steps", "functions", "equations", "proofs", "bounds",
 )  # fmt: skip
-OPERATORS = ("+", "*", "^", "/", *FUNCTIONS)
+OPERATORS = ("+", "*", "^", "/", *FUNCTIONS, *SUMS)
 
 
 class Derivation:

@@ -5,6 +5,7 @@ The data's form (JSON)                     here
   ["+", e, ...]  ["*", e, ...]             Sum, Product
   ["^", e, k]                              Power, k an integer
   ["sin", e]  ["cos", e]  ["sqrt", e]      Call
+  ["sum_i", e]  ["sum_ij", e]              Call: a sum over wheels, over their free rollers; of equations that are shown
 
 Canonical means, bottom up:
   - sums and products are flat, sorted by an Order, without repeated terms or factors, numbers gathered;
@@ -21,6 +22,7 @@ from fractions import Fraction
 from math import isqrt
 
 FUNCTIONS = ("sin", "cos", "sqrt", "exp")
+SUMS = ("sum_i", "sum_ij")  # linear
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +158,7 @@ class Order:
             case Symbol(name):
                 key = (1, self.rank.get(name, len(self.rank)), natural(name))
             case Call(function, argument):
-                key = (2, FUNCTIONS.index(function), self.factor(argument))
+                key = (2, (*FUNCTIONS, *SUMS).index(function), self.factor(argument))
             case Sum(terms):
                 key = (3, tuple(map(self.term, terms)))
             case _:
@@ -218,8 +220,12 @@ class Canonical:
         return self.product([number(value**exponent), *raised])
 
     def call(self, function: str, argument: Expression) -> Expression:
-        """sin, cos, sqrt or exp; an odd or even function takes the sign of its argument out."""
+        """sin, cos, sqrt or exp, or a sum; an odd or even function takes the sign of its argument out."""
         value, factors = split_coefficient(argument)
+        if function in SUMS:
+            if factors and isinstance(factors[0], Sum):  # a sum keeps its signs
+                return Call(function, argument)
+            return self.product([number(value), Call(function, with_coefficient(Fraction(1), factors))])
         if function == "exp":
             return ONE if argument == ZERO else Call(function, argument)
         if function == "sqrt":
@@ -263,7 +269,7 @@ class Canonical:
                 return self.product(map(self.read, factors))
             case ["^", base, int(exponent)] if not isinstance(exponent, bool):
                 return self.power(self.read(base), exponent)
-            case [str(function), argument] if function in FUNCTIONS:
+            case [str(function), argument] if function in FUNCTIONS or function in SUMS:
                 return self.call(function, self.read(argument))
         raise ValueError(f"not an expression: {data!r}")
 

@@ -137,6 +137,11 @@ def equations_of(numbers: Iterable[str]) -> str:
     return ", ".join(f"({n})" if re.fullmatch(r"\d+\.\d+(:\w+)?", n) else n for n in numbers)
 
 
+def sources(text: str) -> str:
+    """The numbers of equations in a text, each in brackets."""
+    return re.sub(r"(?<![\w.])\d+\.\d+", r"(\g<0>)", text)
+
+
 def called(names: list[str], text: str) -> list[str]:
     """The functions that the text calls."""
     return [name for name in names if re.search(rf"\b{name}\(", text)]
@@ -162,6 +167,7 @@ def environment() -> Environment:
         "work": work,
         "made_of": made_of,
         "equations": equations_of,
+        "sources": sources,
         "tex": escaped,
         "called": called,
         "comment": comment,

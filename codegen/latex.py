@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from .expressions import (
     ONE,
+    SUMS,
     Call,
     Expression,
     Number,
@@ -12,11 +13,13 @@ from .expressions import (
     Sum,
     Symbol,
     negated,
+    number,
     split_coefficient,
     with_coefficient,
 )
 from .infix import has_negative_term, is_negative, reads_as_sum
 
+SIGNS = {"sum_i": r"\sum_{i=1}^{N}", "sum_ij": r"\sum_{i=1}^{N} \sum_{j=2}^{n}"}
 WIDEST = 75  # letters of a line; a fraction is as wide as the longer of its two sides
 
 
@@ -34,6 +37,8 @@ class Latex:
                 return self.fraction([str(abs(value.numerator))], self.side(value.denominator, []), value < 0)
             case Symbol(name):
                 return self.symbol(name)
+            case Call(function, argument) if function in SUMS:
+                return f"{SIGNS[function]} {self.summand(argument)}"
             case Call("sqrt", argument):
                 return rf"\sqrt{{{self.expression(argument)}}}"
             case Call(function, argument):
@@ -51,6 +56,9 @@ class Latex:
         stem, *indices = name.split("_")
         stem = stem if len(stem) == 1 or stem.isdigit() else rf"\mathrm{{{stem}}}"
         return f"{stem}_{{{','.join(indices)}}}" if indices else stem
+
+    def summand(self, e: Expression) -> str:
+        return rf"\left({self.expression(e)}\right)" if reads_as_sum(e) else self.expression(e)
 
     def argument(self, e: Expression) -> str:
         return self.symbol(e.name) if isinstance(e, Symbol) else rf"\left({self.expression(e)}\right)"
@@ -104,7 +112,13 @@ class Latex:
         return f"-{text}" if negative else text
 
     def lines(self, e: Expression) -> list[str]:
-        """A long sum, or a product with one, in lines that fit a page."""
+        """A long sum, or a product with one, in lines that fit a page; each sum over wheels begins a line of its own."""
+        parts = e.terms if isinstance(e, Sum) else (e,)
+        over = [part for part in parts if is_sum_over(part)]
+        if over and width(self.expression(e)) > WIDEST:
+            others = tuple(part for part in parts if part not in over)
+            before = self.lines(Sum(others) if len(others) > 1 else others[0]) if others else []
+            return before + [line for k, part in enumerate(over) for line in self.lines_over(part, bool(others) or k > 0)]
         value, factors = split_coefficient(e)
         long = [f for f in factors if isinstance(f, Sum)]
         if not long or width(self.expression(e)) <= WIDEST:
@@ -118,6 +132,16 @@ class Latex:
         if not rest:
             return [rf"{self.expression(others)} \left( {lines[0]} \right)"]
         return [rf"{self.expression(others)} \Bigl( {lines[0]}", *lines[1:-1], rf"{lines[-1]} \Bigr)"]
+
+    def lines_over(self, part: Expression, is_added: bool) -> list[str]:
+        """A sum over wheels, with its sign where it is added to something."""
+        value, (sum_over,) = split_coefficient(part)
+        sign = "- " if value < 0 else "+ " * is_added
+        factor = "" if abs(value) == 1 else rf"{self.expression(number(abs(value)))} \, "
+        head, lines = f"{sign}{factor}{SIGNS[sum_over.function]}", self.lines(sum_over.argument)
+        if len(lines) == 1:
+            return [f"{head} {self.summand(sum_over.argument)}"]
+        return [rf"{head} \Bigl( {lines[0]}", *lines[1:-1], rf"{lines[-1]} \Bigr)"]
 
     def filled(self, terms: tuple[Expression, ...]) -> list[tuple[Expression, ...]]:
         """The terms in lines: as many in each as fit."""
@@ -134,6 +158,12 @@ class Latex:
         return "".join(
             f" {'-' if is_negative(t) else '+'} {self.term(negated(t) if is_negative(t) else t)}" for t in terms
         ).strip()
+
+
+def is_sum_over(e: Expression) -> bool:
+    """A sum over wheels or their rollers, times a number."""
+    _, factors = split_coefficient(e)
+    return len(factors) == 1 and isinstance(factors[0], Call) and factors[0].function in SUMS
 
 
 def width(text: str) -> int:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from . import formulas
 from .c import CFunction
 from .derivation import Derivation, json_text, kernel_to_json, set_to_json
-from .expressions import Canonical
 from .filling import ENVIRONMENT, template
 from .latex import Latex
 from .operations import count_intermediates, count_operations
@@ -89,12 +88,14 @@ def python_text(effects: EffectSet, functions: list[Function], elsewhere: dict[s
 
 
 def latex_text(derivation: Derivation) -> str:
-    names = {name: entry["latex"] for name, entry in derivation.data["symbols"].items()}
+    data = derivation.data
+    names = {name: entry["latex"] for name, entry in data["symbols"].items()} | data.get("equation_symbols", {})
     return template(
         "equations.tex",
         latex=Latex(names),
-        read=Canonical(derivation.canonical.order).read,
-        equations=derivation.data["equations"],
+        read=derivation.canonical.read,
+        equations=[*data["equations"], *data.get("equations_more", [])],
+        matrices=data.get("matrices", []),
     )
 
 

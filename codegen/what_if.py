@@ -6,6 +6,10 @@ comes in, the others follow. Of the other folders they are counted: the forms th
 equations that have changed are printed, old and new, and all equations are written as LaTeX; a text file beside that
 has every proof that fails, and what is too long for the terminal. Nothing in generated/ changes. With --only-paper the
 steps of maxima/paper/ are run alone: the same equations, and the proofs about them.
+
+With --run SCENE the equations are written as a Python kernel, and the scene's vehicle moves by them without what acts on
+it, beside its motion by the old ones; a picture shows both. Symbols that the vehicle does not have get their numbers
+by --number NAME=VALUE.
 """
 
 import argparse
@@ -24,6 +28,7 @@ from .infix import Infix
 from .latex import Latex
 from .maxima import Maxima, MaximaError
 from .rendering import template
+from .what_if_kernel import kernel_text
 
 GENERAL = ("paper", "machinery")  # folders whose steps hold for any assumption
 LONGEST = 300  # characters of a residual or an equation that are printed
@@ -67,6 +72,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--old", type=Path, default=ROOT / "generated/data/equations.json", metavar="FILE")
     parser.add_argument("--only-paper", action="store_true", help="run the steps of maxima/paper/ alone")
     parser.add_argument("--output", type=Path, default=ROOT / "out/what-if/equations.tex", metavar="FILE")
+    parser.add_argument("--run", type=Path, metavar="SCENE", help="simulate the scene's bare vehicle by both equations")
+    parser.add_argument("--number", action="append", default=[], metavar="NAME=VALUE", help="of a new symbol")
     options = parser.parse_args(arguments)
     try:
         found = derive(options.script, options.only_paper)
@@ -80,8 +87,31 @@ def main(arguments: list[str] | None = None) -> int:
     options.output.parent.mkdir(parents=True, exist_ok=True)
     in_full = options.output.with_suffix(".txt")
     in_full.write_text("\n".join([*every_failure(found), *what_changes, ""]), encoding="utf-8")
-    options.output.write_text(latex_text(found["symbols"], changes), encoding="utf-8")
+    options.output.write_text(latex_text(found, changes), encoding="utf-8")
     say(f"\nthe same in full: {in_full}\nLaTeX, old and new: {options.output}")
+    return run(options, changes) if options.run else 0
+
+
+def run(options: argparse.Namespace, changes: list[Change]) -> int:
+    """The motions by the old and by the new equations, and their picture."""
+    from omniroll import OmnirollError, load_scene
+    from omniroll.studies import what_if as study
+
+    folder, motions = options.output.parent, {}
+    try:
+        numbers = {name: float(value) for name, value in (text.split("=") for text in options.number)}
+        scene = load_scene(options.run)
+        for word, of_change in (("old", attrgetter("old")), ("new", attrgetter("new"))):
+            kernel = folder / f"kernel_{word}.py"
+            equations = {change.id: of_change(change) for change in changes if of_change(change) is not None}
+            kernel.write_text(kernel_text(equations), encoding="utf-8")
+            motions[word] = study.by_scene(study.loaded(kernel), scene, numbers)
+            say(f"{word}: {study.described(motions[word])}")
+    except (OmnirollError, ValueError) as problem:
+        print(f"codegen: {problem}", file=sys.stderr)
+        return 2
+    drawn = study.picture(motions, folder / "motion.png", f"{scene.name}: old and changed assumption")
+    say(f"kernels: {folder / 'kernel_new.py'}, kernel_old.py\npicture: {drawn}")
     return 0
 
 
@@ -190,8 +220,8 @@ def shortened(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
 
-def latex_text(symbols: dict, changes: list[Change]) -> str:
-    latex = Latex({name: entry["latex"] for name, entry in symbols.items()})
+def latex_text(found: dict, changes: list[Change]) -> str:
+    latex = Latex({name: entry["latex"] for name, entry in found["symbols"].items()} | found["equation_symbols"])
     return template("what_if.tex", latex=latex, changes=changes)
 
 

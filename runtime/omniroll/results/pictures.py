@@ -98,7 +98,6 @@ def sheet(runs: Mapping[str, Trajectory], end: float, title: str) -> "Figure":
 
     On a short interval thin lines mark the switches of the last run, unless there are too many of them.
     """
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
     lines = [
@@ -106,15 +105,10 @@ def sheet(runs: Mapping[str, Trajectory], end: float, title: str) -> "Figure":
     ]
     last_label, last = list(runs.items())[-1]
     marks = _can_be_told_apart(last, end)
-    figure = Figure(figsize=(13, 7), layout="constrained")
-    axes = figure.subplot_mosaic([list(row) for row in PANELS])
-    _draw_path(axes["path"], lines)
-    for panel in TIME_PANELS:
-        _draw_over_time(axes[panel], panel, lines)
-        if marks:
+    figure, axes = panels_of(lines)
+    if marks:
+        for panel in TIME_PANELS:
             _mark_switches(axes[panel], last, end)
-    for panel in ("nu_2", "nu_3"):
-        axes[panel].set_xlabel("t, s")
     handles, labels = axes["path"].get_legend_handles_labels()
     if marks:
         handles.append(Line2D([], [], color="#b9c9de", linewidth=1))
@@ -125,6 +119,20 @@ def sheet(runs: Mapping[str, Trajectory], end: float, title: str) -> "Figure":
     axes["key"].legend(handles, labels, loc="center left", title=key_title, alignment="left")
     figure.suptitle(title, x=0.01, ha="left", fontsize=13)
     return figure
+
+
+def panels_of(lines: list[tuple[dict[str, Any], SimpleNamespace]]) -> "tuple[Figure, dict[str, Axes]]":
+    """A figure with the path, heading, energy and nu of lines (style, rows of t, nu, pose and energy), and its axes."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 7), layout="constrained")
+    axes = figure.subplot_mosaic([list(row) for row in PANELS])
+    _draw_path(axes["path"], lines)
+    for panel in TIME_PANELS:
+        _draw_over_time(axes[panel], panel, lines)
+    for panel in ("nu_2", "nu_3"):
+        axes[panel].set_xlabel("t, s")
+    return figure, axes
 
 
 def save(figure: "Figure", path: Path) -> Path:
