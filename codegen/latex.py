@@ -112,13 +112,15 @@ class Latex:
         return f"-{text}" if negative else text
 
     def lines(self, e: Expression) -> list[str]:
-        """A long sum, or a product with one, in lines that fit a page; each sum over wheels begins a line of its own."""
+        """A long sum, or a product with one, in lines that fit a page; a sum over wheels begins a line."""
         parts = e.terms if isinstance(e, Sum) else (e,)
         over = [part for part in parts if is_sum_over(part)]
         if over and width(self.expression(e)) > WIDEST:
             others = tuple(part for part in parts if part not in over)
             before = self.lines(Sum(others) if len(others) > 1 else others[0]) if others else []
-            return before + [line for k, part in enumerate(over) for line in self.lines_over(part, bool(others) or k > 0)]
+            return before + [
+                line for k, part in enumerate(over) for line in self.lines_over(part, bool(others) or k > 0)
+            ]
         value, factors = split_coefficient(e)
         long = [f for f in factors if isinstance(f, Sum)]
         if not long or width(self.expression(e)) <= WIDEST:

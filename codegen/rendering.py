@@ -104,6 +104,8 @@ DATA_FILES = ("symbols", "effects", "arguments", "equations", "proofs", "bounds"
 
 def data_texts(derivation: Derivation) -> dict[str, str]:
     parts = {name: {name: derivation.part(name)} for name in DATA_FILES}
+    beside = ("equations_more", "matrices", "equation_symbols")
+    parts["equations"] |= {name: derivation.part(name) for name in beside if name in derivation.data}
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
     parts["programs"] = derivation.programs()

@@ -7,13 +7,14 @@ equations that have changed are printed, old and new, and all equations are writ
 has every proof that fails, and what is too long for the terminal. Nothing in generated/ changes. With --only-paper the
 steps of maxima/paper/ are run alone: the same equations, and the proofs about them.
 
-With --run SCENE the equations are written as a Python kernel, and the scene's vehicle moves by them without what acts on
-it, beside its motion by the old ones; a picture shows both. Symbols that the vehicle does not have get their numbers
-by --number NAME=VALUE.
+With --run SCENE the equations are written as a Python kernel, and the scene's vehicle moves by them, without what acts
+on it in the scene, beside its motion by the old ones; a picture shows both. Symbols that the vehicle does not have get
+their numbers by --number NAME=VALUE.
 """
 
 import argparse
 import json
+import math
 import re
 import sys
 import tempfile
@@ -23,7 +24,7 @@ from operator import attrgetter
 from pathlib import Path
 
 from .__main__ import ROOT, SCRIPT, say
-from .expressions import Call, Canonical, Expression, Order, Power, Product, Sum, Symbol
+from .expressions import SUMS, Call, Canonical, Expression, Number, Order, Power, Product, Sum, negated, symbols
 from .infix import Infix
 from .latex import Latex
 from .maxima import Maxima, MaximaError
@@ -82,11 +83,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     order = Order(found["symbols"])
     changes = compared(json.loads(options.old.read_text(encoding="utf-8"))["equations"], found["equations"], order)
-    what_changes = [*new_symbols(changes), *changed_equations(changes)]
-    say("\n".join(map(shortened, ["", *first_failures(found), *what_changes])))
+    new = new_symbols(changes)
+    say("\n".join(map(shortened, ["", *first_failures(found), *new, *changed_equations(changes, LONGEST)])))
     options.output.parent.mkdir(parents=True, exist_ok=True)
     in_full = options.output.with_suffix(".txt")
-    in_full.write_text("\n".join([*every_failure(found), *what_changes, ""]), encoding="utf-8")
+    in_full.write_text("\n".join([*every_failure(found), *new, *changed_equations(changes), ""]), encoding="utf-8")
     options.output.write_text(latex_text(found, changes), encoding="utf-8")
     say(f"\nthe same in full: {in_full}\nLaTeX, old and new: {options.output}")
     return run(options, changes) if options.run else 0
@@ -182,30 +183,45 @@ def stops(found: dict) -> list[str]:
 def new_symbols(changes: list[Change]) -> list[str]:
     """A line: the symbols that come in. What is missing here has dropped out, or means something in maxima/ already."""
     old, new = (
-        {name for change in changes for name in symbols_in(side(change))} for side in map(attrgetter, ("old", "new"))
+        {name for change in changes if side(change) is not None for name in symbols(side(change))}
+        for side in map(attrgetter, ("old", "new"))
     )
     names = sorted(new - old)
     return [f"new in the equations: {', '.join(names)}"] if names else []
 
 
-def symbols_in(e: Expression | None) -> set[str]:
-    match e:
-        case Symbol(name):
-            return {name}
-        case Sum(parts) | Product(parts):
-            return set().union(*map(symbols_in, parts))
-        case Power(inner, _) | Call(_, inner):
-            return symbols_in(inner)
-    return set()
-
-
-def changed_equations(changes: list[Change]) -> list[str]:
-    """Lines: the equations that are not what they were."""
+def changed_equations(changes: list[Change], longest: float = math.inf) -> list[str]:
+    """Lines: the equations that are not what they were; of those that are longer than `longest` letters the terms that
+    go and come.
+    """
     changed = [change for change in changes if change.old != change.new]
     lines = ["", f"{len(changed)} of {len(changes)} equations change"]
     for change in changed:
-        lines += [f"  {change.id}, {change.title}", f"    old {plain(change.old)}", f"    new {plain(change.new)}"]
+        old, new = plain(change.old), plain(change.new)
+        both = [f"    old {old}", f"    new {new}"]
+        lines += [f"  {change.id}, {change.title}", *(both if max(len(old), len(new)) <= longest else terms_of(change))]
     return lines
+
+
+def terms_of(change: Change) -> list[str]:
+    """Lines: the terms that an equation loses and gains."""
+    old, new = (dict.fromkeys(terms(side)) for side in (change.old, change.new))
+    lost = [f"    loses {term}" for term in old if term not in new]
+    return lost + [f"    gains {term}" for term in new if term not in old]
+
+
+def terms(e: Expression | None) -> list[str]:
+    """The terms of an expression in plain text, those under a sum each with its sum."""
+    match e:
+        case None:
+            return []
+        case Sum(parts):
+            return [term for part in parts for term in terms(part)]
+        case Product([Number(value), Sum(parts)]) if value == -1:
+            return [term for part in parts for term in terms(negated(part))]
+        case Call(function, Sum(parts)) if function in SUMS:
+            return [f"{function}({term})" for part in parts for term in terms(part)]
+    return [plain(e)]
 
 
 def plain(e: Expression | None) -> str:

@@ -16,11 +16,12 @@ NAMES = {
     "2.1:rho": "rho", "2.1": "contact_spin", "2.2": "wheel_rate", "2.3:1": "x_rate", "2.3:2": "y_rate",
     "2.3:3": "theta_rate", "3.2": "twice_lagrangian", "3.4:1": "f_1", "3.4:2": "f_2", "3.4:3": "f_3",
     "3.4:roller": "nu_dot_s", "7.1:ss": "m_ss", "impact:1": "impulse_1", "impact:2": "impulse_2",
-    "impact:3": "impulse_3", **{f"7.1:{ab}": f"m_{ab}" for ab in ("11", "12", "13", "22", "23", "33", "1s", "2s", "3s")},
+    "impact:3": "impulse_3",
+    **{f"7.1:{ab}": f"m_{ab}" for ab in ("11", "12", "13", "22", "23", "33", "1s", "2s", "3s")},
 }  # fmt: skip
 OF_ROLLERS = ("3.4:roller", "7.1:1s", "7.1:2s", "7.1:3s", "7.1:ss")
-STATE = (*WHEEL, *ROLLER, "nu_1", "nu_2", "nu_3", "nu_dot_1", "nu_dot_2", "nu_dot_3", "x", "y", "theta", "x_dot", "y_dot",
-         "theta_dot", "pi")  # fmt: skip
+STATE = (*WHEEL, *ROLLER, "nu_1", "nu_2", "nu_3", "nu_dot_1", "nu_dot_2", "nu_dot_3", "x", "y", "theta",
+         "x_dot", "y_dot", "theta_dot", "pi")  # fmt: skip
 
 
 @dataclass

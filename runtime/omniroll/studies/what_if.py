@@ -70,7 +70,7 @@ class ChangedVehicle:
 
     def __post_init__(self) -> None:
         if self.vehicle.wheel_places is not None or any(self.vehicle.center_of_mass):
-            raise InvalidValueError("vehicle", self.vehicle, "must be of the paper's layout: the equations have no other")
+            raise InvalidValueError("vehicle", self.vehicle, "must be of the paper's layout")
         known = {s: getattr(self.vehicle, code, None) for s, code in code_names().items() if code.isidentifier()}
         self.values = {s: float(v) for s, v in known.items() if isinstance(v, int | float)} | dict(self.numbers or {})
         if self.roller_model == "massless":
@@ -190,14 +190,16 @@ class ChangedVehicle:
                 if len(switches) > MOST_SWITCHES:
                     raise SimulationStopped(f"more than {MOST_SWITCHES} switches within {t:g} s")
                 continue
-            found = solve_ivp(self.rates, (t, duration), y, "DOP853", grid[(grid > t)], events=ends, rtol=RTOL, atol=ATOL)
+            ahead = grid[grid > t]
+            found = solve_ivp(self.rates, (t, duration), y, "DOP853", ahead, events=ends, rtol=RTOL, atol=ATOL)
             if found.status < 0:
                 raise SimulationStopped(f"at {t:g} s: {found.message}")
-            rows += list(zip(found.t, found.y.T, strict=True))
+            rows += list(zip(found.t, np.transpose(found.y), strict=True))
             if found.status == 0:
                 break
-            t, y = min((times[0], states[0]) for times, states in zip(found.t_events, found.y_events, strict=True)
-                       if len(times))  # fmt: skip
+            passed = [i for i in range(N) if len(found.t_events[i])]
+            first = min(passed, key=lambda i: found.t_events[i][0])
+            t, y = found.t_events[first][0], found.y_events[first][0]
             y = y.copy()
             near = np.abs(y[3 : 3 + N]) >= self.joint * (1 - TOGETHER)
             y[3 : 3 + N] = np.where(near, np.sign(y[3 : 3 + N]) * self.joint, y[3 : 3 + N])
