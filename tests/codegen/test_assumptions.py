@@ -1,0 +1,62 @@
+"""Changed assumptions: what is printed of each is what follows from it, by another derivation in all coordinates."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from assumptions import LETTERS, Assumption, all_assumptions, disagreements
+
+from codegen.maxima import Maxima
+
+ROOT = Path(__file__).resolve().parents[2]
+FEW = 8  # that are derived where there is little time
+
+
+def derived(assumptions: list[Assumption], folder: Path) -> list[dict]:
+    """What the derivation of what-if writes of each, by one process of Maxima."""
+    lines = []
+    for number, assumption in enumerate(assumptions):
+        copy = folder / str(number)
+        shutil.copytree(ROOT / "maxima", copy)
+        file = copy / f"paper/{assumption.file}.mac"
+        file.write_text(assumption.applied(file.read_text()))
+        settings = f'display2d: false, only_paper: true, collect_failures: true, output_file: "{copy}.json"'
+        lines.append(f'kill(values)$ ({settings}, load("{copy}/derive.mac"))$')
+    (folder / "all.mac").write_text("\n".join(lines))
+    Maxima.find(lambda line: None).derive(folder / "all.mac", folder / f"{len(assumptions) - 1}.json", lambda line: None)
+    return [json.loads((folder / f"{number}.json").read_text()) for number in range(len(assumptions))]
+
+
+def wrong(assumptions: list[Assumption], folder: Path) -> list[str]:
+    """What is wrong, and where that is not said."""
+    found = []
+    for assumption, data in zip(assumptions, derived(assumptions, folder), strict=True):
+        differ = disagreements(data["equations"], assumption, seed=len(found) + 1)
+        found += [f"{assumption.place} {assumption.words}: {one}" for one in differ]
+        said = [failure["name"] for failure in data["failures"] if "Lagrange" in failure["name"]]
+        found += [f"{assumption.place} {assumption.words}: {one}" for one in said]
+    return found
+
+
+def test_the_committed_equations_are_those_of_the_independent_derivation():
+    data = json.loads((ROOT / "generated/data/equations.json").read_text())
+    assert disagreements(data["equations"], None, seed=1) == []
+
+
+def test_a_wrong_sign_would_be_found():
+    data = json.loads((ROOT / "generated/data/equations.json").read_text())
+    changed = [entry | {"expr": ["*", -1, entry["expr"]]} if entry["id"] == "3.4:3" else entry
+               for entry in data["equations"]]  # fmt: skip
+    assert len(disagreements(changed, None, seed=1)) == 1
+
+
+def test_some_changed_assumptions(tmp_path):
+    assert wrong(all_assumptions()[:FEW], tmp_path) == []
+
+
+@pytest.mark.long
+def test_fifty_changed_assumptions_with_every_letter(tmp_path):
+    assumptions = all_assumptions()
+    assert len(assumptions) >= 50 and len(LETTERS) == 48
+    assert wrong(assumptions[FEW:], tmp_path) == []
