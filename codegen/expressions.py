@@ -5,7 +5,7 @@ The data's form (JSON)                     here
   ["+", e, ...]  ["*", e, ...]             Sum, Product
   ["^", e, k]                              Power, k an integer
   ["sin", e]  ["cos", e]  ["sqrt", e]      Call
-  ["sum_i", e]  ["sum_ij", e]              Call: a sum over wheels, over their free rollers; of equations that are shown
+  ["sum_i", e] and the other SUMS          Call, in equations that are shown
 
 Canonical means, bottom up:
   - sums and products are flat, sorted by an Order, without repeated terms or factors, numbers gathered;
@@ -22,7 +22,7 @@ from fractions import Fraction
 from math import isqrt
 
 FUNCTIONS = ("sin", "cos", "sqrt", "exp")
-SUMS = ("sum_i", "sum_ij")  # linear
+SUMS = ("sum_i", "sum_ij", "sum_j")  # over wheels, their free rollers, those of one wheel: linear
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from .expressions import (
 )
 from .infix import has_negative_term, is_negative, reads_as_sum
 
-SIGNS = {"sum_i": r"\sum_{i=1}^{N}", "sum_ij": r"\sum_{i=1}^{N} \sum_{j=2}^{n}"}
+SIGNS = {"sum_i": r"\sum_{i=1}^{N}", "sum_ij": r"\sum_{i=1}^{N} \sum_{j=2}^{n}", "sum_j": r"\sum_{j=2}^{n}"}
 WIDEST = 75  # letters of a line; a fraction is as wide as the longer of its two sides
 
 
@@ -113,14 +113,14 @@ class Latex:
 
     def lines(self, e: Expression) -> list[str]:
         """A long sum, or a product with one, in lines that fit a page; a sum over wheels begins a line."""
-        parts = e.terms if isinstance(e, Sum) else (e,)
+        parts = summands(e)
         over = [part for part in parts if is_sum_over(part)]
         if over and width(self.expression(e)) > WIDEST:
             others = tuple(part for part in parts if part not in over)
-            before = self.lines(Sum(others) if len(others) > 1 else others[0]) if others else []
-            return before + [
-                line for k, part in enumerate(over) for line in self.lines_over(part, bool(others) or k > 0)
-            ]
+            lines = self.lines(Sum(others) if len(others) > 1 else others[0]) if others else []
+            for part in over:
+                lines += self.lines_over(part, is_added=bool(lines))
+            return lines
         value, factors = split_coefficient(e)
         long = [f for f in factors if isinstance(f, Sum)]
         if not long or width(self.expression(e)) <= WIDEST:
@@ -160,6 +160,14 @@ class Latex:
         return "".join(
             f" {'-' if is_negative(t) else '+'} {self.term(negated(t) if is_negative(t) else t)}" for t in terms
         ).strip()
+
+
+def summands(e: Expression) -> tuple[Expression, ...]:
+    """What e is the sum of: its terms, where it is a sum or minus one."""
+    if not reads_as_sum(e):
+        return (e,)
+    value, factors = split_coefficient(e)
+    return factors[0].terms if value > 0 else tuple(map(negated, factors[0].terms))
 
 
 def is_sum_over(e: Expression) -> bool:

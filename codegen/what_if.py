@@ -24,9 +24,9 @@ from operator import attrgetter
 from pathlib import Path
 
 from .__main__ import ROOT, SCRIPT, say
-from .expressions import SUMS, Call, Canonical, Expression, Number, Order, Power, Product, Sum, negated, symbols
+from .expressions import SUMS, Call, Canonical, Expression, Order, Power, symbols
 from .infix import Infix
-from .latex import Latex
+from .latex import Latex, summands
 from .maxima import Maxima, MaximaError
 from .rendering import template
 from .what_if_kernel import kernel_text
@@ -212,16 +212,13 @@ def terms_of(change: Change) -> list[str]:
 
 def terms(e: Expression | None) -> list[str]:
     """The terms of an expression in plain text, those under a sum each with its sum."""
+    if e is None:
+        return []
     match e:
-        case None:
-            return []
-        case Sum(parts):
-            return [term for part in parts for term in terms(part)]
-        case Product([Number(value), Sum(parts)]) if value == -1:
-            return [term for part in parts for term in terms(negated(part))]
-        case Call(function, Sum(parts)) if function in SUMS:
-            return [f"{function}({term})" for part in parts for term in terms(part)]
-    return [plain(e)]
+        case Call(function, inner) if function in SUMS:
+            return [f"{function}({term})" for term in terms(inner)]
+    parts = summands(e)
+    return [plain(e)] if parts == (e,) else [term for part in parts for term in terms(part)]
 
 
 def plain(e: Expression | None) -> str:

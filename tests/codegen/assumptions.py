@@ -16,7 +16,7 @@ from mpmath import mp, mpf
 WHEELS, ROLLERS = 2, 3
 STEP = mpf(10) ** -20  # errors of differences are its square
 UP = np.array([mpf(0), mpf(0), mpf(1)])
-ASSIGNED_BEFORE, COORDINATES = set("qV"), set("xy")  # letters that have a value, or a meaning, where energies are written
+ASSIGNED_BEFORE, COORDINATES = set("qV"), set("xy")  # have a value or a meaning where energies stand
 LETTERS = sorted(set(string.ascii_letters) - ASSIGNED_BEFORE - COORDINATES)
 
 PLACES = {  # what is changed: file, what stands there, and what takes its place
@@ -202,6 +202,10 @@ class Mechanics:
         return [np.dot(column, acting) for column in self.V()]
 
 
+def differs(shown: object, right: object) -> bool:
+    return abs(shown - right) > mpf(10) ** -25 * (1 + abs(right))
+
+
 def difference(f, at: list, k: int) -> object:
     """df/d(at[k])."""
     ahead, behind = list(at), list(at)
@@ -228,7 +232,7 @@ class Printed:
 
     def __call__(self, name: str, wheel: int | None = None, roller: int | None = None) -> object:
         """Of the vehicle, of a wheel, or of a roller of it, counted from 1 as j - 1."""
-        own = {} if wheel is None else self.wheels[wheel][0]
+        own = {} if wheel is None else self.wheels[wheel][0] | {"rollers": self.wheels[wheel][1]}
         own = own if roller is None else own | self.wheels[wheel][1][roller - 1]
         return self.value(self.equations[name], self.numbers | own)
 
@@ -240,6 +244,8 @@ class Printed:
                 return mpf(e)
             case ["sum_i", inner]:
                 return sum(self.value(inner, at | own) for own, _ in self.wheels)
+            case ["sum_j", inner]:
+                return sum(self.value(inner, at | roller) for roller in at["rollers"])
             case ["sum_ij", inner]:
                 return sum(self.value(inner, at | own | roller) for own, rollers in self.wheels for roller in rollers)
             case ["+", *terms]:
@@ -262,7 +268,8 @@ def disagreements(equations: list[dict], assumption: Assumption | None, seed: in
         true, printed = Mechanics(assumption, state), Printed(equations, state)
         matrix, force = true.matrix(), true.force()
         p = true.momenta(state.q, true.rates(state.q, state.nu))
-        found = {f"7.1:{a + 1}{b + 1}": (printed(f"7.1:{a + 1}{b + 1}"), matrix[a, b]) for a in range(3) for b in range(a, 3)}
+        pairs = [(a, b) for a in range(3) for b in range(a, 3)]
+        found = {f"7.1:{a + 1}{b + 1}": (printed(f"7.1:{a + 1}{b + 1}"), matrix[a, b]) for a, b in pairs}
         found |= {f"3.4:{a + 1}": (printed(f"3.4:{a + 1}"), force[a]) for a in range(3)}
         found |= {f"7.2:{k + 1}": (printed(f"7.2:{k + 1}"), p[k]) for k in range(3)}
         for i in range(WHEELS):
@@ -274,5 +281,6 @@ def disagreements(equations: list[dict], assumption: Assumption | None, seed: in
                 found |= {f"7.1:ss {name}": (printed("7.1:ss", i, j), matrix[s, s]),
                           f"3.4:roller {name}": (printed("3.4:roller", i, j) * matrix[s, s], force[s]),
                           f"7.2:6 {name}": (printed("7.2:6", i, j), p[true.phi(i, j)])}  # fmt: skip
+        differ = {name: both for name, both in found.items() if differs(*both)}
         return [f"{name}: {mp.nstr(shown, 8)} is printed, {mp.nstr(right, 8)} follows"
-                for name, (shown, right) in found.items() if abs(shown - right) > mpf(10) ** -25 * (1 + abs(right))]  # fmt: skip
+                for name, (shown, right) in differ.items()]  # fmt: skip

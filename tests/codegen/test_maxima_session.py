@@ -1,6 +1,7 @@
-"""The session with Maxima in docs/: each line, asked again, is answered as the page says."""
+"""The session with Maxima in docs/: each line, asked again, is answered as the page says; the notebook asks the same."""
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -52,3 +53,10 @@ def test_the_page_has_what_maxima_answers(tmp_path):
     page = answered(PAGE.read_text())
     assert len(page) > 10
     assert said([asked for asked, _ in page], tmp_path) == [answer for _, answer in page]
+
+
+def test_the_notebook_asks_what_the_page_asks():
+    text = (ROOT / "docs/derivation.wxm").read_text()
+    assert text == runpy.run_path(str(ROOT / "docs/notebook.py"))["notebook"](PAGE.read_text())
+    cells = re.findall(r"input   start \] \*/\n(.*?)\n/\* \[wxMaxima: input   end", text, re.DOTALL)
+    assert cells[1:] == [asked for asked, _ in answered(PAGE.read_text())]

@@ -129,27 +129,29 @@ def test_forces(case, roller_model):
 
 
 def value(expression, numbers: dict) -> float:
-    """An expression of equations.json."""
+    """An expression of equations.json. numbers: those of the vehicle, and under "wheels" those of each wheel."""
     if isinstance(expression, str):
         return numbers[expression]
     if not isinstance(expression, list):
         return float(expression)
     name, *arguments = expression
+    if name == "sum_i":
+        return sum(value(arguments[0], numbers | own) for own in numbers["wheels"])
     values = [value(argument, numbers) for argument in arguments]
     return {"+": np.sum, "*": np.prod, "^": lambda v: v[0] ** v[1], "sin": lambda v: np.sin(v[0]),
             "cos": lambda v: np.cos(v[0])}[name](values)  # fmt: skip
 
 
 def derived(case, name: str, **more) -> float:
-    """The sum over the wheels of an equation of a wheel, plus the platform's where there is one."""
-    state, total = case[4], 0.0
+    """An equation of the vehicle."""
+    state = case[4]
     numbers = state.numbers | {"theta": 0.3} | {f"nu_{k + 1}": float(v) for k, v in enumerate(state.nu)}
-    by_id = {equation["id"]: equation["expr"] for equation in EQUATIONS}
-    for wheel in range(state.wheels):
-        chi = float(state.chi[wheel])
-        own = {"chi": chi, "alpha": float(state.alphas[wheel]), "rho": numbers["l"] * np.cos(chi) - numbers["r"]}
-        total += value(by_id[name], numbers | own | {symbol: values[wheel] for symbol, values in more.items()})
-    return total + (value(by_id[f"{name}:platform"], numbers) if f"{name}:platform" in by_id else 0.0)
+    numbers["wheels"] = [
+        {"chi": chi, "alpha": float(alpha), "rho": numbers["l"] * np.cos(chi) - numbers["r"]}
+        | {symbol: values[wheel] for symbol, values in more.items()}
+        for wheel, (chi, alpha) in enumerate(zip(map(float, state.chi), state.alphas, strict=True))
+    ]
+    return value(next(equation["expr"] for equation in EQUATIONS if equation["id"] == name), numbers)
 
 
 def test_brackets(case):
