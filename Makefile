@@ -20,7 +20,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test test-long bench \
+.PHONY: all setup build wheel regenerate check-generated what-if equation maxima formulas show-formulas motions test test-long bench \
 	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-extras lines test-times flips \
 	clean help
 .DELETE_ON_ERROR:
@@ -64,9 +64,12 @@ check-generated: $(DEPS_STAMP) ## derive again and compare with the committed ge
 	$(call say,check-generated: Maxima -> compare with generated/)
 	@$(BIN)/python -m codegen --check
 
-what-if: $(DEPS_STAMP) ## derive from a changed maxima/: proofs that fail, equations old and new (ONLY=paper: in seconds)
+what-if: $(DEPS_STAMP) $(if $(RUN),$(BUILD_STAMP)) ## derive from a changed maxima/ (ONLY=paper: in seconds; RUN=SCENE NUMBERS="e=0.02": and simulate)
 	$(call say,what-if: Maxima -> failing proofs and changed equations)
-	@$(BIN)/python -m codegen.what_if $(if $(filter paper,$(ONLY)),--only-paper)
+	@$(BIN)/python -m codegen.what_if $(if $(filter paper,$(ONLY)),--only-paper) $(if $(RUN),--run $(RUN)) $(addprefix --number ,$(NUMBERS))
+
+equation: $(DEPS_STAMP) ## print the LaTeX of derived equations, ID="7.1:13 PP12"; without ID their list
+	@$(BIN)/python -m codegen.equation $(ID)
 
 maxima: $(DEPS_STAMP) ## open Maxima with the paper's part of the derivation loaded, in seconds
 	@$(BIN)/python -m codegen.interactive

@@ -24,6 +24,8 @@ filling.py      how templates are filled, and what they use
 rendering.py    every emitted file as bytes
 on_demand.py    the kernel of one set of effects at run time, without Maxima
 what_if.py      what follows from a changed assumption
+what_if_kernel.py  the same as a Python kernel, to be simulated
+equation.py     LaTeX of one equation
 interactive.py  Maxima by hand, with the derivation loaded
 __main__.py     `python -m codegen`: writes generated/, or compares with it
 """

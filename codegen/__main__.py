@@ -5,6 +5,7 @@ bytes.
 import argparse
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from .derivation import Derivation
@@ -42,12 +43,18 @@ def say(line: str) -> None:
 
 
 def derive(script: Path) -> Derivation:
+    """The derivation by one process of Maxima, its comparison with the paper by another one."""
     maxima = Maxima.find(say)
     say(f"maxima {maxima.version}: deriving")
-    with tempfile.TemporaryDirectory(prefix="omniroll-") as folder:
-        output = Path(folder) / "derivation.json"
-        maxima.derive(script, output, say)
-        return Derivation.load(output)
+
+    def derived(flag: str) -> dict:
+        output = Path(folder) / f"{flag}.json"
+        maxima.derive(script, output, say, flags=(flag,))
+        return loaded(output)
+
+    with tempfile.TemporaryDirectory(prefix="omniroll-") as folder, ThreadPoolExecutor() as processes:
+        data, comparison = processes.map(derived, ("without_comparison", "only_comparison"))
+    return Derivation(data | comparison | {"proofs": data["proofs"] + comparison["proofs"]})
 
 
 def existing(folder: Path) -> dict[str, bytes]:

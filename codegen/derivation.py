@@ -37,12 +37,7 @@ class Derivation:
 
     @classmethod
     def load(cls, path: Path) -> "Derivation":
-        try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise ContractError(f"{path.name} was not written") from None
-        except ValueError as problem:
-            raise ContractError(f"{path.name} is not complete JSON: {problem}") from problem
+        data = loaded(path)
         try:
             return cls(data)
         except ContractError as problem:
@@ -104,6 +99,16 @@ class Derivation:
             case list():
                 return [self.with_canonical_expressions(value) for value in data]
         return data
+
+
+def loaded(path: Path) -> dict:
+    """The JSON object of a file that Maxima wrote. ContractError where it is not whole."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ContractError(f"{path.name} was not written") from None
+    except ValueError as problem:
+        raise ContractError(f"{path.name} is not complete JSON: {problem}") from problem
 
 
 def set_to_json(effects: EffectSet) -> dict:

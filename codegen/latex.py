@@ -1,6 +1,7 @@
 """LaTeX of equations."""
 
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from .expressions import (
@@ -160,6 +161,17 @@ class Latex:
         return "".join(
             f" {'-' if is_negative(t) else '+'} {self.term(negated(t) if is_negative(t) else t)}" for t in terms
         ).strip()
+
+
+def symbol_names(symbols: Mapping[str, dict], equations: Mapping[str, dict]) -> dict[str, str]:
+    """LaTeX of the symbols by name: of the table of symbols, and of those that equations have besides."""
+    return {name: entry["latex"] for name, entry in symbols.items()} | equations.get("equation_symbols", {})
+
+
+def matrix_of(latex: Latex, rows: list[list], read: Callable[[object], Expression]) -> str:
+    """A matrix of expressions as data."""
+    text = " \\\\\n".join(" & ".join(latex.expression(read(entry)) for entry in row) for row in rows)
+    return f"\\begin{{pmatrix}}\n{text}\n\\end{{pmatrix}}"
 
 
 def summands(e: Expression) -> tuple[Expression, ...]:

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 from . import formulas
 from .c import CFunction
 from .derivation import Derivation, json_text, kernel_to_json, set_to_json
 from .filling import ENVIRONMENT, template
-from .latex import Latex
+from .latex import Latex, matrix_of, symbol_names
 from .operations import count_intermediates, count_operations
 from .programs import EffectSet, Function
 from .python import PythonFunction
@@ -88,12 +89,13 @@ def python_text(effects: EffectSet, functions: list[Function], elsewhere: dict[s
 
 
 def latex_text(derivation: Derivation) -> str:
-    data = derivation.data
-    names = {name: entry["latex"] for name, entry in data["symbols"].items()} | data.get("equation_symbols", {})
+    data, read = derivation.data, derivation.canonical.read
+    latex = Latex(symbol_names(data["symbols"], data))
     return template(
         "equations.tex",
-        latex=Latex(names),
-        read=derivation.canonical.read,
+        latex=latex,
+        read=read,
+        matrix_of=partial(matrix_of, latex, read=read),
         equations=[*data["equations"], *data.get("equations_more", [])],
         matrices=data.get("matrices", []),
     )

@@ -26,7 +26,7 @@ from pathlib import Path
 from .__main__ import ROOT, SCRIPT, say
 from .expressions import SUMS, Call, Canonical, Expression, Order, Power, symbols
 from .infix import Infix
-from .latex import Latex, summands
+from .latex import Latex, summands, symbol_names
 from .maxima import Maxima, MaximaError
 from .rendering import template
 from .what_if_kernel import kernel_text
@@ -234,7 +234,7 @@ def shortened(text: str) -> str:
 
 
 def latex_text(found: dict, changes: list[Change]) -> str:
-    latex = Latex({name: entry["latex"] for name, entry in found["symbols"].items()} | found["equation_symbols"])
+    latex = Latex(symbol_names(found["symbols"], found))
     return template("what_if.tex", latex=latex, changes=changes)
 
 

@@ -1,4 +1,4 @@
-"""The session with Maxima in docs/: each line, asked again, is answered as the page says; the notebook asks the same."""
+"""The session with Maxima in docs/: each line, asked again, is answered as the page says, and so asks the notebook."""
 
 import re
 import runpy

@@ -1,0 +1,42 @@
+"""The walk of a mechanician in docs/, command by command, in a copy of what it reads and changes."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs/walk-mechanician.md").read_text()
+BLOCKS = re.findall(r"^```sh\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+COMMANDS = [line for block in BLOCKS for line in block.splitlines()]
+MADE = re.compile(r"make (\w[\w-]*.*)$")
+
+
+def recipe(target: str) -> str:
+    """What make would run of this package's."""
+    said = subprocess.run(["sh", "-c", f"make -n {target}"], cwd=ROOT, capture_output=True, text=True, check=True)
+    return " && ".join(re.findall(r"^\.venv/bin/python -m codegen.*", said.stdout, re.MULTILINE))
+
+
+@pytest.mark.long
+def test_the_walk(tmp_path):
+    for name in ("maxima", "codegen", "generated", "scenes"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    said = ""
+    for command in COMMANDS:
+        if command in ("make build", "git checkout maxima"):
+            continue
+        made = MADE.search(command)
+        line = command.replace(made[0], recipe(made[1])) if made else command
+        done = subprocess.run(["sh", "-c", line], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0 or "command -v" in command, f"{command}\n{done.stdout}{done.stderr}"
+        said += done.stdout
+    assert "sum_i((J*R^2*cos(alpha))/(Lambda*l^2)+(B*R*sin(alpha)*sin(chi))/(Lambda*rho))" in said
+    assert "0 fail" in said and "8 of 49 equations change" in said
+    for block in re.findall(r"^```text\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL):
+        assert block in said
+    assert (tmp_path / "out/what-if/motion.png").exists()
