@@ -8,7 +8,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from .derivation import Derivation
+from .derivation import Derivation, loaded
 from .maxima import Maxima, MaximaError
 from .programs import ContractError
 from .rendering import render
