@@ -1,5 +1,4 @@
-"""Free rollers that stick on their disks, in 40 digits, beside rollers in contact and axles that do, also where wheels
-slip under a smooth law.
+"""Free rollers that stick on their disks, in 40 digits, beside rollers in contact and axles that do, where wheels roll.
 
 Of the generated formulas it takes the accelerations that given torques of all bearings make, and the impact. What holds
 a bearing that sticks is an unknown torque that keeps its rate zero (hard.constrained); it breaks away where that comes
@@ -14,7 +13,6 @@ from flint import arb, arb_series
 
 from hard.constrained import Row, Series, coefficient, coefficients, first_zero
 from hard.moving import CONSTANTS, larger, split
-from hard.on_springs import OnSprings
 from omniroll.engine.runs import Task
 from omniroll.kernels import sets
 from omniroll.studies.accuracy.acting import Acting
@@ -106,9 +104,7 @@ class Bearings:
         wheels, contacts = self.module.wheel_rates(self.model, known["nu"], known["chi"])
         return [*(wheels if self.has_axles else []), *contacts, *flat(known["spins"])]
 
-    unknown_loads = 0  # numbers that loads which follow the motion are made of
-
-    def rates(self, y: Row, torques: Row, inputs: dict[str, Any], springs: Row) -> Row:
+    def rates(self, y: Row, torques: Row, inputs: dict[str, Any]) -> Row:
         known, n = self.parts(y) | inputs, self.wheels
         if self.has_axles:
             known["bearing_torque"], torques = torques[:n], torques[n:]
@@ -139,101 +135,17 @@ class Bearings:
         return [arb(value).mid() for value in flat([nu, after, known["pose"], spins])]
 
 
-class SlippingBearings(OnSprings, Bearings):
-    """The same where wheels may slip under a smooth law, whose forces are those of the generated formulas: there the
-    state has the wheels' rates and all axial speeds, and no speed changes at a switch. Of loads that follow the motion
-    none vanishes."""
-
-    def __init__(self, task: Task, name: str, change: Any):
-        super().__init__(task, name, change)
-        self.unknown_loads = 0
-
-    def unbalanced(self, y: Row, torques: Row, rates: Row, springs: Row) -> Row:
-        """The sums of the loads and of their moments, beyond what the loads have."""
-        found, n = self.parts(rates), self.wheels
-        free, each = torques[(1 + self.has_axles) * n :], self.rollers - 1
-        known = self.parts(y) | self.balance_numbers | {"nu_dot": found["nu"], "rates_dot": found["rates"]}
-        known |= {"contact_omega_dot": found["contact_omega"], "momenta": self._momenta(y)}
-        free = [free[i * each : (i + 1) * each] for i in range(n)]
-        known["bearing_momenta_dot"] = self.module.bearing_momenta(self.model, free)
-        arguments = (known[argument.name] for argument in self.kernel.signatures["slip_load_balance"].inputs)
-        sums, _ = self.module.slip_load_balance(self.model, *arguments)
-        return self.beyond(sums, self.loads(springs))
-
-    def _momenta(self, y: Row) -> Row:
-        return self.module.momenta(self.model, self.parts(y)["axial"])
-
-    def start(self) -> Row:
-        y = super().start()
-        n, each = self.wheels, self.rollers - 1
-        nu, chi, pose, spins = y[:3], y[3 : 3 + n], y[3 + n : 6 + n], y[6 + n :]
-        spins = [spins[i * each : (i + 1) * each] for i in range(n)]
-        rates, _ = self.module.wheel_rates(self.model, nu, chi)
-        of_contact = self.module.contact_axial(self.model, nu, chi)
-        return [*nu, *chi, *pose, *rates, *of_contact, *flat(self.module.axial_speeds(self.model, nu, chi, spins))]
-
-    def shown(self, y: Row) -> Row:
-        known = self.parts(y)
-        spins = self.module.spins_from_axial(self.model, known["nu"], known["chi"], known["axial"])
-        return list(flat([known["nu"], known["chi"], known["pose"], spins]))
-
-    def parts(self, y: Row) -> dict[str, Any]:
-        n, each = self.wheels, self.rollers - 1
-        axial = y[6 + 3 * n :]
-        return {
-            "nu": y[:3], "chi": y[3 : 3 + n], "pose": y[3 + n : 6 + n], "rates": y[6 + n : 6 + 2 * n],
-            "contact_omega": y[6 + 2 * n : 6 + 3 * n], "axial": [axial[i * each : (i + 1) * each] for i in range(n)],
-        }  # fmt: skip
-
-    def turning(self, y: Row) -> Row:
-        known = self.parts(y)
-        nu, chi = known["nu"], known["chi"]
-        contacts = self.module.slip_spins(self.model, nu, chi, known["contact_omega"])
-        free = self.module.spins_from_axial(self.model, nu, chi, known["axial"])
-        return [*(known["rates"] if self.has_axles else []), *contacts, *flat(free)]
-
-    def rates(self, y: Row, torques: Row, inputs: dict[str, Any], springs: Row) -> Row:
-        """With all bearings as if they turned."""
-        n, each = self.wheels, self.rollers - 1
-        known, none = self.parts(y) | inputs, [arb(0)] * n
-        if self.has_axles:
-            known["bearing_torque"], torques = torques[:n], torques[n:]
-        known["contact_bearing"], free = torques[:n], torques[n:]
-        known["free_bearing"] = [free[i * each : (i + 1) * each] for i in range(n)]
-        known |= {"axle_sticks": none, "contact_sticks": none, "free_sticks": [none[:1] * each] * n}
-        known["heading"], known["momenta"] = known["pose"][2], self._momenta(y)
-        if self.unknown_loads:
-            known["load_factor"] = self.loads(springs)
-        signature = self.kernel.signatures["disk_dynamics"]
-        arguments = (known[argument.name] for argument in signature.inputs)
-        found = getattr(self.module, self.kernel.form("disk_dynamics"))(self.model, *arguments)
-        found = dict(zip((argument.name for argument in signature.outputs), found, strict=True))
-        pose_dot = self.module.pose_rates(self.model, known["nu"], known["pose"][2])
-        names = ("rates_dot", "contact_omega_dot", "axial_dot")
-        return [*found["nu_dot"], *found["chi_dot"], *pose_dot, *flat([found[name] for name in names])]
-
-    def switched(self, y: Row, i: int, direction: int) -> Row:
-        known = self.parts(y)
-        chi, contact, axial = (list(known[name]) for name in ("chi", "contact_omega", "axial"))
-        chi[i] = -direction * self.joint
-        wheel = [contact[i], *axial[i]]
-        wheel = [*wheel[-1:], *wheel[:-1]] if direction > 0 else [*wheel[1:], *wheel[:1]]
-        contact[i], axial[i] = wheel[0], wheel[1:]
-        parts = [known["nu"], chi, known["pose"], known["rates"], contact, axial]
-        return [arb(value).mid() for value in flat(parts)]
-
-
 class Phase:
     """The motion in given modes of the bearings: 0 sticks, +-1 turns so."""
 
     def __init__(self, bearings: Bearings, modes: list[int], signals: dict[str, Any]):
         self.b, self.modes, self.signals = bearings, list(modes), signals
         self.stuck = [k for k, mode in enumerate(modes) if not mode]
-        self.unknowns = len(self.stuck) + bearings.unknown_loads
+        self.unknowns = len(self.stuck)
 
     def torques(self, z: Row) -> Row:
         found = [-mode * bound for mode, bound in zip(self.modes, self.b.sliding, strict=True)]
-        for k, torque in zip(self.stuck, z[: len(self.stuck)], strict=True):
+        for k, torque in zip(self.stuck, z, strict=True):
             found[k] = torque
         return found
 
@@ -242,22 +154,21 @@ class Phase:
             name: [value + slope * time for value, slope in zip(*pair, strict=True)]
             for name, pair in self.signals.items()
         }
-        return self.b.rates(y, self.torques(z), inputs, z[len(self.stuck) :])
+        return self.b.rates(y, self.torques(z), inputs)
 
     def kept(self, time: Any, y: Row, z: Row) -> Row:
         turning = self.b.turning(y)
         return [turning[k] for k in self.stuck]
 
     def balance(self, time: Any, y: Row, z: Row, rates: Row) -> Row:
-        springs = z[len(self.stuck) :]
-        return self.b.unbalanced(y, self.torques(z), rates, springs) if springs else []
+        return []
 
 
 class Run:
     """The motion from its start to the end; `log` says what happens."""
 
     def __init__(self, task: Task, name: str, change: Any):
-        self.b = (SlippingBearings if task.kernel.slips else Bearings)(task, name, change)
+        self.b = Bearings(task, name, change)
         self.now, self.end, self.log = arb(0), arb(task.duration), []
         self.y = self.b.start()
         self.modes = [sign_of(rate) for rate in self.b.turning(self.y)]

@@ -1,8 +1,8 @@
 """Wheels that may slip, in 40 digits: the motion under each law of the ground, with events and rules of its own.
 
-Of the generated formulas it takes the accelerations that given forces of the ground and given torques make, the slip
-velocities and the balance of the loads. The laws of friction, which contacts and bearings stick, what holds them, and
-loads that follow are solved for here: unknown forces and torques that keep slips and rates zero (hard.constrained).
+Of the generated formulas it takes the accelerations that given forces of the ground and given torques make, and the
+slip velocities. The laws of friction, which contacts and bearings stick, and what holds them are solved for here:
+unknown forces and torques that keep slips and rates zero (hard.constrained).
 Effects beside the ground are torques and friction in the bearings of axles and rollers: Coulomb's as the set-valued
 law, and of axles viscous friction. Wheels that stand must leave nu enough room for their forces to be determined. Where
 rollers may stick under Coulomb's friction each has an axial speed of its own in the state.
@@ -34,7 +34,7 @@ EDGE = 1e-20  # N^2: static friction has been used up where it has just been fou
 AT_ONCE = 1e-20  # m/s^2, of an acceleration that is not there
 LONGEST = 10_000  # steps
 OWN = ("drive", "axle_viscous")  # effects that may be beside the ground
-STICKS, SLIPS, BEGINS, OFF = "sticks", "slips", "begins", "off"
+STICKS, SLIPS, BEGINS = "sticks", "slips", "begins"
 
 
 @dataclass
@@ -155,7 +155,7 @@ class Vehicle:
         self.module = omniroll.kernels.sets.python_module(own.base, own.effects)
         self.wheels, self.rollers, self.heavy = own.wheels, own.rollers_per_wheel, own.has_spins
         constants = dict(zip(own.constant_names, (nested_numbers(c.tolist(), arb) for c in own.constants), strict=True))
-        self.ground, self.is_loaded = Friction.of(contact, task), False
+        self.ground = Friction.of(contact, task)
         self.start_number, moved = (number, place, change), self.ground.move(number, place, change)
         kernel_name = CONSTANTS.get(number, number)
         self.without = self.module.prepare(self.wheels, self.rollers, *constants.values())
@@ -281,25 +281,13 @@ class Vehicle:
         names = ("rates_dot", "contact_omega_dot", "axial_dot")
         return [*found["nu_dot"], *found["chi_dot"], *pose_dot, *flat([found[name] for name in names])]
 
-    def load_sums(self, y: Row, rates: Row, inputs: dict[str, Any]) -> Row:
-        """The sums of the loads and of their moments."""
-        found = self.parts(rates)
-        known = self.parts(y) | inputs | {"nu_dot": found["nu"], "rates_dot": found["rates"]}
-        known |= {"contact_omega_dot": found["contact_omega"], "wheel_mass": arb(0)}
-        known |= {"platform_products": [arb(0)] * 2, "spin_inertia": [self.inertia] * self.wheels}
-        if self.rollers_stick and self.heavy:
-            known["momenta"] = self.module.momenta(self.model, known["axial"])
-            known["bearing_momenta_dot"] = self.module.bearing_momenta(self.model, known["free_bearing"])
-        sums, _ = self.call("slip_load_balance", known | self.ground.numbers)
-        return sums
-
     def call(self, name: str, known: dict[str, Any]) -> Any:
         inputs = (known[argument.name] for argument in self.kernel.signatures[name].inputs)
         return getattr(self.module, name)(self.model, *inputs)
 
-    def springs(self, carries: list[bool], z: Row) -> Row:
+    def springs(self, z: Row) -> Row:
         """The loads of equal springs under a platform that sinks and tilts by z."""
-        return [z[0] + z[1] * x + z[2] * y if on else arb(0) for (x, y), on in zip(self.places, carries, strict=True)]
+        return [z[0] + z[1] * x + z[2] * y for x, y in self.places]
 
     def moments(self, loads: Row) -> Row:
         by_place = zip(loads, self.places, strict=True)
@@ -308,16 +296,16 @@ class Vehicle:
     def loads_at_rest(self) -> Row:
         if self.ground.law == "viscous" or "load" in self.ground.numbers:
             return self.ground.numbers.get("load", [arb(1)] * self.wheels)
-        everywhere, units = [True] * self.wheels, [[arb(int(i == j)) for j in range(3)] for i in range(3)]
-        columns = [self.moments(self.springs(everywhere, unit)) for unit in units]
+        units = [[arb(int(i == j)) for j in range(3)] for i in range(3)]
+        columns = [self.moments(self.springs(unit)) for unit in units]
         matrix = [list(row) for row in zip(*columns, strict=True)]
         weight = self.mass * self.ground.numbers["normal_gravity"]
-        return self.springs(everywhere, solved(matrix, [weight, arb(0), arb(0)]))
+        return self.springs(solved(matrix, [weight, arb(0), arb(0)]))
 
 
 class Phase:
     """The motion in given modes of the contacts and bearings; unknown are what holds contacts, where slips begin to go,
-    what holds bearings, and loads.
+    and what holds bearings.
 
     towards  (N,) signs of the slips of massless rollers
     turning  (B,) signs of the rates of bearings, 0 where one sticks
@@ -337,10 +325,8 @@ class Phase:
         self.of_contacts = len(self.places)
         stuck = [i for i, sign in enumerate(turning) if not sign]
         self.bearings = {i: self.of_contacts + k for k, i in enumerate(stuck)}
-        self.of_loads = self.of_contacts + len(stuck)
-        self.unknowns = self.of_loads + 3 * vehicle.is_loaded
-        self.carries = [mode != OFF for mode in modes]
-        self.at_rest = vehicle.loads_at_rest()
+        self.unknowns = self.of_contacts + len(stuck)
+        self.loads = vehicle.loads_at_rest()
 
     def signals(self, time: Any, z: Row) -> dict[str, Any]:
         given, slopes = self.inputs.get("torque", ([arb(0)] * self.v.wheels,) * 2)
@@ -367,16 +353,11 @@ class Phase:
         """What holds bearings that stick."""
         return {i: z[k] for i, k in self.bearings.items()}
 
-    def loads(self, z: Row) -> Row:
-        return self.v.springs(self.carries, z[self.of_loads :]) if self.v.is_loaded else self.at_rest
-
     def forces(self, y: Row, z: Row) -> list[Row]:
         slip = self.v.slip(y) if any(mode == SLIPS for mode in self.modes) else None
-        loads, found = self.loads(z), []
+        loads, found = self.loads, []
         for i, mode in enumerate(self.modes):
-            if mode == OFF:
-                found.append([arb(0), arb(0)])
-            elif mode == STICKS:
+            if mode == STICKS:
                 found.append([z[self.places[i, c]] if (i, c) in self.places else arb(0) for c in (0, 1)])
             else:
                 load = arb(1) if self.v.ground.law == "viscous" else loads[i]
@@ -404,10 +385,7 @@ class Phase:
         return kept + rates
 
     def balance(self, time: Any, y: Row, z: Row, rates: Row) -> Row:
-        if not self.v.is_loaded:
-            return []
-        wanted = self.v.load_sums(y, rates, self.signals(time, z))
-        return [a - b for a, b in zip(self.v.moments(self.loads(z)), wanted, strict=True)]
+        return []
 
 
 class Run:
@@ -487,7 +465,7 @@ class Run:
             series = Series(self._phase(), self.y, 0, self._guess_at(self._phase()))
             z = [c[0] for c in series.z]
             phase = series.motion
-            forces, loads = phase.forces(self.y, z), phase.loads(z)
+            forces, loads = phase.forces(self.y, z), phase.loads
             used = {
                 i: float(self.v.ground.used_up(forces[i], loads[i], self.v.two_ways)) + (EDGE if i in released else 0)
                 for i, mode in enumerate(self.modes) if mode == STICKS
@@ -543,8 +521,6 @@ class Run:
         for (i, c), k in phase.places.items():
             if self.modes[i] == BEGINS:
                 guess[k] = self.begun[i][c]
-        if self.v.is_loaded:
-            guess[phase.of_loads] = self.v.mass * self.v.ground.numbers["normal_gravity"] / sum(phase.carries)
         return guess
 
     def _check_directions(self, series: Series) -> None:
@@ -588,14 +564,9 @@ class Run:
         for i in range(self.v.wheels):
             for d in (1, -1):
                 found.append((d * chi[i] - self.v.joint, lambda i=i, d=d: self._switch(i, d)))
-        if self.v.is_loaded:
-            carried = self.v.springs([True] * self.v.wheels, z[phase.of_loads :])
-            for i, load in enumerate(carried):
-                sign = 1 if self.modes[i] == OFF else -1
-                found.append((sign * load, lambda i=i: self._lift(i)))
         found += self._margins_of_bearings(phase, y, z)
         if self.v.ground.law == "coulomb":
-            forces, loads, slip = phase.forces(y, z), phase.loads(z), self.v.slip(y)
+            forces, loads, slip = phase.forces(y, z), phase.loads, self.v.slip(y)
             for i, mode in enumerate(self.modes):
                 if mode == STICKS:
                     excess = self.v.ground.used_up(forces[i], loads[i], self.v.two_ways)
@@ -614,10 +585,6 @@ class Run:
             for side in (1, -1):
                 found.append((side * torque - self.v.bearings.holding[i], lambda i=i: self.let_go.add(i)))
         return found
-
-    def _lift(self, i: int) -> None:
-        self.modes[i], self.towards[i] = SLIPS if self.modes[i] == OFF else OFF, 0
-        self._see()
 
     def _switch(self, i: int, direction: int) -> None:
         """No speed changes: the roller that comes into contact has the axial speed that it has."""

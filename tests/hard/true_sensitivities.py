@@ -23,7 +23,7 @@ import numpy as np
 from flint import arb
 
 import omniroll
-from hard import collocated, true_bearings, true_ground, true_massless, true_strips
+from hard import collocated, true_bearings, true_ground
 from hard.collocated import State, Step
 from hard.moving import CONSTANTS, larger, split
 from omniroll.effects.effect import Table
@@ -267,10 +267,7 @@ def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tupl
 
     Raises ValueError where other things happen in the run beside.
     """
-    ground = task.kernel.slips and "disk_dynamics" not in task.kernel.signatures
-    reference = true_ground if ground else true_bearings
-    if "slip_contact_loss" in task.kernel.signatures:
-        reference = true_strips if "corner_forces" in task.kernel.signatures else true_massless
+    reference = true_ground if task.kernel.slips else true_bearings
     with digits(DIGITS, ORDER):
         change = arb(CHANGE) * size(task, name)
         runs = [reference.Run(task, name, side * change) for side in (1, -1)]

@@ -1,14 +1,12 @@
-"""Sensitivities of runs in which axles come to rest, stick and break away beside wheels that may slip, against
-differences of runs in 40 digits, which hold axles by unknown torques of their own (hard.true_ground)."""
+"""Sensitivities of runs in which axles come to rest, stick and break away beside wheels that may slip, where there are
+some and where there are none; test_friction.py holds CASES to differences of runs."""
 
-import numpy as np
 import pytest
 
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import START, VEHICLE, Case, derivative
-from tests.sensitivities.test_true_events import true
+from tests.sensitivities.differences import Case, derivative
 
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
 RUBBING = Bearings(wheel_coulomb=0.02)
@@ -18,14 +16,14 @@ AT_REST = {"nu": (0.0, 0.0, 0.0)}
 STOPPING = Case("massless", effects=(Contact(20.0), RUBBING), duration=0.9)
 BREAKING_AWAY = Case("massless", effects=(Contact(5.0), HELD_LONGER, RAMP), start=AT_REST, duration=0.9)
 CASES = {
-    "stops": (STOPPING, ("nu[0]", "wheel_coulomb[1]"), {"111", "000"}),
-    "break-aways": (BREAKING_AWAY, ("wheel_break_away", "mass"), {"000", "111"}),
+    "stops": (STOPPING, ("nu[0]", "wheel_coulomb[1]")),
+    "break-aways": (BREAKING_AWAY, ("wheel_break_away", "mass")),
     "regularised": (
         Case("massless", effects=(Contact(**REGULARISED), HELD_LONGER, RAMP), start=AT_REST, duration=0.7),
-        ("friction[1]", "wheel_coulomb"), {"000", "101"},
+        ("friction[1]", "wheel_coulomb"),
     ),
     "free": (
-        Case("free", effects=(Contact(5.0), RUBBING), duration=0.3), ("mass", "wheel_coulomb"), {"111", "011"}
+        Case("free", effects=(Contact(5.0), RUBBING), duration=0.3), ("mass", "wheel_coulomb")
     ),
 }  # fmt: skip
 
@@ -33,35 +31,6 @@ CASES = {
 def modes(run):
     """Of the axles, 0 where one sticks, in all rows."""
     return {"".join("01"[int(mode != 0)] for mode in row) for row in Motion(run).axles.modes}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case, names, sets", CASES.values(), ids=CASES)
-def test_they_are_the_differences_of_runs_in_40_digits(case, names, sets):
-    run = case.run(sensitivities=names, accuracy=1e-13)
-    assert sets <= modes(run)
-    for name in names:
-        wanted, log = true(case, name)
-        assert [what for what in log if what[2] == "axle"]
-        assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case", [STOPPING, BREAKING_AWAY], ids=["stops", "break-aways"])
-def test_backwards_and_in_sessions_they_are_the_same(case):
-    names = ("nu[0]", "mass", "wheel_coulomb[1]")
-    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([0.33, 0.9])
-    found = omniroll.gradient(run, names, times, pose=weights)
-    session = omniroll.Session(
-        VEHICLE, **(START | case.start), roller_model="massless", effects=case.effects, accuracy=1e-13,
-        sensitivities=names,
-    )  # fmt: skip
-    for step in (0.1, 0.2, 0.3, 0.05, 0.25):
-        session.step(step)
-    for name in names:
-        own = run.sensitivity(name, times).pose
-        assert found[name] == pytest.approx(np.sum(weights * own), rel=1e-9, abs=1e-11)
-        assert session.sensitivity(name).pose == pytest.approx(own[1], rel=1e-9, abs=1e-11)
 
 
 def test_a_speed_of_a_start_at_which_axles_stick_does_nothing():

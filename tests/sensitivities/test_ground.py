@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Contact, InvalidValueError, Motor, OneSidedWarning, Slope
+from omniroll import Contact, InvalidValueError, OneSidedWarning
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative, motion
+from tests.sensitivities.differences import Case, derivative, motion
 from tests.sensitivities.test_runs import TIED, check
 
 VISCOUS = Contact((40.0, 30.0), wheel_rates=(3.0, -2.0, 1.0))
@@ -18,21 +18,6 @@ OF_LAWS = {
     VISCOUS: {"coefficient[0]": 1e-3, "coefficient[1]": 1e-3, "coefficient": 1e-3, "wheel_rates[1]": 1e-3},
     REGULARISED: {"friction[0]": 1e-5, "friction[1]": 1e-5, "speed": 1e-6},
 }
-SPINNING = Contact((40.0, 30.0), contact_spins=(1.0, -20.0, 5.0))
-GIVEN = Contact(law="regularised", friction=(0.3, 0.4), speed=0.05, load=(10.0, 12.0, 9.0))
-MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4, current_limit=1.0)
-FOUR = VEHICLE.replace(wheels=4, wheel_angles=(0.7, 2.3, 3.9, 5.6), center_of_mass=(0.01, -0.005))
-FOUR_START = {"chi": (0.1, -0.2, 0.15, 0.05)}
-ELSEWHERE = {
-    "spins": (Case("free", effects=(SPINNING,)), {"contact_spins[1]": 1e-3, "nu[0]": 1e-4}),
-    "loads": (Case("free", effects=(GIVEN,)), {"load[1]": 1e-4, "mass": 1e-3}),
-    "four": (Case("massless", vehicle=FOUR, effects=(REGULARISED,), start=FOUR_START),
-             {"mass": 1e-3, "platform_radius": 1e-5, "wheel_angles[2]": 1e-5, "center_of_mass[0]": 1e-5}),
-    "motor": (Case("free", effects=(VISCOUS, MOTOR)), {"voltage[1]": 1e-4, "current_limit": 1e-4, "mass": 1e-3}),
-    "slope": (Case("massless", effects=(VISCOUS, Slope(0.1, 0.4))), {"angle": 1e-4, "pose[2]": 4e-4}),
-    "bearings": (Case("free", effects=(VISCOUS, Bearings(wheel_viscous=1e-3, roller_viscous=1e-5))),
-                 {"wheel_viscous[1]": 1e-6, "roller_viscous": 1e-8, "nu[0]": 1e-4}),
-}  # fmt: skip
 
 
 @pytest.mark.long
@@ -43,12 +28,6 @@ def test_they_are_the_differences_of_runs(roller_model, law):
     case = Case(roller_model, effects=(law,))
     check(case, NUMBERS | OF_LAWS[law] | (OF_FREE if roller_model == "free" else {}), switches=2)
     check(case, {"nu[0]": 1e-4, "mass": 1e-3}, t=0.637, switches=2)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case, changes", ELSEWHERE.values(), ids=ELSEWHERE)
-def test_with_other_numbers_and_effects(case, changes):
-    check(case, changes)
 
 
 @pytest.mark.long
@@ -67,25 +46,6 @@ def test_wheels_that_switch_together_have_one_derivative_whatever_their_order(re
         expected = (4 * one_sided(by / 2) - one_sided(by)) / 3
         assert np.abs(derivative(run, "chi[0]") - expected).max() < 1e-5
     assert not [w for w in recwarn if w.category is OneSidedWarning]
-
-
-@pytest.mark.long
-def test_backwards_and_in_sessions_they_are_the_same():
-    case, names = Case("free", effects=(VISCOUS,)), ("nu[0]", "chi[1]", "mass", "coefficient[0]", "spins[1][2]")
-    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([0.33, 0.9])
-    found = omniroll.gradient(run, names, times, pose=weights)
-    session = omniroll.Session(
-        VEHICLE, **START, spins=SPINS, roller_model="free", effects=case.effects, accuracy=1e-12, sensitivities=names
-    )
-    for step in (0.1, 0.003, 0.4, 0.297, 0.2):
-        session.step(step)
-    for name in names:
-        forwards = (weights * run.sensitivity(name, times).pose).sum()
-        assert found[name] == pytest.approx(forwards, rel=1e-11)
-        own = derivative(run, name)
-        stepped = session.sensitivity(name)
-        parts = np.concatenate([getattr(stepped, part).ravel() for part in ("nu", "chi", "pose", "spins")])
-        assert np.abs(parts - own).max() <= 1e-9 * np.abs(own).max()
 
 
 def test_a_strong_ground_is_rolling():

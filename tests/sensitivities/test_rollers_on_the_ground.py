@@ -1,5 +1,5 @@
-"""Sensitivities of runs in which rollers come to rest on their disks, stick and break away beside wheels that may slip,
-against differences of runs in 40 digits, which hold rollers by unknown torques of their own (hard.true_bearings)."""
+"""Sensitivities of runs in which rollers come to rest on their disks, stick and break away beside wheels that may slip:
+where there are none, and numbers that do nothing. test_friction.py holds CASES to differences of runs."""
 
 from dataclasses import replace
 
@@ -13,11 +13,9 @@ from tests.sensitivities.differences import (
     SPINS,
     VEHICLE,
     Case,
-    assert_the_same_backwards_and_in_sessions,
     derivative,
     differenced,
 )
-from tests.sensitivities.test_true_events import true
 
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
 FREE = {"nu": (0.0, 0.0, 0.0), "spins": np.zeros_like(SPINS).tolist()}
@@ -42,29 +40,6 @@ CASES = {
         ("wheel_coulomb[0]", "roller_coulomb"),
     ),
 }  # fmt: skip
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case, names", CASES.values(), ids=CASES)
-def test_they_are_the_differences_of_runs_in_40_digits(case, names):
-    run = case.run(sensitivities=names, accuracy=1e-13)
-    for name in names:
-        wanted, log = true(case, name)
-        assert log
-        assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
-
-
-def test_they_are_so_where_rollers_come_to_rest():
-    wanted, log = true(STOPPING, "roller_coulomb")
-    assert [what[3] for what in log] == [0] * 4
-    found = derivative(STOPPING.run(sensitivities=("roller_coulomb",)), "roller_coulomb")
-    assert np.abs(found - wanted).max() <= 1e-9 * np.abs(wanted).max()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case", [replace(STOPPING, duration=0.4), CASES["with axles"][0]], ids=["stops", "axles"])
-def test_backwards_and_in_sessions_they_are_the_same(case):
-    assert_the_same_backwards_and_in_sessions(case)
 
 
 def test_numbers_that_do_nothing_while_all_rollers_stick():

@@ -1,15 +1,12 @@
-"""Sensitivities of runs in which contacts and axles stick side by side, under Coulomb's friction on the ground, against
-differences of runs in 40 digits, which hold both by unknown forces and torques (hard.true_ground)."""
+"""Sensitivities of runs in which contacts and axles stick side by side, under Coulomb's friction on the ground: where
+there are none. test_friction.py holds CASES to differences of runs."""
 
-import numpy as np
 import pytest
 
-import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, Torque, TorqueTable
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import START, VEHICLE, Case, derivative
+from tests.sensitivities.differences import Case, derivative
 from tests.sensitivities.test_axles_on_the_ground import AT_REST, HELD_LONGER, RUBBING
-from tests.sensitivities.test_true_events import true
 
 SKID = Contact(law="coulomb", friction=0.1, wheel_rates=(3.0, -2.0, 1.0))
 STANDING = Contact(law="coulomb", friction=0.1)
@@ -46,33 +43,6 @@ def kinds(run):
     motion = Motion(run)
     pairs = zip(motion.contacts.sticks.ravel(), motion.axles.modes.ravel() == 0, strict=True)
     return {(bool(contact), bool(axle)) for contact, axle in pairs}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case, names", CASES.values(), ids=CASES)
-def test_they_are_the_differences_of_runs_in_40_digits(case, names):
-    run = case.run(sensitivities=names, accuracy=1e-12)
-    assert (True, True) in kinds(run)
-    for name in names:
-        wanted, log = true(case, name)
-        assert [what for what in log if what[2] == "axle"]
-        assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
-
-
-@pytest.mark.long
-def test_backwards_and_in_sessions_they_are_the_same():
-    names, times = ("nu[0]", "mass", "wheel_coulomb[1]"), np.array([0.33, 0.9])
-    run, weights = STOPPING.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]])
-    found = omniroll.gradient(run, names, times, pose=weights)
-    session = omniroll.Session(
-        VEHICLE, **START, roller_model="massless", effects=STOPPING.effects, accuracy=1e-13, sensitivities=names
-    )
-    for step in (0.1, 0.2, 0.25, 0.35):
-        session.step(step)
-    for name in names:
-        own = run.sensitivity(name, times).pose
-        assert found[name] == pytest.approx(np.sum(weights * own), rel=1e-9, abs=1e-11)
-        assert session.sensitivity(name).pose == pytest.approx(own[1], rel=1e-9, abs=1e-11)
 
 
 def test_a_vehicle_that_stands_depends_on_nothing():

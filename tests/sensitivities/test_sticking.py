@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, NoDerivativeError, Slope, Torque, TorqueTable
+from omniroll import Bearings, NoDerivativeError, Torque, TorqueTable
 from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import START, VEHICLE, Case, derivative
-from tests.sensitivities.test_compiled import same_as_in_python
-from tests.sensitivities.test_runs import CONTROLLER, HELD, MOTOR, check
+from tests.sensitivities.test_runs import check
 
 AXLES = Bearings(wheel_coulomb=0.002)
 NUMBERS = {"nu[0]": 1e-4, "chi[1]": 1e-4, "mass": 1e-3, "wheel_inertia": 1e-6}
@@ -21,21 +20,7 @@ BREAKING_AWAY = {"mass": 1e-3, "torque[1][0]": 1e-5, "times[1]": 1e-4, "wheel_co
 HELD_LONGER = Bearings(wheel_coulomb=0.01, wheel_break_away=0.016)
 ROLLERS = Bearings(wheel_coulomb=1e-3, roller_coulomb=2e-3, roller_break_away=4e-3)
 OF_ROLLERS = {"roller_coulomb": 1e-7, "roller_break_away": 1e-7, "wheel_radius": 1e-6, "roller_axis_radius": 1e-6}
-FADING = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5, wheel_coulomb=0.002)
 RUBBING = Bearings(roller_coulomb=1e-4, roller_speed=0.8, wheel_coulomb=0.003)
-FOUR = omniroll.Vehicle.paper().replace(wheels=4, wheel_angles=(0.7, 2.3, 3.9, 5.5))
-ELSEWHERE = [
-    (Case("free", effects=(FADING,), duration=8.0), NUMBERS | {"wheel_coulomb": 1e-6, "roller_viscous": 1e-9}),
-    (Case("free", effects=(RUBBING,), duration=5.0), NUMBERS | {"wheel_coulomb": 1e-6, "roller_coulomb": 1e-8}),
-    (Case("locked", effects=(Slope(0.02, 0.4), Bearings(wheel_coulomb=0.02)), duration=6.0),
-     {"nu[0]": 1e-4, "mass": 1e-4, "angle": 1e-6}),
-    (Case("locked", effects=(HELD, Bearings(wheel_coulomb=0.03)), start=AT_REST, duration=2.0),
-     {"voltage[1][2]": 1e-3, "times[1]": 1e-5, "current_limit": 1e-4, "wheel_coulomb[2]": 1e-6}),
-    (Case("locked", effects=(replace(MOTOR, voltage=0), CONTROLLER, Bearings(wheel_coulomb=0.03)), start=AT_REST),
-     {"target[0]": 1e-3, "proportional": 1e-3, "wheel_coulomb[2]": 1e-6}),
-    (Case("locked", vehicle=FOUR, effects=(Bearings(wheel_coulomb=0.004),), start={"chi": (0.1, -0.2, 0.15, 0.05)},
-          duration=6.0), {"nu[0]": 1e-4, "wheel_coulomb[3]": 1e-6, "wheel_angles[1]": 1e-5}),
-]  # fmt: skip
 
 
 def modes(run):
@@ -76,31 +61,6 @@ def test_rollers_in_contact_stick_and_break_away(roller_model):
     case = Case(roller_model, effects=(RAMP, ROLLERS), start=AT_REST, duration=3.5)
     check(case, {"mass": 1e-3, "torque[1][0]": 5e-6, "wheel_coulomb[2]": 1e-7} | OF_ROLLERS)
     assert {"111111", "000111"} <= modes(case.run())
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case, changes", ELSEWHERE, ids=["fading", "rubbing", "slope", "motor", "controller", "four"])
-def test_beside_other_effects(case, changes):
-    check(case, changes)
-    assert len(modes(case.run())) > 1
-
-
-@pytest.mark.long
-def test_in_c_and_in_python_they_are_the_same(monkeypatch):
-    names = ("nu[0]", "chi[1]", "mass", "wheel_angles[1]", "wheel_coulomb[1]")
-    same_as_in_python(Case("free", effects=(AXLES,), duration=12.0), names, monkeypatch)
-    held = Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=3.5)
-    same_as_in_python(held, ("mass", "torque[1][0]", "times[1]", "wheel_break_away[0]"), monkeypatch)
-
-
-@pytest.mark.long
-def test_backwards_they_are_the_same():
-    case, names = Case("locked", effects=(AXLES,), duration=12.0), ("nu[0]", "mass", "wheel_coulomb[1]")
-    run, weights = case.run(sensitivities=names), np.array([[1.0, 2.0, 3.0], [0.5, -1.0, 2.0]])
-    found = omniroll.gradient(run, names, [3.3, 11.0], pose=weights)
-    for name in names:
-        forwards = (weights * run.sensitivity(name, np.array([3.3, 11.0])).pose).sum()
-        assert found[name] == pytest.approx(forwards, rel=1e-11)
 
 
 @pytest.mark.parametrize("bearings", [Bearings(wheel_coulomb=0.01), HELD_LONGER], ids=["at the torque", "above it"])

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, Slope, Torque, TorqueTable
 from omniroll.kernels.kernel import kernel
 from omniroll.vocabulary import STANDARD_GRAVITY
-from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative, names_of
+from tests.sensitivities.differences import SPINS, VEHICLE, Case
 from tests.sensitivities.test_runs import TIED, check
 
 STILL = {"nu": (0.0, 0.0, 0.0), "pose": (0.0, 0.0, 0.0)}
@@ -125,28 +124,6 @@ def test_wheels_that_let_go_together_do_as_in_closed_form():
     for name, expected in by.items():
         found = run.sensitivity(name).nu[-1, 2] / VEHICLE.yaw_scale
         assert found == pytest.approx(expected, rel=1e-10), name
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["rolling, free", "lets go, free", "lets go, massless", "turns back"])
-def test_backwards_and_in_sessions_they_are_the_same(name):
-    case, names = CASES[name][0], ("mass", "friction", "nu[1]")
-    run, weights = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]])
-    times = np.array([0.37, 0.9]) * case.duration
-    found = omniroll.gradient(run, names, times, pose=weights)
-    spins = {"spins": SPINS} if case.roller_model == "free" else {}
-    session = omniroll.Session(
-        VEHICLE, **(START | spins | case.start), roller_model=case.roller_model, effects=case.effects, accuracy=1e-12,
-        sensitivities=names,
-    )  # fmt: skip
-    for step in (0.1, 0.003, 0.4, 0.297, 0.2):
-        session.step(step * case.duration)
-    for number in names:
-        forwards = (weights * run.sensitivity(number, times).pose).sum()
-        assert found[number] == pytest.approx(forwards, rel=1e-11)
-        own, stepped = derivative(run, number), session.sensitivity(number)
-        parts = np.concatenate([getattr(stepped, part).ravel() for part in names_of(run)])
-        assert np.abs(own - parts).max() <= 1e-9 * np.abs(own).max()
 
 
 def test_a_contact_that_sticks_takes_the_slip_that_a_start_has_beside_the_run():

@@ -13,7 +13,6 @@ pytest.importorskip("flint")
 
 from flint import arb  # noqa: E402
 from hard import true_ground, true_sensitivities  # noqa: E402
-from hard.sensitivities_at_events import LIFT, STARTING, TALL  # noqa: E402
 from hard.setting import Setting  # noqa: E402
 
 from omniroll.studies.accuracy.reference import digits  # noqa: E402
@@ -122,14 +121,3 @@ def test_in_the_row_of_a_rest_they_are_the_limit_before_it():
         wanted = true_sensitivities.quotient(*(beside.y for beside in runs), 2 * change)
     assert all(not any(what[2] == "sticks" for what in beside.log) for beside in runs)
     assert np.abs(run.followed.rows[row, :, 0] - wanted).max() <= 1e-10 * np.abs(wanted).max()
-
-
-@pytest.mark.long
-def test_the_compiled_run_on_a_viscous_ground_is_as_accurate_as_asked():
-    accuracy, setting = 1e-11, Setting("massless", "impact", "compiled")
-    start = STARTING | {"effects": (Contact(5.0), LIFT), "duration": 0.2}
-    with digits(true_sensitivities.DIGITS, true_sensitivities.ORDER):
-        end = true_ground.Run(setting.task(TALL, **start), "mass", arb(0)).to_the_end()
-    run = setting.run(TALL, **start, accuracy=accuracy)
-    missed = np.abs(run.nu[-1] - [float(value) for value in end[:3]]).max()
-    assert missed <= 2 * accuracy * np.linalg.norm(run.nu, axis=1).max()
