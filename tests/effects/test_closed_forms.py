@@ -125,13 +125,6 @@ def test_knots_are_rows_and_the_motion_between_them_is_exact():
     assert theta_rate(run)[-1] == pytest.approx(last, rel=1e-12)
 
 
-def test_held_torques():
-    table = TorqueTable([0.5, 1.0], [[-0.01] * 3, [0.0] * 3], interpolation="hold")
-    run = simulate(PAPER, **turning(0.0), duration=2, effects=[table])
-    rate = PAPER.wheels * 0.01 * RATIO / TURNING
-    np.testing.assert_allclose(theta_rate(run), rate * np.minimum(run.t, 1.0), atol=1e-13)  # before 0.5 the nearest
-
-
 MOTOR = {"torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 4.0, "back_emf": 0.03}
 
 
@@ -162,38 +155,6 @@ def test_the_current_leaves_its_limit_where_it_should(sign):
     late = run.t > run.t[row]
     expected = np.where(late, final - (final - speed) * np.exp(-decay * (run.t - run.t[row])), rate * run.t)
     np.testing.assert_allclose(sign * theta_rate(run), expected, rtol=1e-10, atol=1e-12)
-
-
-def test_a_voltage_that_jumps_through_both_limits():
-    motor = Motor([[-3.0] * 3, [3.0] * 3], **MOTOR, current_limit=0.5, times=[0.0, 0.4], interpolation="hold")
-    run = simulate(PAPER, **turning(0.0), duration=0.8, effects=[motor])
-    torque = MOTOR["gear_ratio"] * MOTOR["torque_constant"] * 0.5
-    rate = PAPER.wheels * torque * RATIO / TURNING
-    np.testing.assert_allclose(theta_rate(run), rate * np.where(run.t < 0.4, run.t, 0.8 - run.t), atol=1e-13)
-
-
-def test_in_and_out_of_the_limits_many_times():
-    """A voltage that goes up and down, against Runge's and Kutta's rule in small steps with the current cut off."""
-    motor = Motor([[-4.0] * 3, [4.0] * 3] * 4, **MOTOR, current_limit=0.5, times=0.3 * np.arange(8))
-    run = simulate(PAPER, **turning(0.0), duration=2.1, effects=[motor])
-    g, k_t, k_e, resistance = (MOTOR[n] for n in ("gear_ratio", "torque_constant", "back_emf", "resistance"))
-
-    def rate(time, speed):  # of theta', and chi' = - RATIO theta'
-        place, voltage = time / 0.3 % 2, 0.0
-        voltage = -4.0 + 8.0 * (place if place <= 1 else 2 - place)
-        current = (voltage + k_e * g * RATIO * speed) / resistance
-        return -PAPER.wheels * RATIO * g * k_t * max(-0.5, min(0.5, current)) / TURNING
-
-    steps, speed = 42000, 0.0
-    h = 2.1 / steps
-    for k in range(steps):
-        a = rate(k * h, speed)
-        b = rate((k + 0.5) * h, speed + h / 2 * a)
-        c = rate((k + 0.5) * h, speed + h / 2 * b)
-        speed += h / 6 * (a + 2 * b + 2 * c + rate((k + 1) * h, speed + h * c))
-    assert theta_rate(run)[-1] == pytest.approx(speed, abs=1e-8)
-    limited = np.abs(run.drive[:, 0, 0]) == g * k_t * 0.5
-    assert np.count_nonzero(np.diff(limited.astype(int))) >= 14  # each way through zero leaves a limit and reaches one
 
 
 def test_a_current_that_stands_exactly_on_its_limit():

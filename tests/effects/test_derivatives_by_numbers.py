@@ -18,7 +18,7 @@ import omniroll
 from omniroll import InvalidValueError
 from omniroll.codegen.programs import ContractError
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import SHARP, PythonKernel, form, optional_effects
+from omniroll.kernels.kernel import SHARP, PythonKernel, form
 
 NUMBERS = {  # a set: what it is differentiated by
     ("massless", ("layout", "axle_coulomb")): ("wheel_inertia", "wheel_places", "axle_fade_speed", "axle_torque"),
@@ -279,67 +279,6 @@ def numbers_of(model, effects):
     """{number that `prepare` takes: its shape}, but for how many wheels and rollers there are."""
     (entry,) = (f for f in sets.functions(model, effects) if f["name"] == "prepare")
     return {a["name"]: a["shape"] for a in entry["arguments"] if a["role"] == "in"}
-
-
-def prices(model, effects, form, wheels, names=None):
-    """{number: what it takes beside all others, in accelerations}; of those that have components, one component's."""
-
-    def further(asked_for):
-        return operations(model, asked(effects, asked_for), f"forward_dynamics_by_numbers{form}", wheels)
-
-    numbers = numbers_of(model, (*effects, "derivatives"))
-    names = numbers if names is None else names
-    plain, whole = operations(model, effects, f"forward_dynamics{form}", wheels), further(numbers)
-    without = {name: further([other for other in numbers if other != name]) for name in names}
-    parts = {name: np.prod([wheels if size == "N" else size for size in numbers[name]]) for name in names}
-    return {name: (whole - others) / parts[name] / plain for name, others in without.items()}
-
-
-ROLLING = [effect for effect in optional_effects() if not effect.startswith(("contact", "derivatives"))]
-ALONE = [(model, effects) for model in MODELS for effects in ((), *((effect,) for effect in ROLLING))] + [
-    ("massless", effects) for effects in (
-        ("drive", "axle_viscous"), ("drive", "axle_coulomb"), ("layout", "drive"), ("layout", "slope"),
-        ("layout", "drive", "slope"), ("drive", "roller_viscous"), ("motor", "axle_viscous"),
-        ("layout", "axle_coulomb"), ("layout", "roller_viscous"),
-    )
-] + [("locked", ("axle_viscous", "roller_viscous"))]  # fmt: skip
-PLACED = [(model, ("layout", effect)) for model in ("locked", "free") for effect in (
-    "motor", "axle_viscous", "axle_coulomb", "roller_viscous", "roller_sticking"
-)]  # fmt: skip
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("model, effects", ALONE)
-def test_no_number_beside_all_others_costs_more_than_half_the_accelerations(model, effects):
-    """Of every roller model with every effect beside which its wheels roll, and of some with several."""
-    assert dearest(model, effects) <= 0.5
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("model, effects", PLACED)
-def test_nor_do_those_where_wheels_have_places_of_their_own(model, effects):
-    """All others take less than 0.35 there."""
-    assert dearest(model, effects, ("platform_radius", "wheel_radius", "yaw_scale")) <= 0.5
-
-
-def dearest(model, effects, names=None):
-    forms = ("", "_sharp") if model != "massless" else ("",)
-    return max(max(prices(model, effects, form, wheels, names).values()) for form in forms for wheels in (3, 4))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("model, effects", [*ALONE, *PLACED])
-def test_the_derivatives_by_state_and_inputs_cost_at_most_six_times_the_accelerations(model, effects):
-    for tips in ("", "_sharp") if model != "massless" else ("",):
-        for wheels in (3, 4):
-            price = operations(model, (*effects, "derivatives"), f"forward_dynamics_derivatives{tips}", wheels)
-            assert price <= 6 * operations(model, effects, f"forward_dynamics{tips}", wheels)
-
-
-def test_every_effect_beside_which_wheels_roll_has_its_prices_looked_at():
-    """Where wheels may slip, `forward_dynamics` is not what runs."""
-    with_prices = {sets.set_name(*of) for of in ALONE}
-    assert {name for name in sets.set_names() if "contact" not in name} <= {*with_prices, "parts", "free_derivatives"}
 
 
 @pytest.mark.long

@@ -6,7 +6,6 @@ The generated Python kernel runs on balls unchanged, so that what is compared is
 rounding.
 """
 
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -111,17 +110,6 @@ def test_each_effect_alone(effects, model):
     if "layout" not in effects:
         vehicle = without_layout(vehicle)
     check(vehicle, state, model, effects, numbers)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("effects", list(combinations(OPTIONAL, 2)), ids="+".join)
-def test_any_two_effects(effects):
-    """A motor is a drive whose torque falls with the wheel's rate: it comes with the drive."""
-    rng = np.random.default_rng(11)
-    vehicle, state, numbers = random_case(rng)
-    present = {*effects} | ({"drive"} if "motor" in effects else set())
-    acting = tuple(effect for effect in OPTIONAL if effect in present)
-    check(vehicle if "layout" in effects else without_layout(vehicle), state, "free", acting, numbers)
 
 
 @working_precision

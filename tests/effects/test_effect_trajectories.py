@@ -1,7 +1,6 @@
 """Trajectories with effects: accuracy, engines, sampling, files, stops, threads."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -17,10 +16,8 @@ from omniroll import (
     Trajectory,
     Vehicle,
     simulate,
-    simulate_many,
 )
 from omniroll.kernels.kernel import kernel
-from omniroll.results.comparison import difference
 
 PAPER = Vehicle.paper()
 JOINT = np.pi / 5
@@ -47,46 +44,6 @@ FIELDS = (
     "step_rows",
     "added",
 )
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", SETS)
-@pytest.mark.parametrize("accuracy", [1e-5, 1e-8])
-def test_the_accuracy_is_met_and_estimated(name, accuracy):
-    exact = simulate(PAPER, **START, duration=1.5, accuracy=1e-13, effects=SETS[name], control=False)
-    run = simulate(PAPER, **START, duration=1.5, accuracy=accuracy, effects=SETS[name])
-    assert difference(run, exact) < run.stats["error_estimate"] < accuracy
-    assert run.stats["sensitivity"] >= 1 and run.stats["evaluations"] > run.stats["steps"] > 0
-    assert len(run.switches) >= 3
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", SETS)
-def test_both_kernels_give_the_same(name):
-    """The C kernels and the Python kernels below the one engine."""
-    one, other = (
-        simulate(PAPER, **START, duration=1, accuracy=1e-11, effects=SETS[name], engine=engine, control=False)
-        for engine in ("compiled", "python")
-    )
-    assert (one.switches.wheel == other.switches.wheel).all()
-    assert difference(one, other) < 1e-9
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("roller_model", ["massless", "locked"])
-def test_other_roller_models_lose_energy_in_their_contact_rollers(roller_model):
-    run = simulate(
-        PAPER, nu=START["nu"], duration=1, roller_model=roller_model, accuracy=1e-10, effects=[VISCOUS], control=False
-    )
-    bound = kernel(PAPER, roller_model, "python")
-    _, spins = bound.wheel_rates(run.nu, run.chi)
-    np.testing.assert_allclose(spins, run.contact_spin, rtol=1e-12)
-    rows = np.flatnonzero(np.diff(run.t) > 0)
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    lengths = np.diff(run.t)[rows]
-    inside = run.sample(run.t[rows, None] + lengths[:, None] * (1 + nodes) / 2)
-    lost = 1e-5 * ((inside.contact_spin**2).sum(axis=-1) @ weights / 2 * lengths).sum()
-    assert run.quantity("roller_loss")[-1] == pytest.approx(lost, rel=1e-9)
 
 
 # Sampling
@@ -183,34 +140,6 @@ def test_what_was_done_before_a_stop_is_kept(tmp_path, engine, longest):
 
 
 # Threads
-
-
-@pytest.mark.long
-def test_two_threads_give_what_each_gives_alone():
-    tasks = [
-        {"effects": effects, "roller_model": model}
-        for effects in (SETS["driven"], [VISCOUS, Slope(0.05)], [], SETS["driven"])
-        for model in ("free", "locked")
-    ]
-
-    def run(task):
-        return simulate(PAPER, nu=(1, 0.2, 0.8), duration=1.0, accuracy=1e-8, control=False, **task)
-
-    alone = [run(task) for task in tasks]
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(run, tasks * 2))
-    for one, other in zip(alone * 2, together, strict=True):
-        for field in FIELDS:
-            expected = getattr(one, field)
-            assert expected is None or (getattr(other, field) == expected).all(), field
-
-
-def test_many_runs_with_effects():
-    nu = np.array([[1.0, 0.2, 0.8], [0.0, 1.0, 0.0]])
-    many = simulate_many(PAPER, nu=nu, duration=0.5, accuracy=1e-8, effects=SETS["viscous"], control=False)
-    for k in range(2):
-        alone = simulate(PAPER, nu=nu[k], duration=0.5, accuracy=1e-8, effects=SETS["viscous"], control=False)
-        assert (many.end.pose[k] == alone.pose[-1]).all() and (many.end.spins[k] == alone.spins[-1]).all()
 
 
 def test_progress_is_told_and_times_are_exact():

@@ -7,7 +7,6 @@ import pytest
 
 import omniroll
 from omniroll import (
-    Bearings,
     Controller,
     FunctionController,
     InvalidValueError,
@@ -83,24 +82,6 @@ def test_it_does_what_the_built_in_controller_does(engine, function, integral):
     assert own.stats["engine"] == engine
     assert difference(own, built_in) < 1e-9 and own.switches.wheel.tolist() == built_in.switches.wheel.tolist() != []
     assert own.quantity("drive_work")[-1] == pytest.approx(built_in.quantity("drive_work")[-1], rel=1e-9)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("model", ["free", "locked"])
-def test_both_engines_agree_on_a_function_of_everything(model):
-    """A function of the time, the pose and the contact, with motors that reach their limits and friction."""
-
-    def function(time, state):
-        x, y, theta = state.pose
-        return np.array([2 * np.sin(9 * time), 3 - 40 * x, 30 * y + theta]) + 0.5 * (state.contact == 0) + state.chi
-
-    effects = [LIMITED, Bearings(wheel_viscous=1e-3), FunctionController(function, 0.03, "voltage")]
-    one, other = (
-        simulate(PAPER, **START, duration=1.0, roller_model=model, engine=engine, effects=effects)
-        for engine in ("compiled", "python")
-    )
-    assert difference(one, other) < 1e-8
-    assert one.switches.wheel.tolist() == other.switches.wheel.tolist() != []
 
 
 @pytest.mark.parametrize("engine", ["compiled", "python"])

@@ -18,7 +18,6 @@ from omniroll import (
     simulate,
 )
 from omniroll.kernels.kernel import kernel
-from omniroll.results.comparison import difference
 
 PAPER = Vehicle.paper()
 FOUR = Vehicle.paper(4, 6).replace(wheel_angles=(0.1, 1.5, 3.3, 4.8))
@@ -87,21 +86,6 @@ def test_wheels_stick_one_by_one_as_in_moreaus_scheme(vehicle):
 
 
 @pytest.mark.long
-def test_all_stick_at_once():
-    """Turning on the spot all rates are the same; what is left of the last is nothing, and stays so."""
-    torque = 2e-3
-    run = simulate(PAPER, nu=(0, 0, 1), duration=5, effects=[Bearings(wheel_coulomb=torque)], **EXACT)
-    slowing = torque * PAPER.wheels * RATIO / TURNING  # of theta'
-    stop = 1 / PAPER.yaw_scale / slowing
-    assert 0 < stop < 5
-    moving = run.t < stop
-    np.testing.assert_allclose(run.nu[moving, 2], 1 - PAPER.yaw_scale * slowing * run.t[moving], atol=1e-11)
-    assert (run.nu[run.t > stop * (1 + 1e-10)] == 0).all()
-    assert run.t[np.flatnonzero((run.nu == 0).all(axis=1))[0]] == pytest.approx(stop, rel=1e-11)
-    assert run.quantity("axle_loss")[-1] == pytest.approx(run.energy[0], rel=1e-10)
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("static", [1.0, 1.5])
 def test_they_break_away_together_when_torques_have_grown(static):
     """Equal torques that grow: rest until they are at the break-away torque, then the sliding torque goes off."""
@@ -122,35 +106,6 @@ def test_they_break_away_together_when_torques_have_grown(static):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("vehicle", [PAPER, FOUR], ids=["three wheels", "four wheels"])
-@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
-@pytest.mark.parametrize("heading", [0.3, 1.9])
-def test_a_slope_at_exactly_the_break_away_angle(vehicle, roller_model, heading):
-    """Held within rounding of the torques that linear programming finds, and not beyond."""
-    slope = Slope(0.02, 0.7)
-    bound = kernel(
-        vehicle, roller_model, "python", effects=("slope",),
-        constants=(("gravity", slope.gravity), ("slope_angle", 0.02), ("slope_direction", 0.7)),
-    )  # fmt: skip
-    given = {"nu": np.zeros(3), "chi": np.full(vehicle.wheels, 0.1), "heading": heading}
-    given |= {"momenta": np.zeros((vehicle.wheels, 2))}
-    force = bound.call("forces", *(given[argument.name] for argument in bound.signatures["forces"].inputs))
-    exact = load(-force, rows_of(vehicle), np.ones(vehicle.wheels))
-    start = {"nu": (0, 0, 0), "chi": 0.1, "pose": (0, 0, heading), "duration": 0.5, "roller_model": roller_model}
-
-    def run(torque):
-        effects = [Bearings(wheel_coulomb=torque), slope]
-        return simulate(vehicle, **start, accuracy=1e-9, control=False, effects=effects)
-
-    for torque in (exact, exact * (1 + 1e-12), exact * 1.5):
-        held = run(torque)
-        assert (held.nu == 0).all() and len(held.t) <= 3
-        assert np.abs(bearing_torques(held)).max() <= torque
-    for torque in (exact * (1 - 1e-9), exact * 0.9):
-        assert np.abs(run(torque).nu[-1]).max() > 0
-
-
-@pytest.mark.long
 def test_rest_is_held_where_torques_of_least_norm_would_let_go():
     """Four wheels have torques to spare: one of the least-norm torques is above its bound, and others hold."""
     rows = rows_of(FOUR)
@@ -168,26 +123,6 @@ def test_rest_is_held_where_torques_of_least_norm_would_let_go():
     np.testing.assert_allclose(found @ rows, np.broadcast_to(wanted, (len(run), 3)), atol=1e-15)
 
 
-@pytest.mark.long
-def test_reversal_through_zero_speed():
-    """Torques that turn the vehicle to and fro, as in Moreau's scheme; the weakest of them never turns its wheel."""
-    sliding, times = np.full(3, 1e-3), [0, 1, 2, 3]
-    values = np.array([3e-3, -3e-3, 3e-3, -3e-3])
-    table = TorqueTable(times, np.outer(values, [1, 0.6, -0.2]))
-
-    def torque(time):
-        return np.interp(time, times, values) * np.array([1, 0.6, -0.2])
-
-    coarse, fine = (moreau(PAPER, (0, 0, 0), 3.0, steps, sliding, torque) for steps in (300, 2400))
-    task = {"nu": (0, 0, 0), "duration": 3, "effects": [Bearings(wheel_coulomb=sliding), table], **EXACT}
-    run = simulate(PAPER, **task)
-    assert np.abs(fine - run.nu[-1]).max() < 5e-5 < 0.25 * np.abs(coarse - run.nu[-1]).max()
-    rates = run.sample(np.linspace(0, 3, 301)).nu @ rows_of(PAPER).T
-    assert (rates[:, :2].max(axis=0) > 0.05).all() and (rates[:, :2].min(axis=0) < -0.02).all()
-    assert np.abs(rates[:, 2]).max() < 1e-15
-    assert (np.abs(bearing_torques(run)) <= sliding * (1 + 1e-12)).all()
-
-
 def test_the_regularised_law_tends_to_it():
     start = {"nu": (1, 0, 0.3), "duration": 1.5, **EXACT}
     limit = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=4e-3)])
@@ -196,32 +131,6 @@ def test_the_regularised_law_tends_to_it():
         for w in (0.1, 0.01)
     ]
     assert errors[1].max() < 0.25 * errors[0].max() < 5e-3
-
-
-@pytest.mark.long
-def test_a_small_named_speed_costs_the_compiled_engine_few_steps():
-    """Newton's rule at the nodes: steps grow with the digits of the named speed, not with its inverse."""
-    start = {"nu": (1, 0, 1), "duration": 6, "accuracy": 1e-9, "control": False}
-    limit = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=2e-3)])
-    plain, small = (
-        simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=2e-3, wheel_speed=speed)]) for speed in (1.0, 1e-6)
-    )
-    assert small.stats["engine"] == plain.stats["engine"] == "compiled"
-    assert small.stats["steps"] < 6 * plain.stats["steps"]
-    assert small.stats["evaluations"] < 10 * plain.stats["evaluations"]
-    assert difference(small, limit) < 2e-5 < 1e-2 < difference(plain, limit)
-    assert (small.switches.wheel == limit.switches.wheel).all()
-
-
-def test_rollers_with_a_small_named_speed_follow_the_vehicle():
-    """Their spins are the state: a change of nu leaves friction with a small named speed in its steep part."""
-    start = {"nu": (1, 0, 1), "duration": 1, "accuracy": 1e-9, "control": False}
-    plain, coarse, fine = (
-        simulate(PAPER, **start, effects=[Bearings(roller_coulomb=1e-5, roller_speed=w)]) for w in (1.0, 1e-4, 1e-6)
-    )
-    assert fine.stats["engine"] == "compiled"
-    assert fine.stats["evaluations"] < 6 * plain.stats["evaluations"]
-    assert np.abs(coarse.nu[-1] - fine.nu[-1]).max() < 1e-5
 
 
 @pytest.mark.long
@@ -246,38 +155,6 @@ def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching):
         assert (np.diff(run.energy) <= 1e-9 * run.energy[0]).all()
 
 
-@pytest.mark.long
-def test_reported_torques_keep_what_sticks_at_rest():
-    effects = [Bearings(wheel_coulomb=(4e-3, 3e-3, 5e-3), wheel_viscous=1e-4), Slope(0.01)]
-    task = {"nu": (1, 0, 0.3), "duration": 3, "accuracy": 1e-9, "control": False, "effects": effects}
-    run = simulate(PAPER, **task)
-    bound, rows, torques = run.effects.kernel(PAPER, "free", "python"), rows_of(PAPER), bearing_torques(run)
-    stuck = 0
-    for k in range(len(run)):
-        rates = rows @ run.nu[k]
-        given = {"nu": run.nu[k], "chi": run.chi[k], "heading": run.pose[k, 2], "bearing_torque": torques[k]}
-        given |= {"momenta": bound.momenta(bound.axial_speeds(run.nu[k], run.chi[k], run.spins[k]))}
-        inputs = (given[argument.name] for argument in bound.signatures["forward_dynamics"].inputs)
-        accelerations = rows @ bound.call("forward_dynamics", *inputs)
-        sticks = (np.abs(rates) < 1e-14) & (np.abs(torques[k]) < np.array([4e-3, 3e-3, 5e-3]) * (1 - 1e-9))
-        stuck += sticks.sum()
-        assert np.abs(accelerations[sticks]).max(initial=0) < 1e-11
-        assert (np.abs(torques[k]) <= np.array([4e-3, 3e-3, 5e-3])).all()
-    assert stuck > 5
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
-def test_a_wheel_that_sticks_on_its_joint_stays_there(roller_model):
-    joint = np.pi / PAPER.rollers_per_wheel
-    start = {"nu": (0, 0, 0), "chi": (joint, 0.1, -joint), "duration": 1, "accuracy": 1e-9, "control": False}
-    start |= {"roller_model": roller_model}
-    run = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=3e-3), Torque((2e-3, 0, -1e-3))])
-    assert (run.chi == run.chi[0]).all() and len(run.switches) == 0
-    away = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=3e-3), Torque((2e-2, 0, -1e-3))])
-    assert len(away.switches) > 0 and np.abs(away.nu[-1]).max() > 0.1
-
-
 def test_a_controller_with_motors_stops_and_starts_what_sticks():
     effects = [
         Motor(0.0, 0.02, 1.5, gear_ratio=4, current_limit=0.3),
@@ -288,15 +165,6 @@ def test_a_controller_with_motors_stops_and_starts_what_sticks():
     assert np.abs(run.nu[-1] - [0.4, 0.1, 0.2]).max() < 0.2
     assert abs(run.ledger.residual) < 1e-9 * run.ledger.scale
     assert (run.nu[0] == 0).all()
-
-
-@pytest.mark.long
-def test_the_accuracy_is_met_and_estimated():
-    start = {"nu": (1, 0.2, 0.8), "duration": 2, "effects": [Bearings(wheel_coulomb=4e-3), Slope(0.01)]}
-    exact = simulate(PAPER, **start, accuracy=1e-12, control=False)
-    run = simulate(PAPER, **start, accuracy=1e-7)
-    assert difference(run, exact) < run.stats["error_estimate"] < 1e-7
-    assert run.stats["engine"] == "compiled"
 
 
 @pytest.mark.long

@@ -10,21 +10,14 @@ from omniroll import (
     Bearings,
     Instruments,
     InvalidValueError,
-    Slope,
     Torque,
     Vehicle,
     linearise,
     reactions,
     simulate,
-    simulate_many,
 )
-from omniroll.commands.run import text
-from omniroll.engine.simulate import checked_task
 from omniroll.results.accelerations import torques_of_free_rollers, with_accelerations
 from omniroll.results.reactions import modes_of_free_rollers
-from omniroll.scenes import load_scene
-from omniroll.scenes.explanation import runs_on
-from omniroll.scenes.outcome import run_scene
 
 PAPER = Vehicle.paper()
 TASK = {"accuracy": 1e-9, "control": False}
@@ -141,68 +134,6 @@ def test_bodies_under_moreaus_scheme_move_so(axles):
     assert errors[1] < 0.4 * errors[0] and errors[1] < 2e-3
 
 
-def spinning(vehicle, nu_3):
-    """theta' and chi' on the spot, and the energy where all rollers rest on their disks."""
-    yaw = nu_3 / vehicle.yaw_scale
-    rate = -vehicle.platform_radius / vehicle.wheel_radius * yaw
-    return yaw, rate, (vehicle.yaw_inertia * yaw**2 + vehicle.wheels * vehicle.wheel_inertia * rate**2) / 2
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("switching", ["impact", "smooth"])
-def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(switching):
-    """On the spot the wheels' centres do not move along their axles: no roller spins, and no switch takes energy."""
-    law = {"switching": switching, **TASK}
-    run = simulate(PAPER, nu=(0, 0, 3.0), duration=5, effects=[Bearings(roller_coulomb=1.0)], **law)
-    _, rate, energy = spinning(PAPER, 3.0)
-    assert len(run.switches) >= 3 * int(abs(rate) * 5 / (2 * np.pi / PAPER.rollers_per_wheel) - 0.5) > 3
-    np.testing.assert_allclose(run.nu, np.tile([0, 0, 3.0], (len(run), 1)), rtol=0, atol=1e-12)
-    np.testing.assert_allclose(run.energy, energy, rtol=1e-12)
-    assert np.abs(run.spins).max() < 1e-12 and run.quantity("roller_loss")[-1] == pytest.approx(0, abs=1e-15)
-
-
-def test_a_free_roller_breaks_away_where_its_disk_asks_for_more():
-    """Its disk takes it along: B theta' chi' cos(psi) with constant rates. The first one is near the top."""
-    yaw, rate, _ = spinning(PAPER, 1.0)
-    beside = 0.3  # rad from the top
-    torque = PAPER.roller_inertia * yaw * abs(rate) * np.cos(beside)
-    acting = [Bearings(roller_coulomb=torque)]
-    run = simulate(PAPER, nu=(0, 0, 1.0), duration=0.7, effects=acting, **TASK)
-    instant = (np.pi / PAPER.rollers_per_wheel - beside) / abs(rate)
-    assert np.isclose(run.t, instant, rtol=1e-9).any()
-    resting = run.t <= instant * (1 + 1e-9)
-    assert np.abs(run.spins[resting]).max() < 1e-14 < 1e-6 < np.abs(run.spins[~resting]).max()
-
-
-def test_the_regularised_law_tends_to_it():
-    start = {"nu": (0.5, 0.1, 0.5), "duration": 0.6, **TASK}
-    limit = simulate(PAPER, **start, effects=[Bearings(roller_coulomb=5e-5)])
-    errors = [
-        np.abs(simulate(PAPER, **start, effects=[Bearings(roller_coulomb=5e-5, roller_speed=w)]).nu[-1] - limit.nu[-1])
-        for w in (1.0, 0.1)
-    ]
-    assert errors[1].max() < 0.3 * errors[0].max() < 1e-3
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(8))
-def test_any_vehicle_keeps_the_law_and_the_account(seed):
-    rng = np.random.default_rng(seed)
-    vehicle = Vehicle.paper(int(rng.choice([2, 3, 4])), int(rng.integers(4, 7)))
-    sliding = rng.uniform(0, 2e-4, vehicle.wheels)
-    holding = sliding * rng.choice([1.0, 1.5])
-    effects = [Bearings(roller_coulomb=sliding, roller_break_away=holding), Slope(0.02, 1.0), Torque(1e-3)]
-    run = simulate(
-        vehicle, nu=rng.normal(size=3) * rng.choice([0.0, 0.3]), duration=0.3, effects=effects,
-        roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False,
-    )  # fmt: skip
-    torques = run.drive[:, run.effects.drives().index("contact_bearing")]
-    assert (np.abs(torques) <= holding * (1 + 1e-12)).all()
-    turns = np.abs(run.contact_spin) > 1e-8
-    np.testing.assert_allclose((torques * np.sign(run.contact_spin) + sliding)[turns], 0, atol=1e-15)
-    assert abs(run.ledger.residual) < 1e-7 * max(run.ledger.scale, 1e-9)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("model", ["massless", "locked", "free"])
 def test_reactions_and_instruments_have_what_the_rollers_bearings_take(model):
@@ -252,23 +183,3 @@ def test_what_does_not_fit_is_refused():
     weak = Bearings(roller_coulomb=1e-4, roller_break_away=1e-5)
     with pytest.raises(InvalidValueError, match="roller_"):
         simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[weak])
-
-
-def test_explain_and_run_say_that_the_compiled_engine_runs(tmp_path):
-    path = tmp_path / "scene.toml"
-    tables = ('[vehicle]\npreset = "paper"', "[start]\nnu = [0.0, 0.0, 0.5]", "[run]\nduration = 0.01\nstep = 0.01")
-    path.write_text("\n\n".join((*tables, "[bearings]\nroller_coulomb = 1e-4\n")))
-    scene = load_scene(path)
-    assert runs_on(checked_task(scene.vehicle, **scene.options)) == "compiled engine, compiled kernel"
-    outcome = run_scene(scene)
-    assert outcome.trajectory.stats["engine"] == "compiled" and "Python engine" not in text(outcome)
-
-
-def test_sweeps_run_in_c_and_give_what_single_runs_do():
-    starts = ((0.3, 0.1, 0.2), (0.0, 0.0, 1.0))
-    effects = [[Bearings(roller_coulomb=torque, roller_break_away=4e-5)] for torque in (1e-6, 3e-5)]
-    many = simulate_many(PAPER, nu=starts, duration=0.4, effects=effects, accuracy=1e-9)
-    for end, start, acting in zip(many.end.nu, starts, effects, strict=True):
-        run = simulate(PAPER, nu=start, duration=0.4, effects=acting, accuracy=1e-9)
-        assert run.stats["engine"] == "compiled"
-        np.testing.assert_array_equal(end, run.nu[-1])

@@ -48,29 +48,6 @@ def test_both_engines_give_the_same_switches_and_motion(wheels, rollers, model, 
     assert difference(compiled, python) < 2e-11
 
 
-@pytest.mark.long
-def test_turning_back_near_the_joint():
-    """Wheels that come to the joint and turn: no switch is missed or made up, wherever the turn is."""
-    seen = set()
-    for angle in np.linspace(-0.6, 0.6, 25):
-        task = {"nu": (1, -0.2, 1), "chi": (angle, 0.1, -0.2), "duration": 6, "roller_model": "locked"}
-        runs = [simulate(PAPER, **task, accuracy=1e-9, engine=e, control=False) for e in ("compiled", "python")]
-        kinds = [list(zip(r.switches.wheel, r.switches.direction, strict=True)) for r in runs]
-        assert kinds[0] == kinds[1], angle
-        seen.add(tuple(kinds[0]))
-    assert len(seen) > 1
-
-
-def test_buffers_do_not_matter(monkeypatch):
-    """A run in many calls is the run in one call, to the bit."""
-    task = {"nu": (1, 0, 1), "duration": 30, "roller_model": "free", "control": False}
-    whole = simulate(PAPER, **task)
-    monkeypatch.setattr(workspace, "ROWS", 7)
-    pieces = simulate(PAPER, **task)
-    for name in ("t", "nu", "chi", "pose", "contact", "spins", "dense", "step_rows", "switches"):
-        assert (getattr(pieces, name) == getattr(whole, name)).all(), name
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_what_is_between_rows_obeys_the_equations(law):
     """The derivative of the polynomials is the kernel's right-hand side."""

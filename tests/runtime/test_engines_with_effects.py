@@ -161,23 +161,3 @@ def test_buffers_do_not_matter(monkeypatch, name):
         "switches",
     ):
         np.testing.assert_array_equal(getattr(pieces, field), getattr(whole, field), err_msg=field)
-
-
-def sweeps(effects, duration=3.0):
-    run = simulate(PAPER, nu=(1, 0.2, 0.8), duration=duration, effects=effects, control=False)
-    return run.stats["evaluations"] / 16, len(run.switches)
-
-
-def test_an_event_costs_at_most_one_and_a_half_bare_phases():
-    """In sweeps, of one evaluation at all nodes each. A hundred knots; a hundred samples."""
-    bare, switches = sweeps([])
-    per_phase = bare / switches
-    times = np.linspace(0.02, 2.98, 100)
-    swinging = np.outer(1e-5 * (-1.0) ** np.arange(100), [1, 1, 1])
-    for effects in (
-        [TorqueTable(times, swinging, "hold")],
-        [TorqueTable(times, swinging)],
-        [Controller((1, 0.2, 0.8), 1e-6, 0.03)],
-    ):
-        with_events, switched = sweeps(effects)
-        assert (with_events - switched * per_phase) / 100 < 1.5 * per_phase

@@ -137,46 +137,10 @@ def distance_to(run, session):
 # Stepping
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize("name", SCENES)
-def test_stepping_is_one_run_to_its_accuracy(name, seed):
-    session, run = made(name), one_run(name)
-    for length in random_steps(np.random.default_rng(seed), DURATION):
-        session.step(length)
-    go_to(session, DURATION)
-    assert session.time == run.t[-1] and len(run.switches) >= 3
-    assert distance_to(run, session) < 10 * ACCURACY
-    assert session.energy == pytest.approx(run.energy[-1], rel=1e-8)
-    if session.spins is not None:
-        np.testing.assert_allclose(session.spins, run.spins[-1], rtol=0, atol=1e-8)
-    for quantity in run.effects.quantities(run.roller_model):
-        own = session.outputs[quantity.name]
-        np.testing.assert_allclose(own, run.quantity(quantity.name)[-1], rtol=1e-7, atol=1e-12)
-
-
 def instants(run):
     """Elapsed at every switch, knot, sample, limit of the run, and at whatever else has a row on both sides."""
     again = np.flatnonzero(np.diff(run.elapsed) == 0)
     return np.unique(run.elapsed[again])
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_steps_that_end_around_each_event_change_nothing(name):
-    """Pauses 2 ulp and 1 ulp before each event, at it, and 1 ulp and 2 ulp after it."""
-    run, session = one_run(name), made(name)
-    hit = 0
-    for event in instants(run):
-        around = [event]
-        for _ in range(2):
-            around = [np.nextafter(around[0], -np.inf), *around, np.nextafter(around[-1], np.inf)]
-        for pause in around:
-            if session.elapsed < pause < DURATION:
-                go_to(session, pause)
-                hit += 1
-    go_to(session, DURATION)
-    assert hit >= 15
-    assert distance_to(run, session) < 10 * ACCURACY
 
 
 def test_many_steps_shorter_than_an_ulp_add_up():
@@ -383,19 +347,6 @@ def test_what_was_given_is_saved():
     assert bits(session) == wanted
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_reset_is_a_new_session(name):
-    session, new = made(name), made(name)
-    session.step(0.8)
-    views = session.nu, session.chi, session.pose, session.contact
-    session.reset()
-    assert session.time == START["start_time"] and bits(session) == bits(new)
-    for each in (session, new):
-        each.step(0.7)
-    assert bits(session) == bits(new)
-    assert all(a is b for a, b in zip(views, (session.nu, session.chi, session.pose, session.contact), strict=True))
-
-
 @pytest.mark.parametrize("name", ["free", "locked", "viscous friction", "a function"])
 def test_reset_to_another_state(name):
     start = {"nu": (0.3, -1.0, 0.5), "chi": 0.2, "pose": (1.0, 2.0, 3.0)}
@@ -455,29 +406,6 @@ def test_torques_of_bearings_are_those_of_the_rows():
         np.testing.assert_allclose(session.outputs["bearing_torque"], run.drive[row, place], rtol=0, atol=1e-9)
         stuck += (np.abs(run.drive[row, place]) < 3.9e-3).any()
     assert stuck > 0
-
-
-def test_torque_and_damping_are_those_of_the_rows():
-    session, run = made("motors with a controller"), one_run("motors with a controller")
-    moved = np.flatnonzero((np.diff(run.elapsed) > 0) & (np.diff(run.elapsed, append=np.inf)[1:] > 0)) + 1
-    assert len(moved) > 10
-    for row in moved:
-        go_to(session, run.elapsed[row])
-        found = np.array([session.outputs["torque"], session.outputs["damping"]])
-        np.testing.assert_allclose(found, run.drive[row], atol=1e-8)
-
-
-def test_currents_make_the_torques():
-    session = made("motors with a controller")
-    limited = 0
-    for _ in range(60):
-        session.step(0.025)
-        found = session.outputs
-        torque = found["torque"] - found["damping"] * session.wheel_speeds
-        np.testing.assert_allclose(3 * 0.02 * found["currents"], torque, atol=1e-12)
-        assert np.abs(found["currents"]).max() <= 0.7 * (1 + 1e-12)
-        limited += (np.abs(found["currents"]) == 0.7).any()
-    assert 0 < limited < 60
 
 
 @pytest.mark.long

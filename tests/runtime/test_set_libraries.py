@@ -1,6 +1,5 @@
 """The libraries of sets: the structs that they are called with, their bits, and the folder that they are kept in."""
 
-import errno
 import os
 import shlex
 import shutil
@@ -8,17 +7,14 @@ import stat
 import subprocess
 import sys
 import textwrap
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from omniroll import Vehicle
-from omniroll.codegen import cache as cache_folder
 from omniroll.errors import KernelsMissingError
-from omniroll.kernels import building, sets
+from omniroll.kernels import sets
 from omniroll.kernels.kernel import NUMBER_TYPES, CompiledKernel, PythonKernel, kernel
 
 pytestmark = pytest.mark.long
@@ -27,13 +23,6 @@ PAPER = Vehicle.paper()
 MODELS = ("massless", "locked", "free")
 SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
 BROKEN = "#!/bin/sh\necho 'cannot write: No space left on device' >&2\nexit 1\n"
-COUNTING = '#!/bin/sh\necho compiled >> "$COMPILED"\nexec cc "$@"\n'
-ASKS = textwrap.dedent(f"""
-    from omniroll import Vehicle
-    from omniroll.kernels.kernel import kernel
-    made = kernel(Vehicle.paper(), "locked", effects=("slope",), constants={SLOPE!r})
-    print(made.backend, made.forward_dynamics([1, 0.2, 0.3], [0.1, -0.2, 0.3], 0.4).tolist())
-""")
 
 needs_a_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="cc is not installed")
 
@@ -149,64 +138,6 @@ def compiler_script(folder, text, monkeypatch):
     script.write_text(text)
     script.chmod(script.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setenv("CC", str(script))
-
-
-def asks():
-    """What another process gets that asks for the set with a slope."""
-    done = subprocess.run([sys.executable, "-c", ASKS], capture_output=True, text=True, env=os.environ.copy())
-    assert done.returncode == 0, f"{done.returncode}: {done.stderr}"
-    return done.stdout
-
-
-@needs_a_compiler
-def test_two_processes_that_ask_at_once_build_once(fresh_cache, tmp_path, monkeypatch):
-    """And a library that was cut off afterwards is compiled again, instead of ending the process that loads it."""
-    log = tmp_path / "log"
-    monkeypatch.setenv("COMPILED", str(log))
-    compiler_script(tmp_path, COUNTING, monkeypatch)
-    with ThreadPoolExecutor(2) as pool:
-        printed = {run.result() for run in [pool.submit(asks) for _ in range(2)]}
-    assert len(printed) == 1 and next(iter(printed)).startswith("compiled [")
-    assert log.read_text().split() == ["compiled"]
-    (library,) = fresh_cache.rglob("*.so")
-    os.truncate(library, library.stat().st_size // 2)
-    assert {asks()} == printed
-    assert log.read_text().split() == ["compiled"] * 2
-
-
-@needs_a_compiler
-def test_a_library_that_was_cut_off_is_compiled_again(fresh_cache):
-    place, file = sets._pair("locked", ("slope",), "double")
-    whole = (place / file).read_bytes()
-    for kept in (0.0, 0.5, 0.99):
-        (place / file).write_bytes(whole[: int(kept * len(whole))])
-        assert not building.is_whole(place / file)
-        sets._pair("locked", ("slope",), "double")
-        assert building.is_whole(place / file) and (place / file).stat().st_size == len(whole)
-
-
-@needs_a_compiler
-def test_a_library_without_its_checksum_is_compiled_again(fresh_cache):
-    """The process that compiled it was stopped before it had written the checksum."""
-    place, file = sets._pair("locked", ("slope",), "double")
-    building.checksum(place / file).unlink()
-    sets._pair("locked", ("slope",), "double")
-    assert building.is_whole(place / file)
-
-
-def test_full_folders_give_one_message(fresh_cache, tmp_path, monkeypatch):
-    """The user's own, and the one of the process that stands in for it."""
-
-    def full(path, *_, **__):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-
-    monkeypatch.setattr(cache_folder, "_scratch", lambda: SimpleNamespace(name=str(tmp_path / "scratch")))
-    monkeypatch.setattr(Path, "write_text", full)
-    for backend in ("compiled", "python"):
-        with pytest.raises(KernelsMissingError, match="No space left on device.*OMNIROLL_CACHE") as caught:
-            sloped(backend)
-        assert str(fresh_cache) in str(caught.value)
-    assert not list(fresh_cache.iterdir()), "something half made is left"
 
 
 def test_a_compiler_without_room_gives_one_message(fresh_cache, tmp_path, monkeypatch):
