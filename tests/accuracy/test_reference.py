@@ -177,33 +177,6 @@ def test_a_vehicle_that_nothing_holds_moves_at_once():
         np.testing.assert_allclose(speeds, PAPER.wheels * RATIO / TURNING * 0.04 * times, rtol=1e-14)
 
 
-ONE_BY_ONE = TorqueTable(
-    [0, 0.2, 0.4, 0.6], [[0.0] * 3, [0.02, -0.011, 0.004], [0.02, -0.011, 0.02], [0.0] * 3]
-)  # fmt: skip
-
-
-FOUR = Vehicle.paper(4, 6).replace(wheel_angles=(0.1, 1.5, 3.3, 4.8))
-UP_AND_DOWN = TorqueTable([0, 0.3, 0.6], [[0.0] * 4, [0.02, -0.011, 0.004, 0.018], [0.0] * 4])
-
-
-@pytest.mark.parametrize(
-    ("vehicle", "model", "start", "effects"),
-    [
-        (FOUR, "massless", (0, 0, 0), (UP_AND_DOWN, Bearings(wheel_coulomb=0.006, wheel_break_away=0.007))),
-        (PAPER, "massless", (0, 0, 0), (ONE_BY_ONE, Bearings(wheel_coulomb=0.008))),
-        (PAPER, "locked", (0.3, 0.1, 0.2), (Bearings(wheel_coulomb=0.02, wheel_break_away=0.03), Slope(0.05))),
-    ],
-)
-def test_references_agree_with_the_engine_where_axles_stop_and_break_away_one_by_one(vehicle, model, start, effects):
-    task = checked_task(vehicle, nu=start, duration=0.6, roller_model=model, effects=effects)
-    found = confirmed(task, np.linspace(0, 0.6, 13))
-    assert 0 < found.confirmed < 1e-16
-    resting = [(np.abs(task.kernel.wheel_speeds(y[:3].astype(float))) < 1e-15).sum() for y in found.y]
-    assert len(set(resting)) > 1, "different numbers of axles rest"
-    engine = outcome_of(one_run(task, 1e-13), task, found.times)
-    assert max(deviation(engine, found, task).values()) < 1e-12
-
-
 def test_an_effect_that_acts_through_python_has_no_reference():
     class Asked(Torque):
         def process(self, kernel, start_time):

@@ -60,10 +60,6 @@ CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how l
     "axles and rollers that stick": (
         ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS], 5.0,
     ),
-    "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND], 5.0),
-    "axles that stick where wheels slip": (
-        ("contact_viscous", "axle_sticking"), ["-DSLIPPING", "-DHOLDING"], [GROUND, BEARINGS], 5.0,
-    ),
     "axles and massless rollers that stick where wheels slip": (
         ("contact_viscous", "axle_sticking", "roller_sticking"), ["-DSLIPPING", "-DSERIES"], [GROUND, SERIES], 2.0,
     ),

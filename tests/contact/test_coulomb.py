@@ -107,32 +107,6 @@ def skidding(law, **numbers):
     return simulate(PAPER, nu=(2, -1, 3), duration=0.02, effects=[ground], control=False)
 
 
-@pytest.mark.parametrize("friction", [0.4, (0.3, 0.6)])
-def test_with_a_faster_and_slower_named_speed_it_tends_to_the_set_valued_law(friction):
-    """Two contacts come to rest on curved ways; what is left falls at first order of the speed, from 1e-3 m/s on."""
-    wanted = skidding("coulomb", friction=friction)
-    assert wanted.sticks[-1].sum() == 2 and np.abs(wanted.ledger.residual) <= 1e-9 * wanted.energy[0]
-    left = [
-        np.abs(skidding("regularised", friction=friction, speed=v).nu[-1] - wanted.nu[-1]).max() for v in (1e-4, 1e-6)
-    ]
-    assert left[1] < 3e-2 * left[0] and left[0] < 1e-4
-
-
-def test_forces_are_those_of_the_law():
-    """In rows and between: on the ellipse against the slip where contacts slip, within the static one elsewhere."""
-    run = skidding("coulomb", friction=(0.3, 0.6), static_friction=(0.4, 0.7))
-    load = PAPER.mass * GRAVITY / 3
-    between = run.sample((run.t[1:] + run.t[:-1]) / 2)
-    for slip, force, sticks in ((run.slip, run.ground_force, run.sticks), (between.slip, between.ground_force, None)):
-        sticks = ~slip.any(axis=-1) if sticks is None else sticks
-        assert np.linalg.norm(force[sticks] / np.array([0.4, 0.7]), axis=-1).max() <= load * (1 + 1e-12)
-        sticks |= np.linalg.norm(slip, axis=-1) < 1e-10  # on its way to rest a slip's direction loses its digits
-        slipping = slip[~sticks]
-        normal = slipping * np.array([0.3, 0.6])
-        wanted = -load * np.array([0.3, 0.6]) * normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        assert force[~sticks] == pytest.approx(wanted, abs=1e-10 * load)
-
-
 def test_contacts_of_heavy_rollers_let_go_along_curved_ways():
     """On a slope under growing torques, at static = sliding friction: a slip begins without an acceleration, and turns.
 

@@ -41,19 +41,6 @@ def test_the_named_speed_tends_to_coulomb_at_first_order():
         assert run.sample(slip[0] / strength).slip[0, 1] == pytest.approx(left * speed, rel=2 * speed + 1e-4)
 
 
-@pytest.mark.parametrize("friction", [0.5, (0.3, 0.6)])
-def test_forces_lie_in_the_ellipse_and_take_the_most_power(friction):
-    ground = Contact(law="regularised", friction=friction, speed=1e-3, wheel_rates=(3, -2, 5), contact_spins=4)
-    run = simulate(PAPER, nu=(2, -1, 3), duration=0.05, effects=[ground], control=False)
-    reach = np.broadcast_to(friction, 2) * PAPER.mass * GRAVITY / 3  # each wheel carries its share
-    inside = ((run.ground_force / reach) ** 2).sum(axis=-1)
-    assert inside.max() <= 1 + 1e-12 and inside[0].min() > 0.999
-    turns = np.linspace(0, 2 * np.pi, 721)
-    others = reach * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    most = (-run.slip[0] @ others.T).max(axis=-1)
-    assert -(run.ground_force[0] * run.slip[0]).sum(axis=-1) == pytest.approx(most, rel=1e-3)
-
-
 @pytest.mark.long
 def test_a_vehicle_rolls_down_where_the_ground_grips_and_slides_where_it_does_not():
     """Wheels that turn take a part of the weight's work; wheels on a slick ground stay as they are."""

@@ -16,12 +16,10 @@ from omniroll import (
     Bearings,
     Contact,
     Slope,
-    TorqueTable,
     Vehicle,
     simulate,
 )
 from omniroll.kernels.kernel import kernel
-from omniroll.results.comparison import distance_at
 
 CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
 RADIUS, MASS, DISTANCE = CROSS.wheel_radius, CROSS.mass, CROSS.platform_radius
@@ -205,26 +203,3 @@ def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, ro
     scale = np.abs(by_body).max()
     assert spin_dot == pytest.approx(by_body, rel=RELATIVE, abs=RELATIVE * scale)
     assert not spin_dot[sticks].any() and np.abs(by_body[sticks]).max() <= RELATIVE * scale
-
-
-PAPER = Vehicle.paper(3, 5)
-SPINNING = {"nu": (0.0, 0.0, 0.3), "spins": 30 * np.random.default_rng(3).normal(size=(3, 4))}
-GROWING = TorqueTable((0.0, 0.3), ((0.0, 0.0, 0.0), (0.3, -0.1, 0.2)))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("coulomb, start, others", [
-    (400 * PAPER.roller_inertia, SPINNING, ()), (0.003, {"nu": (0.0, 0.0, 0.0)}, (GROWING,)),
-], ids=["rollers that come to rest", "rollers that break away"])  # fmt: skip
-def test_friction_with_a_named_speed_tends_to_it_at_first_order(coulomb, start, others):
-    """Nothing of the set-valued law has a part in those runs. At larger speeds the order is lower."""
-    options = start | {"duration": 0.15, "roller_model": "free", "accuracy": 1e-10, "control": False}
-    bearings, times = Bearings(roller_coulomb=coulomb), np.linspace(0, 0.15, 16)
-
-    def run(of_rollers):
-        return simulate(PAPER, effects=[Contact(20.0), of_rollers, *others], **options)
-
-    sticks = run(bearings)
-    distances = [distance_at(run(replace(bearings, roller_speed=speed)), sticks, times) for speed in (1e-2, 1e-3)]
-    assert (np.abs(sticks.spins[-1]) < 1e-12).any()
-    assert 0.95 <= np.log10(distances[0] / distances[1]) <= 1.05

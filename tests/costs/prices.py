@@ -2,6 +2,7 @@
 vehicle; and what a knot, a sample and a current limit cost. `python -m costs.prices` from tests/ prints the tables."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,8 +97,8 @@ class Price:
         return self.count.per_phase / self.bare.per_phase
 
 
-def prices() -> list[Price]:
-    found = measured([*EFFECTS, *VEHICLES])
+def prices(effects: Sequence[str] = (*EFFECTS, *VEHICLES)) -> list[Price]:
+    found = measured(["bare", *(effect for effect in effects if effect != "bare")])
     return [Price(name, count, found["bare"]) for name, count in found.items()]
 
 

@@ -183,15 +183,3 @@ def test_rollers_cut_close_to_their_tips(model):
     bound = kernel(case.vehicle, model, "python", effects=("reactions",))
     assert bound.set_name == f"{model}_reactions" and bound.sharp
     assert_same(case, case.oracle(), found_by_kernel(case, bound), relative=1e-10)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_both_backends_agree(model):
-    rng = np.random.default_rng(13)
-    case = random_case(rng, 3, 5, model)
-    answers = [
-        found_by_kernel(case, kernel(case.vehicle, model, backend, effects=("reactions",)))
-        for backend in ("python", "compiled")
-    ]
-    for a, b in zip(*answers, strict=True):
-        assert a == pytest.approx(b, rel=1e-13, abs=1e-13 * np.abs(b).max())

@@ -11,18 +11,6 @@ from omniroll.kernels import sets
 MODELS = ("massless", "locked", "free")
 REACTIONS = ("contact_forces", "contact_impulses", "load_balance")
 LISTED = [effect for effect in generated_data.load("effects")["effects"] if effect["neutral"]]
-FELT = (
-    "layout",
-    "drive",
-    "motor",
-    "axle_viscous",
-    "axle_coulomb",
-    "axle_sticking",
-    "roller_viscous",
-    "roller_coulomb",
-    "roller_sticking",
-    "slope",
-)
 # Loads from springs share the numbers of the loads' balance.
 OTHERS = tuple(e["name"] for e in LISTED if "reactions" not in (e["name"], *e["needs"]) and e["table"] != "springs")
 
@@ -36,17 +24,6 @@ def bodies(texts):
     """{name: text} of the Python functions of a set."""
     parts = re.split(r"^def (\w+)", texts.python, flags=re.MULTILINE)[1:]
     return {name: text.strip() for name, text in zip(parts[::2], parts[1::2], strict=True)}
-
-
-def code(body):
-    """A function's text without its docstring."""
-    return re.sub(r'""".*?"""', "", body, flags=re.DOTALL)
-
-
-def operations(texts, name, wheels=3, rollers=5):
-    (function,) = (f for f in texts.signatures if f["name"] == name)
-    turns = {"once": 1, "wheel": wheels, "slot": rollers - 1, "roller": wheels * (rollers - 1)}
-    return sum(turns[place] * sum(counts.values()) for place, counts in function["operations"].items())
 
 
 @pytest.mark.parametrize("base", MODELS)
@@ -64,16 +41,3 @@ def test_without_them_no_symbol_of_theirs_is_left(base):
     texts = made(base, OTHERS)
     for text in (texts.python, texts.pair().source, texts.pair().header):
         assert not set(own) & set(re.findall(r"\w+", text))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("base", MODELS)
-@pytest.mark.parametrize("effect", FELT)
-def test_a_reaction_has_only_the_effects_that_are_there(base, effect):
-    name = "load_balance" if effect in ("slope", "layout") else "contact_forces"
-    larger = ("drive", "motor") if effect == "motor" else (effect,)
-    smaller = tuple(other for other in larger if other != effect)
-    with_it, without = (made(base, (*effects, "reactions")) for effects in (larger, smaller))
-    assert operations(without, name) < operations(with_it, name)
-    (neutral,) = (entry["neutral"] for entry in LISTED if entry["name"] == effect)
-    assert not set(neutral) & set(re.findall(r"\w+", code(bodies(without)[name])))

@@ -1,13 +1,10 @@
 """Scene files: what is read, and what is said of files that make no sense."""
 
 import math
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
 import omniroll
 from omniroll import cli
@@ -157,72 +154,6 @@ def test_files_that_are_no_scenes(tmp_path):
     for path in (tmp_path, tmp_path / "absent.toml", "null\0byte"):
         with pytest.raises(SceneError):
             load_scene(path)
-
-
-VALUES = st.recursive(
-    st.one_of(
-        st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.just(10**400),
-        st.dates(), st.datetimes(), st.sampled_from(["paper", "free", "impact", 1.0, 3, [1, 0, 0], [0.1, 0.1, 0.1]]),
-    ),
-    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.sampled_from("ab"), inner, max_size=2)),
-    max_leaves=6,
-)  # fmt: skip
-NAMES = st.one_of(st.sampled_from(sorted(TABLES)), st.text(max_size=6))
-KEYS = st.one_of(st.sampled_from(sorted({key.name for table in SCENE for key in table.keys})), st.text(max_size=6))
-DOCUMENTS = st.dictionaries(NAMES, st.one_of(VALUES, st.dictionaries(KEYS, VALUES, max_size=5)), max_size=5)
-
-
-def as_toml(value) -> str:
-    """A value as TOML, tables inline."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{quoted(key)} = {as_toml(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(as_toml, value)) + "]"
-    return (
-        quoted(value) if isinstance(value, str) else value.isoformat() if hasattr(value, "isoformat") else repr(value)
-    )
-
-
-def quoted(text: str) -> str:
-    return '"' + "".join(f"\\U{ord(letter):08x}" for letter in text) + '"'
-
-
-def refused_or_read(path: Path) -> None:
-    """Reading a scene gives a scene or a SceneError, and nothing else."""
-    try:
-        load_scene(path)
-    except SceneError as error:
-        assert str(error) and all(len(line) < 1000 for line in str(error).splitlines())
-
-
-@pytest.mark.long
-@settings(max_examples=150, deadline=None)
-@given(document=DOCUMENTS)
-@example(document={"vehicle": {"preset": "paper", "wheels": 10**400}, "start": {"nu": [10**400, 0, 0]}})
-def test_wrong_types_never_give_a_traceback(document, tmp_path_factory):
-    text = "\n".join(f"{quoted(name)} = {as_toml(value)}" for name, value in document.items())
-    assert tomllib.loads(text).keys() == document.keys()
-    refused_or_read(written(tmp_path_factory.getbasetemp(), text))
-
-
-@settings(max_examples=150, deadline=None)
-@given(table=st.sampled_from(SCENE), data=st.data())
-def test_any_value_at_a_known_key_never_gives_a_traceback(table, data, tmp_path_factory):
-    key, value = data.draw(st.sampled_from(table.keys)), data.draw(VALUES)
-    tables = tomllib.loads(GOOD)
-    tables.setdefault(table.name, {})[key.name] = value
-    text = "\n".join(f"{name} = {as_toml(content)}" for name, content in tables.items())
-    refused_or_read(written(tmp_path_factory.getbasetemp(), text))
-
-
-@settings(max_examples=150, deadline=None)
-@given(
-    garbage=st.one_of(st.binary(max_size=200), st.text(alphabet="[]=\"'{}.,#\n 1ae-_:", max_size=60).map(str.encode))
-)
-def test_garbage_never_gives_a_traceback(garbage, tmp_path_factory):
-    refused_or_read(written(tmp_path_factory.getbasetemp(), garbage))
 
 
 def test_a_bad_scene_is_exit_code_2_of_every_command_that_takes_one(tmp_path, capsys):
