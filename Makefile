@@ -21,7 +21,7 @@ say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
 .PHONY: all setup build wheel regenerate check-generated what-if equation maxima formulas show-formulas motions test test-long bench \
-	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-extras lines test-times flips \
+	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-exports test-extras lines test-times flips \
 	clean help
 .DELETE_ON_ERROR:
 
@@ -183,6 +183,11 @@ test-viewer: build ## run the tests of that page in Chromium; they need Playwrig
 	$(call say,tests of the page in Chromium)
 	@$(PIP) install --require-hashes --requirement tests/viewing/requirements.txt
 	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/viewing/test_in_browser.py
+
+test-exports: build ## run the tests of FMUs and CasADi functions; they need FMPy and CasADi, which this installs into .venv
+	$(call say,tests of exports)
+	@$(PIP) install --no-deps --require-hashes --requirement tests/exports/requirements.txt
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/exports
 
 test-extras: build ## install each extra alone, into out/extras/, and run what it is for
 	$(call say,extras -> out/extras/)

@@ -13,6 +13,7 @@ FILES = (
     "tests/benchmarks/requirements.txt",
     "docs/site/requirements.txt",
     "tests/viewing/requirements.txt",
+    "tests/exports/requirements.txt",
 )
 
 
