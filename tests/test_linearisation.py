@@ -262,3 +262,84 @@ def check_beside(vehicle, model, effects):
             rows = [k for k, name in enumerate(ends[0].states) if name.startswith(part)]
             size = np.abs(found[rows]).max(initial=0)
             assert np.abs(foretold[rows] - found[rows]).max(initial=0) <= 1e-6 * size, part
+
+
+# Parts of a model, second derivatives, other tools
+
+
+def test_states_are_selected_by_name():
+    model = linearise(VEHICLE, **point("locked"), effects=(MOTOR,), outputs=("nu", "chi", "yaw_rate"), hessians=True)
+    own = model.select("nu", "chi[1]")
+    assert own.states == ("nu[0]", "nu[1]", "nu[2]", "chi[1]")
+    assert own.outputs == ("nu[0]", "nu[1]", "nu[2]", "chi[1]", "yaw_rate[0]")  # the others read what is gone
+    places = [0, 1, 2, 4]
+    assert (own.A == model.A[np.ix_(places, places)]).all() and (own.B == model.B[places]).all()
+    assert (own.C == model.C[np.ix_([0, 1, 2, 4, 6], places)]).all() and (own.rates == model.rates[places]).all()
+    every = [*places, 9, 10, 11]
+    assert (own.hessians == model.hessians[np.ix_(places, every, every)]).all()
+    assert model.select("nu", outputs=("yaw_rate",)).outputs == ("yaw_rate[0]",)
+    with pytest.raises(InvalidValueError, match="speed.*must be one of nu"):
+        model.select("speed")
+    with pytest.raises(InvalidValueError, match="reads a state"):
+        model.select("nu", outputs=("chi[0]",))
+    many = linearise(VEHICLE, nu=np.random.default_rng(1).normal(size=(2, 3)), roller_model="locked")
+    assert (many.select("nu").A == many.A[..., :3, :3]).all() and "2 linear models" in str(many)
+
+
+def test_without_integrals_riccati_has_a_solution():
+    """With free rollers the pose is an integral, and nothing moves the momenta; at rest nothing depends on chi."""
+    control = pytest.importorskip("control")
+    motor = replace(MOTOR, voltage=0)
+    model = linearise(VEHICLE, nu=(0, 0, 0), effects=(motor,), outputs=("wheel_rates", "pose"))
+    rest = model.without_integrals()
+    assert rest.states == ("nu[0]", "nu[1]", "nu[2]") and rest.outputs == tuple(f"wheel_rates[{i}]" for i in range(3))
+    sampled = rest.discrete(0.02)
+    gain, _, poles = control.dlqr(sampled.A, sampled.B, np.eye(3), 0.05 * np.eye(3))
+    assert np.abs(poles).max() < 1
+    assert np.allclose(sampled.A, model.discrete(0.02).A[:3, :3]) and sampled.rates == pytest.approx(
+        model.discrete(0.02).rates[:3]
+    )
+    on_slope = linearise(VEHICLE, nu=(0, 0, 0), roller_model="massless", effects=(MOTOR, Slope(angle=0.2)))
+    assert "pose[2]" in on_slope.without_integrals().states and "pose[0]" not in on_slope.without_integrals().states
+    with pytest.raises(InvalidValueError, match="before discrete"):
+        model.discrete(0.02).without_integrals()
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("effects", CASES[1:], ids=["motor", "friction and torque", "slope and motor"])
+def test_second_derivatives_are_the_slopes_of_the_first(model, effects):
+    """By differences of A and B along nu, chi and the heading, at given momenta: of second order in what is moved."""
+    state, moved = point(model), 1e-5
+    found = linearise(VEHICLE, **state, effects=effects, hessians=True)
+    assert found.hessians.shape == (len(found.state), len(found.state) + 3, len(found.state) + 3)
+    assert np.abs(found.hessians - np.swapaxes(found.hessians, -1, -2)).max() <= 1e-12 * np.abs(found.hessians).max()
+    for name, places in (("nu", range(3)), ("chi", range(3, 6)), ("pose", [8])):
+        for place in places:
+            if model == "free" and name != "pose":
+                continue  # at given spins the momenta move with these
+            step = moved * np.eye(3)[place % 3]
+            starts = (state | {name: state[name] + side * step} for side in (1, -1))
+            ends = [linearise(VEHICLE, **start, effects=effects) for start in starts]
+            first, last = (np.hstack([end.A, end.B]) for end in ends)
+            assert found.hessians[:, :, place] == pytest.approx((first - last) / (2 * moved), abs=1e-7)
+    assert found.discrete(0.01).hessians is None
+    with pytest.raises(InvalidValueError, match="hessians"):
+        linearise(VEHICLE, effects=(omniroll.Contact(100.0),), hessians=True)
+
+
+def test_a_table_with_names():
+    model = linearise(VEHICLE, nu=(1, 0, 0.5), roller_model="locked", outputs=("yaw_rate",))
+    lines = str(model.select("nu")).splitlines()
+    assert lines[0].split() == "x' of nu[0] nu[1] nu[2] | torque[0] torque[1] torque[2] | at x0, u0".split()
+    assert [line.split()[0] for line in lines[1:]] == ["nu[0]", "nu[1]", "nu[2]", "y", "yaw_rate[0]"]
+
+
+def test_a_mat_file_reads_back(tmp_path):
+    from scipy.io import loadmat
+
+    model = linearise(VEHICLE, nu=(1, 0, 0.5), roller_model="locked", hessians=True)
+    model.to_mat(tmp_path / "robot.mat")
+    read = loadmat(tmp_path / "robot.mat")
+    assert all((read[name] == getattr(model, name)).all() for name in "ABCD") and (read["H"] == model.hessians).all()
+    assert [str(name[0]) for name in read["StateName"].ravel()] == list(model.states) and read["Ts"] == 0
+    assert read["x0"].shape == (9, 1) and (read["f0"][:, 0] == model.rates).all()

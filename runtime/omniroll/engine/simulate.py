@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -109,7 +110,7 @@ def checked_task(
 ) -> Task:
     """The arguments of simulate, checked. Raises InvalidValueError."""
     if not isinstance(vehicle, Vehicle):
-        raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
+        raise InvalidValueError("vehicle", *_no_vehicle(vehicle))
     ROLLER_MODEL.checked(roller_model)
     SWITCHING.checked(switching)
     ENTRIES["engine"].checked(engine)
@@ -163,6 +164,15 @@ def _check_friction(bound: Kernel, memory: float) -> None:
             "or give [bearings] a roller_speed"
         )
         raise InvalidValueError("memory", memory, bound_text)
+
+
+def _no_vehicle(given: object) -> tuple[object, str]:
+    """How something that is no vehicle is called, and what to do about it."""
+    if isinstance(given, str | PathLike):
+        return given, "must be a Vehicle; omniroll.run(omniroll.load_scene(file)) runs the file of a scene"
+    if isinstance(getattr(given, "vehicle", None), Vehicle):  # a scene
+        return getattr(given, "name", type(given).__name__), "must be a Vehicle; omniroll.run(scene) runs a scene"
+    return given, "must be a Vehicle"
 
 
 def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike, pose: ArrayLike) -> State:

@@ -10,9 +10,11 @@ from omniroll.effects.effect import Modal
 from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.effects.guards import Guards
 from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 
-HEADING = (0, 0, 1)  # the heading's place in the pose
+OF_MOMENTA = "momenta_derivatives"
+HEADING = np.array((0, 0, 1))  # the heading's place in the pose
 MOST_CHANGES = 4  # of one motor's mode, until it fits the speeds
 
 
@@ -57,10 +59,11 @@ class Layout(dict):
         return np.concatenate([parts[name].ravel() for name in self])
 
     def matrix(self, blocks: Mapping[tuple[str, str], np.ndarray]) -> np.ndarray:
-        """The matrix of these blocks, zero elsewhere."""
-        whole = np.zeros((self.size, self.size))
+        """(..., S, S) the matrix of these blocks, zero elsewhere."""
+        leads = np.broadcast_shapes(*(block.shape[:-2] for block in blocks.values()))
+        whole = np.zeros((*leads, self.size, self.size), np.result_type(*blocks.values()))
         for (row, column), block in blocks.items():
-            whole[self[row], self[column]] = block
+            whole[..., self[row], self[column]] = block
         return whole
 
 
@@ -81,27 +84,56 @@ def rolling_near(
     signals = {name: signal.value for name, signal in run.signals.items()}
     momenta = None if axial is None else bound.momenta(axial)
     known = signals | {"nu": nu, "chi": chi, "theta": pose[2], "heading": pose[2], "momenta": momenta}
-    found = _evaluated(bound, "forward_dynamics_derivatives", known) | _evaluated(bound, "rate_derivatives", known)
+    found = _evaluated(bound, "forward_dynamics_derivatives", known)
     parts = {"nu": nu, "chi": chi, "pose": pose} | ({} if momenta is None else {"momenta": momenta})
     rates = {"nu": found["nu_dot"], "chi": bound.wheel_speeds(nu), "pose": bound.pose_rates(nu, pose[2])}
+    if momenta is not None:
+        rates["momenta"] = np.zeros_like(momenta)  # without friction they are constant
+        if OF_MOMENTA in bound.signatures:
+            rates["momenta"] = bound.momenta_rates(nu, chi, momenta, np.zeros(bound.wheels))[0]
+    A, B = _slopes(bound, known, Layout(parts), torque_per_signal(modal, bound.wheels))
+    return RatesNear(parts, rates, A, B, signals, modal)
+
+
+def second_derivatives(carrying: TangentKernel, near: RatesNear) -> np.ndarray:
+    """(S, S + U, S + U) of the rates by states and inputs: the generated derivatives on numbers with tangents."""
+    layout, width = near.layout, sum(near.B.shape)
+    along = np.eye(width)
+    parts = {
+        name: with_tangent(part, along[:, layout[name]].reshape(-1, *part.shape)) for name, part in near.parts.items()
+    }
+    signals: dict[str, np.ndarray] = dict(near.signals)
+    signals["torque"] = with_tangent(signals["torque"], along[:, layout.size :] * near.torque_per_signal)
+    heading = parts["pose"][:, 2]
+    known = signals | parts | {"theta": heading, "heading": heading}
+    A, B = _slopes(carrying, known, layout, near.torque_per_signal)
+    return np.moveaxis(tangent_of(np.concatenate([A, B], axis=-1)), 0, -1)
+
+
+def _slopes(
+    bound: Kernel, known: Mapping[str, np.ndarray], layout: "Layout", per_signal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(..., S, S), (..., S, U) of all rates, by generated functions on numbers by name, which may have leading axes."""
+    found = _evaluated(bound, "forward_dynamics_derivatives", known) | _evaluated(bound, "rate_derivatives", known)
+    turned = {name: np.swapaxes(value, -1, -2) for name, value in found.items() if value.ndim > 1}
     blocks = {
-        ("nu", "nu"): found["nu_dot_by_nu"].T,
-        ("nu", "chi"): found["nu_dot_by_chi"].T,
-        ("chi", "nu"): found["chi_dot_by_nu"].T,
-        ("pose", "nu"): found["pose_dot_by_nu"].T,
-        ("pose", "pose"): np.outer(found["pose_dot_by_heading"], HEADING),
+        ("nu", "nu"): turned["nu_dot_by_nu"],
+        ("nu", "chi"): turned["nu_dot_by_chi"],
+        ("chi", "nu"): turned["chi_dot_by_nu"],
+        ("pose", "nu"): turned["pose_dot_by_nu"],
+        ("pose", "pose"): found["pose_dot_by_heading"][..., None] * HEADING,
     }
     if "nu_dot_by_heading" in found:
-        blocks["nu", "pose"] = np.outer(found["nu_dot_by_heading"], HEADING)
-    if momenta is not None:
-        by_cos, by_sin = found["nu_dot_by_momentum_cos"], found["nu_dot_by_momentum_sin"]
-        blocks["nu", "momenta"] = np.stack([by_cos, by_sin], axis=1).reshape(-1, 3).T
-        rates["momenta"] = _momenta(bound, known, blocks)
-    layout = Layout(parts)
+        blocks["nu", "pose"] = found["nu_dot_by_heading"][..., None] * HEADING
+    if "momenta" in layout:
+        both = np.stack([turned["nu_dot_by_momentum_cos"], turned["nu_dot_by_momentum_sin"]], axis=-1)
+        blocks["nu", "momenta"] = both.reshape(*both.shape[:-2], -1)
+        if OF_MOMENTA in bound.signatures:
+            blocks |= _of_momenta(bound, known)
     A = layout.matrix(blocks)
-    B = np.zeros((len(A), bound.wheels))
-    B[layout["nu"]] = found["nu_dot_by_torque"].T * torque_per_signal(modal, bound.wheels)
-    return RatesNear(parts, rates, A, B, signals, modal)
+    B = np.zeros((*A.shape[:-1], bound.wheels), A.dtype)
+    B[..., layout["nu"], :] = turned["nu_dot_by_torque"] * per_signal
+    return A, B
 
 
 def _evaluated(bound: Kernel, name: str, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -110,17 +142,19 @@ def _evaluated(bound: Kernel, name: str, known: Mapping[str, np.ndarray]) -> dic
     return dict(zip(outputs, call_named(bound, name, known), strict=True))
 
 
-def _momenta(bound: Kernel, known: Mapping[str, np.ndarray], blocks: dict) -> np.ndarray:
-    """The rates of the momenta; their blocks are put beside the others. Without friction they are constant."""
-    momenta, wheels = known["momenta"], bound.wheels
-    if "momenta_derivatives" not in bound.signatures:
-        return np.zeros_like(momenta)
-    slopes = _evaluated(bound, "momenta_derivatives", known)
-    blocks["momenta", "nu"] = np.outer(slopes["momenta_dot_by_nu_3"].ravel(), (0, 0, 1))
-    of_wheel = np.eye(wheels).repeat(2, axis=0)  # a wheel's two momenta depend on its own angle
-    blocks["momenta", "chi"] = of_wheel * slopes["momenta_dot_by_chi"].reshape(-1, 1)
-    blocks["momenta", "momenta"] = np.diag(slopes["momenta_dot_by_momenta"].ravel())
-    return bound.momenta_rates(known["nu"], known["chi"], momenta, np.zeros(wheels))[0]
+def _of_momenta(bound: Kernel, known: Mapping[str, np.ndarray]) -> dict[tuple[str, str], np.ndarray]:
+    """The blocks of the rates of momenta under friction of the rollers; a wheel's two depend on its angle alone."""
+    slopes = _evaluated(bound, OF_MOMENTA, known)
+    by_nu_3, by_chi, by_momenta = (
+        value.reshape(*value.shape[:-2], -1, 1)
+        for value in (slopes[f"momenta_dot_by_{name}"] for name in ("nu_3", "chi", "momenta"))
+    )
+    of_wheel = np.eye(bound.wheels).repeat(2, axis=0)
+    return {
+        ("momenta", "nu"): by_nu_3 * (0, 0, 1),
+        ("momenta", "chi"): of_wheel * by_chi,
+        ("momenta", "momenta"): np.eye(2 * bound.wheels) * by_momenta,
+    }
 
 
 def settled(run: EffectRun, y: np.ndarray) -> Modal | None:

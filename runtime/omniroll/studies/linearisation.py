@@ -7,25 +7,25 @@ reaches or leaves its limit.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import extras
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import DRIVES, EffectSet
-from omniroll.effects.linear_loop import held
 from omniroll.effects.uncontrolled import without_controllers
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import DERIVATIVES, Kernel, best_backend
+from omniroll.kernels.tangent_kernel import TangentKernel
 from omniroll.results.measurements import Instruments, axles_tell_all
 from omniroll.scenes.loading import Scene
-from omniroll.studies.linear_rates import RatesNear, rolling_near
+from omniroll.studies.linear_model import ARRAYS, LinearModel
+from omniroll.studies.linear_rates import RatesNear, rolling_near, second_derivatives
 from omniroll.studies.linear_readings import READINGS, WHOLE, readings_near
 from omniroll.studies.linear_slipping import slipping_near
-from omniroll.validation import choice, positive, trailing
+from omniroll.validation import choice, trailing
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL
@@ -33,63 +33,6 @@ from omniroll.vocabulary import ROLLER_MODEL
 OUTPUTS = ("nu", "chi", "pose", "wheel_rates", "yaw_rate")
 OF_MOTION = ("nu", "chi", "pose", "rates")  # what readings are made from
 MOST_WHEELS = 100  # matrices are dense
-
-
-@dataclass(frozen=True)
-class LinearModel:
-    """x' = rates + A (x - x0) + B (u - u0), y = outputs_at + C (x - x0) + D (u - u0); leading axes are those of nu.
-
-    A, B, C, D    (..., S, S), (..., S, U), (..., Y, S), (..., Y, U)
-    rates         (..., S) the rates at the state; a discrete model: how far x moves in one step
-    outputs_at    (..., Y) the outputs at the state
-    state         (..., S) x0
-    input         (..., U) u0
-    states, inputs, outputs   their names, in order: "nu[0]" in 1/s, "chi[0]" in rad, "pose[0]" in m, "pose[2]" in rad,
-                  "momenta[0][0]" in kg m^2/s; "torque[0]" in N m or "voltage[0]" in V; "wheel_rates[0]" in rad/s
-    step          seconds between two samples, or None for a model in continuous time
-    """
-
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    D: np.ndarray
-    rates: np.ndarray
-    outputs_at: np.ndarray
-    state: np.ndarray
-    input: np.ndarray
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    step: float | None = None
-
-    def discrete(self, step: float) -> "LinearModel":
-        """The model from sample to sample, exact for an input that is held: the exponential of [A B rates; 0 0 0].
-
-        step  in s, positive. Raises InvalidValueError for other steps, and for a model that is discrete already.
-        """
-        if self.step is not None:
-            raise InvalidValueError("step", step, f"the model is discrete already, with a step of {self.step} s")
-        step = positive("step", step)
-        free, forced = held(self.A, np.concatenate([self.B, self.rates[..., None]], axis=-1), step)
-        return replace(self, A=free, B=forced[..., :-1], rates=forced[..., -1], step=step)
-
-    def to_scipy(self):
-        """The same as scipy.signal.StateSpace, for deviations from the state; of one state alone."""
-        from scipy.signal import StateSpace
-
-        timing = {} if self.step is None else {"dt": self.step}
-        return StateSpace(*self._one(), **timing)
-
-    def to_control(self):
-        """The same as control.StateSpace of python-control, with the names. Raises MissingPackageError without it."""
-        control = extras.needed("control", "control", "to_control")
-        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
-        return control.ss(*self._one(), 0 if self.step is None else self.step, **names)
-
-    def _one(self) -> tuple[np.ndarray, ...]:
-        if self.A.ndim != 2:
-            raise InvalidValueError("nu", self.state.shape[:-1], "these tools take the model of one state")
-        return self.A, self.B, self.C, self.D
 
 
 def linearise(
@@ -103,6 +46,7 @@ def linearise(
     effects: Sequence[Effect] | None = None,
     outputs: Sequence[str] = OUTPUTS,
     place: ArrayLike = (0, 0),
+    hessians: bool = False,
 ) -> LinearModel:
     """The linear model of a vehicle or a scene near a state.
 
@@ -119,6 +63,7 @@ def linearise(
                   omniroll.vocabulary.MEASUREMENTS has: "wheel_angle", "wheel_rate", "net_torque", "motor_current",
                   "motor_voltage", "gyro", "accelerometer", "odometry", of encoders that count without steps
     place         (2,) in m, of the accelerometer in the platform's frame
+    hessians      whether the model has the second derivatives of the rates, too, of wheels that roll
 
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
@@ -165,8 +110,13 @@ def linearise(
     if "odometry" in outputs and not axles_tell_all(bound):
         raise InvalidValueError("outputs", "odometry", "asks for axles whose rates tell all of the motion")
     points = _points(bound, given)
-    near = (near_of(bound, acting, given.get("start_time", 0), *point) for point in points.flat)
+    near = [near_of(bound, acting, given.get("start_time", 0), *point) for point in points.flat]
+    if hessians and acting.slips:
+        raise InvalidValueError("hessians", hessians, "are those of wheels that roll; a Contact lets them slip")
     models = [_model(rates, bound, acting, instruments, tuple(outputs)) for rates in near]
+    if hessians:
+        carrying = TangentKernel(bound)
+        models = [replace(m, hessians=second_derivatives(carrying, one)) for m, one in zip(models, near, strict=True)]
     return _together(models, points.shape)
 
 
@@ -253,6 +203,6 @@ def _names(name: str, shape: tuple[int, ...]) -> list[str]:
 
 def _together(models: Sequence[LinearModel], shape: tuple[int, ...]) -> LinearModel:
     """The models of several states as one, with the leading axes of the states."""
-    arrays = ("A", "B", "C", "D", "rates", "outputs_at", "state", "input")
+    arrays = [name for name in ARRAYS if getattr(models[0], name) is not None]
     stacked = {name: np.stack([getattr(model, name) for model in models]) for name in arrays}
     return replace(models[0], **{name: array.reshape(*shape, *array.shape[1:]) for name, array in stacked.items()})
