@@ -124,8 +124,8 @@ class LinearModel:
         rows += [[name, *c, "|", *d, "|", at] for name, c, d, at in of_outputs]
         texts = [head, *([_shown(entry) for entry in row] for row in rows)]
         widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
-        return "\n".join("  ".join(_set(text, width) for text, width in zip(row, widths, strict=True)).rstrip()
-                         for row in texts)  # fmt: skip
+        lines = ("  ".join(map(_set, row, widths)) for row in texts)
+        return "\n".join(line.rstrip() for line in lines)
 
     def to_scipy(self):
         """The same as scipy.signal.StateSpace, for deviations from the state; of one state alone."""
