@@ -183,11 +183,16 @@ class Mechanics:
         return [self.rates(self.state.q, [mpf(k == m) for k in range(size)]) for m in range(size)]
 
     def matrix(self) -> np.ndarray:
-        """M* (speeds, speeds): the second derivatives of L* by the speeds."""
+        """M* (speeds, speeds): of the quadratic form that L* is in the speeds, beside linear terms and a potential."""
         q, columns = self.state.q, self.V()
-        zero = self.momenta(q, [mpf(0)] * len(q))
-        rows = [[p - p_0 for p, p_0 in zip(self.momenta(q, column), zero, strict=True)] for column in columns]
-        return np.array([[np.dot(row, column) for column in columns] for row in rows])
+        alone = [self.lagrangian(q, column) for column in columns]
+        at_rest, size = self.lagrangian(q, [mpf(0)] * len(q)), len(columns)
+        found = np.zeros((size, size), dtype=object)
+        for a in range(size):
+            for b in range(a + 1):
+                together = self.lagrangian(q, [u + w for u, w in zip(columns[a], columns[b], strict=True)])
+                found[a, b] = found[b, a] = together - alone[a] - alone[b] + at_rest
+        return found
 
     def force(self) -> list:
         """-V^T (d/dt dL/dq' - dL/dq) where nu' = 0."""

@@ -149,3 +149,17 @@ def test_the_command_shows_the_way(capsys):
     assert "maxima/paper/constraints.mac" in text and "rho_of_chi: l*cos(chi) - r" in text
     assert cli.main(["where", "rho", "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)["stations"]) == set(STATIONS)
+
+
+PRINTED = [
+    r"\nu_\alpha", r"\dot{\mathbf{q}}", r"p_{\phi_{k1}}", "T", r"\chi^+", r"\chi_i^-", r"\mathbf{p}_{\alpha\beta}",
+    r"\mathbf{e}_\xi", "OXY", "SZ", r"\mathbf{E}_{N(n-1)}", r"\mathcal{M}_i^*", r"m_{ij}^*", r"\sigma_s", r"\tau_k",
+]  # fmt: skip
+
+
+CODED = [code for entry in SYMBOLS.values() for code in entry["code"].split(", ") if code]
+
+
+@pytest.mark.parametrize("spelled", [*PRINTED, *CODED])
+def test_what_the_paper_writes_and_elements_of_arrays_have_a_way(spelled):
+    assert way(spelled).stations

@@ -71,6 +71,8 @@ def way(name: str) -> Way:
     Raises InvalidValueError for a name that is none of these, with the nearest ones.
     """
     plain = name.removeprefix("omniroll_").removeprefix("lanes_")
+    if plain not in _all_symbols():
+        plain = spellings.ELEMENT.sub("", plain)
     effects = {effect["name"]: effect for effect in generated_data.load("effects")["effects"]}
     if plain in effects and plain not in _functions():
         return _of_effect(effects[plain])
@@ -183,7 +185,8 @@ def _names_of(symbol: str) -> set[str]:
 def _spelled_symbols() -> dict[str, str]:
     """{normal spelling: symbol} of the paper's symbols: by their names and as LaTeX."""
     symbols = generated_data.load("symbols")["symbols"]
-    return spellings.table([*((own, own) for own in symbols), *((e["latex"], own) for own, e in symbols.items())])
+    by_latex = ((entry["latex"], own) for own, entry in symbols.items())
+    return spellings.table([*((own, own) for own in symbols), *by_latex, *spellings.ALSO.items()])
 
 
 @cache

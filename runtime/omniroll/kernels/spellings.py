@@ -13,6 +13,14 @@ FONT = re.compile(r"\\(?:mathcal|mathbf|boldsymbol|mathrm)(?![A-Za-z])")
 SPACES = re.compile(r"\\(?:left|right|quad)(?![A-Za-z])|\\[,;! ]|[\s{}\\^_]")
 PRIME = re.compile(r"(\w+)'")
 INDEX = re.compile(r"_(?:[ijkl]|\d|\{[ijklN\d, ]+\})(?=\Z|\^)")  # of a wheel, or of a roller on a wheel
+ALSO = {  # what the paper writes of a symbol beside the spelling of the table
+    r"\nu_\alpha": "nu", r"\nu_\mu": "nu", r"\dot{\mathbf{q}}": "q", r"\dot q_i": "q", "q_i": "q", "p_i": "p",
+    r"p_{\phi_{k1}}": "p_phi", r"p_{\phi_k}": "p_phi", "T": "L", r"\chi^+": "joint", r"\chi^-": "joint",
+    r"\chi_i^+": "joint", r"\chi_i^-": "joint", r"\mathbf{p}_{\alpha\beta}": "p_12_nu", r"\mathbf{e}_\xi": "xi",
+    r"\mathbf{e}_\eta": "eta", "X": "x", "Y": "y", "OXY": "S", "O": "S", "Z": "theta", "SZ": "theta",
+    r"\mathbf{E}_{N(n-1)}": "V",
+}  # fmt: skip
+ELEMENT = re.compile(r"(?:\[[\w, ]+\])+\Z")  # of an array in the code
 EQUATION = re.compile(r"\(?(\d\.\d)\)?\Z")
 
 
