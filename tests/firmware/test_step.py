@@ -155,20 +155,6 @@ def test_a_start_on_the_joint(model, law, side):
         assert abs(vehicle.arrays["chi"][0]) < exact and vehicle.contact.tolist() == before.tolist()
 
 
-@pytest.mark.parametrize("number_type", ["double", "float"])
-def test_a_slow_wheel_leaves_its_joint(number_type):
-    """Each step is shorter than what counts as standing at the joint; the steps add up all the same."""
-    vehicle = firmware("massless", number_type=number_type)
-    joint = vehicle.lib.omniroll_joint(vehicle.model)
-    assert vehicle.start((0, 0, 0.001), (joint, 0, 0)) == OK
-    rate = 0.001 * PAPER.platform_radius / PAPER.wheel_radius / PAPER.yaw_scale
-    steps = 10_000
-    h = 2e-7 / rate
-    assert vehicle.run(h, steps) == OK
-    left = joint - vehicle.arrays["chi"][0]
-    assert left == pytest.approx(steps * 2e-7, rel=0.5 if number_type == "float" else 1e-6)
-
-
 @models
 @laws
 def test_rest_on_the_joint_and_a_push_outwards(model, law):
@@ -214,18 +200,6 @@ def test_a_wheel_that_turns_back_at_its_joint(model, law, reach):
     assert np.all(np.abs(vehicle.arrays["chi"]) <= JOINT)
     assert vehicle.state.nu[2] < 0  # on its way back
     np.testing.assert_allclose(vehicle.numbers()[:6], end(run)[:6], rtol=0, atol=1e-4)
-
-
-@models
-def test_a_huge_step_passes_every_joint(model):
-    """A step of 5 s, in a few calls: coarse, with one Runge-Kutta step a roller, but from joint to joint."""
-    start = {"nu": (1, 0.2, 1), "chi": (0.1, -0.2, 0.3)}
-    vehicle = firmware(model)
-    assert vehicle.start(**start) == OK and vehicle.finish(5.0) in [(OK, calls) for calls in range(1, 5)]
-    run = omniroll.simulate(PAPER, **start, duration=5, roller_model=model, accuracy=1e-8)
-    assert np.all(np.abs(vehicle.arrays["chi"]) <= JOINT)
-    assert vehicle.contact.tolist() == run.contact[-1].tolist()
-    np.testing.assert_allclose(vehicle.numbers(), end(run), rtol=0, atol=0.1)
 
 
 @models

@@ -10,8 +10,8 @@ collocation (hard.collocated), iterated from where the run in doubles is. Which 
 that run and then proved: the time at which it is there is solved for in 40 digits, by Gragg's rule extrapolated, and no
 other wheel may be beyond its joint. Runs with other events are followed by Taylor series, which find all events by
 themselves, with the number larger and smaller: where axles stick by those of
-omniroll.studies.accuracy.reference, where rollers do by hard.true_bearings or hard.true_massless, where wheels may slip
-by hard.true_ground, and where massless rollers stick beside contacts that do by hard.true_strips.
+omniroll.studies.accuracy.reference, where rollers do by hard.true_bearings, and where wheels may slip by
+hard.true_ground.
 """
 
 import math
