@@ -1,5 +1,5 @@
-"""Kinds of values that a user gives: one of some words, a text, a whole number, or real numbers in some shape with
-bounds.
+"""Kinds of values that a user gives: one of some words, a text, a whole number, truth values, or real numbers in some
+shape with bounds.
 
 A kind has
     expected(sizes)            what it accepts, in words
@@ -111,6 +111,35 @@ class Whole:
     @property
     def _range(self) -> str:
         return f"of at least {self.least}" if self.most is None else f"from {self.least} to {self.most}"
+
+
+@dataclass(frozen=True)
+class Flags:
+    """true or false for all wheels, or for each."""
+
+    def expected(self, sizes: Sizes) -> str:
+        return f"must be true or false, or {sizes.get('N', 'N')} of them, one for each wheel"
+
+    def complaint(self, value: Any, sizes: Sizes) -> str | None:
+        if isinstance(value, bool):
+            return None
+        good = isinstance(value, list | tuple) and len(value) == sizes.get("N", len(value)) > 0
+        return None if good and all(isinstance(flag, bool) for flag in value) else self.expected(sizes)
+
+    def plain(self, value: bool | list[bool]) -> bool | tuple[bool, ...]:
+        return value if isinstance(value, bool) else tuple(value)
+
+    def checked(self, field: str, value: Any) -> bool | tuple[bool, ...]:
+        given = value.tolist() if isinstance(value, np.ndarray | np.bool_) else value
+        if complaint := self.complaint(given, {}):
+            raise InvalidValueError(field, value, complaint)
+        return self.plain(given)
+
+    def shown(self) -> str:
+        return "true or false, or N of them"
+
+    def in_python(self) -> str:
+        return "bool or (N,) of bool"
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from omniroll import generated_data
-from omniroll.kinds import Choice, Numbers, Whole, Word
+from omniroll.kinds import Choice, Flags, Numbers, Whole, Word
 
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
@@ -58,7 +58,7 @@ class Entry:
     """
 
     name: str
-    kind: Choice | Numbers | Whole | Word
+    kind: Choice | Flags | Numbers | Whole | Word
     unit: str
     meaning: str
     default: str = ""
@@ -367,6 +367,16 @@ BEARINGS = (
         "wheel_coulomb",
         optional=True,
         note="At least wheel_coulomb, which an axle that turns takes. Only without wheel_speed",
+    ),
+    Entry(
+        "wheel_locked",
+        Flags(),
+        "",
+        "which axles are locked and never turn",
+        "none",
+        optional=True,
+        note="They take any torque up to 1000 times the vehicle's weight at the wheel's radius, far above what"
+        " drives and the ground give. Only without wheel_speed",
     ),
     derived(
         "roller_viscous", bounded("roller_damping", EACH), argument="roller_damping", default="none", optional=True

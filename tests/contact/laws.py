@@ -53,7 +53,7 @@ def judged(run: Trajectory) -> dict[str, np.ndarray]:
     """
     vehicle, effects = run.vehicle, run.effects.effects
     ground = next((effect for effect in effects if isinstance(effect, Contact)), None)
-    bearings = next((effect for effect in effects if isinstance(effect, Bearings)), None)
+    bearings = [effect for effect in effects if isinstance(effect, Bearings)]
     slip, rates = speeds_at(vehicle, run)
     size = largest_so_far(run, slip, rates)
     series = run.roller_model == "massless" and "contact_bearing" not in run.effects.drives()
@@ -64,7 +64,8 @@ def judged(run: Trajectory) -> dict[str, np.ndarray]:
                                      ("roller in contact", "contact_bearing", run.contact_spin, reach)):  # fmt: skip
         if column in run.effects.drives():
             body = "wheel" if name == "axle" else "roller"
-            sliding, static = (getattr(bearings, f"{body}_{what}") for what in ("coulomb", "break_away"))
+            sticking = next(one for one in bearings if getattr(one, f"{body}_coulomb") is not None)
+            sliding, static = (getattr(sticking, f"{body}_{what}") for what in ("coulomb", "break_away"))
             torque = run.drive[:, run.effects.drives().index(column)]
             found[name] = by_bearing(torque, turns * arm / size, sliding, sliding if static is None else static)
     if ground is not None and run.roller_model == "massless":
@@ -116,12 +117,15 @@ def by_ground(run: Trajectory, ground: Contact, slip: np.ndarray, size: np.ndarr
     return np.minimum(rests, np.maximum(np.abs(slid - 1), np.maximum(across, along)))
 
 
-def in_series(run: Trajectory, bearings: Bearings | None) -> np.ndarray:
+def in_series(run: Trajectory, bearings: list[Bearings]) -> np.ndarray:
     """A massless roller passes on what its bearing takes: the ground's force along the axle, at its arm."""
     vehicle, names = run.vehicle, run.effects.drives()
     rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
     torque = run.drive[:, names.index("contact_bearing")] if "contact_bearing" in names else 0.0
-    if bearings is not None and bearings.roller_viscous is not None:
-        torque = torque - bearings.roller_viscous * run.contact_spin
+    for one in bearings:
+        if one.roller_viscous is not None:
+            torque = torque - one.roller_viscous * run.contact_spin
+        if one.roller_speed is not None:
+            torque = torque - one.roller_coulomb * run.contact_spin / np.hypot(run.contact_spin, one.roller_speed)
     size = max(np.abs(run.ground_force).max(), 1e-300) * vehicle.wheel_radius
     return np.abs(torque - rho * run.ground_force[..., 0]) / size

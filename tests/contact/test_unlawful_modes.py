@@ -1,5 +1,5 @@
-"""A run whose modes break the laws of friction stops and names the wheel: the engine asks it of each step, in runs, sweeps
-and sessions alike."""
+"""A run whose modes break the laws of friction stops and names the wheel: the engine asks it of each step, in
+runs, sweeps and sessions alike."""
 
 import pytest
 

@@ -84,6 +84,11 @@ class Call:
 
 
 @cache
+def many() -> omniroll.Many:
+    return omniroll.simulate_many(PAPER, nu=np.ones((2, 3)), duration=0.1)
+
+
+@cache
 def run() -> omniroll.Trajectory:
     return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.5)
 
@@ -248,6 +253,9 @@ CALLS = (
     Call("Trajectory.arrays", lambda **at: run().arrays(**at), {"t": (0.1, 0.2), "instruments": None}),
     Call("Trajectory.to_pandas", lambda **at: run().to_pandas(**at), {"t": (0.1, 0.2), "instruments": None}),
     Call("Trajectory.to_xarray", lambda **at: run().to_xarray(**at), {"t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.plot", lambda what, **title: run().plot(what, **title), {"what": "motion", "title": ""}),
+    Call("Many.to_pandas", lambda axes: many().to_pandas(axes), {"axes": None}),
+    Call("Many.to_xarray", lambda axes: many().to_xarray(axes), {"axes": None}),
     Call("Trajectory.to_parquet", lambda **at: run().to_parquet(**at), {
         "path": "run.parquet", "t": (0.1, 0.2), "instruments": None}),
     Call("Results.parts", lambda **times: list(omniroll.Results(None, {}).parts(**times)), {"start": 0.0, "end": 1.0}),

@@ -8,7 +8,7 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.kinds import Choice, Whole, Word
+from omniroll.kinds import Choice, Flags, Whole, Word
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.reading import lines_of
@@ -199,6 +199,6 @@ def test_the_schema_names_units_and_bounds():
     for table in SCENE:
         for key in table.keys:
             assert key.meaning or key.name == "gravity"
-            assert bool(key.unit) != isinstance(key.kind, (Choice, Whole, Word)), f"[{table.name}] {key.name}"
+            assert bool(key.unit) != isinstance(key.kind, (Choice, Flags, Whole, Word)), f"[{table.name}] {key.name}"
             assert not (key.needed and key.default)
             assert math.isfinite(len(key.kind.expected({})))

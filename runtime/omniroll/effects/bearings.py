@@ -30,7 +30,8 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import BEARINGS, STANDARD_GRAVITY, documented
 
-BEYOND_USE, LOCKS = 1e10, 1e3  # times the weight of the vehicle times the radius of its wheels
+# Times the weight of the vehicle times the radius of its wheels: what is refused, and what locked bearings take.
+BEYOND_USE, LOCKS = 1e10, 1e3
 # Field of the effect, argument of the kernel's prepare, effect of the registry. Where axles stick, wheel_coulomb is no
 # argument: the kernel has the torques of the bearings as an input.
 COEFFICIENTS = (
@@ -52,10 +53,11 @@ class Bearings(Effect):
     wheel_coulomb without wheel_speed is the set-valued law: axles stick, and break away together where the torques that
     they take do not hold them. With wheel_speed it is the regularised law. The same holds of rollers. A small
     wheel_speed or roller_speed makes the equations stiff: near rest steps shrink like speed * inertia / torque.
+    wheel_locked is the set-valued law with a bound that nothing reaches.
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
-    or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
-    coefficients that is not N, and for break_away below coulomb.
+    or both together, for wheel_locked with wheel_speed, for the same of rollers, and where no coefficient is given;
+    simulate raises it for a number of coefficients that is not N, and for break_away below coulomb.
     """
 
     is_friction: ClassVar[bool] = True
@@ -67,6 +69,7 @@ class Bearings(Effect):
     wheel_coulomb: ArrayLike | None = None
     wheel_speed: float | None = None
     wheel_break_away: ArrayLike | None = None
+    wheel_locked: bool | Sequence[bool] | None = None
     roller_viscous: ArrayLike | None = None
     roller_coulomb: ArrayLike | None = None
     roller_speed: float | None = None
@@ -82,6 +85,9 @@ class Bearings(Effect):
             if getattr(self, speed) is not None and getattr(self, break_away) is not None:
                 bound = f"must not be given with {speed}: under the regularised law nothing rests"
                 raise InvalidValueError(break_away, getattr(self, break_away), bound)
+        if self.wheel_locked is not None and self.wheel_speed is not None:
+            bound = "must not be given with wheel_speed: under the regularised law nothing rests"
+            raise InvalidValueError("wheel_locked", self.wheel_locked, bound)
         if not self.kernel_effects():
             raise InvalidValueError("wheel_viscous", None, "Bearings needs at least one coefficient")
 
@@ -93,38 +99,49 @@ class Bearings(Effect):
             self._refuse_beyond_use("roller", vehicle)
 
     def _refuse_beyond_use(self, body: str, vehicle: Vehicle) -> None:
-        """What holds a locked bearing is a sum that torques far above all others leave no digits of."""
-        usual = vehicle.mass * STANDARD_GRAVITY * vehicle.wheel_radius
-        for name, torques in zip(("coulomb", "break_away"), self._torques(body, vehicle.wheels), strict=True):
+        """What holds a bearing is a sum that torques far above all others leave no digits of."""
+        usual = _usual_torque(vehicle)
+        for name, torques in zip(("coulomb", "break_away"), self._torques(body, vehicle), strict=True):
             if torques.max() > BEYOND_USE * usual:
-                bound = f"must be at most {BEYOND_USE * usual:.3g}; a torque of {LOCKS * usual:.3g} locks it"
+                locks = "wheel_locked" if body == "wheel" else f"a torque of {LOCKS * usual:.3g}"
+                bound = f"must be at most {BEYOND_USE * usual:.3g}; {locks} locks it"
                 raise InvalidValueError(f"{body}_{name}", getattr(self, f"{body}_{name}"), bound)
 
     @property
     def sticks(self) -> bool:
         """Whether the axles' Coulomb friction is the set-valued law."""
-        return self.wheel_coulomb is not None and self.wheel_speed is None
+        return (self.wheel_coulomb is not None or self._locks) and self.wheel_speed is None
+
+    @property
+    def _locks(self) -> bool:
+        """Whether an axle is locked."""
+        return bool(np.any(self.wheel_locked))
 
     @property
     def rollers_stick(self) -> bool:
         """Whether the rollers' Coulomb friction is the set-valued law."""
         return self.roller_coulomb is not None and self.roller_speed is None
 
-    def _torques(self, body: str, wheels: int) -> tuple[np.ndarray, np.ndarray]:
+    def _torques(self, body: str, vehicle: Vehicle) -> tuple[np.ndarray, np.ndarray]:
         """(N,) torques of the wheels' axles, or of their rollers, that turn; and the largest at rest."""
         coulomb, break_away = f"{body}_coulomb", f"{body}_break_away"
-        sliding = spread(coulomb, getattr(self, coulomb), wheels)
-        if getattr(self, break_away) is None:
-            return sliding, sliding.copy()
-        holding = spread(break_away, getattr(self, break_away), wheels)
+        given = getattr(self, coulomb)
+        sliding = spread(coulomb, 0.0 if given is None else given, vehicle.wheels)  # none: some axle is locked
+        holding = sliding.copy()
+        if getattr(self, break_away) is not None:
+            holding = spread(break_away, getattr(self, break_away), vehicle.wheels)
         if (holding < sliding).any():
-            bound = f"must be at least {coulomb}, {getattr(self, coulomb)}"
+            bound = f"must be at least {coulomb}, {given}"
             raise InvalidValueError(break_away, getattr(self, break_away), bound)
+        if body == "wheel" and self._locks:
+            locked = spread("wheel_locked", self.wheel_locked, vehicle.wheels) > 0
+            for torques in (sliding, holding):
+                torques[locked] = LOCKS * _usual_torque(vehicle)
         return sliding, holding
 
     def bearings(self, kernel: Kernel) -> dict[str, Bearing]:
         bodies = zip(("axle", "roller"), ("wheel", "roller"), self._stick(), strict=True)
-        return {name: Bearing(*self._torques(body, kernel.wheels)) for name, body, sticks in bodies if sticks}
+        return {name: Bearing(*self._torques(body, kernel.vehicle)) for name, body, sticks in bodies if sticks}
 
     def events(self) -> tuple[str, ...]:
         axles = ("axles that stop, stick and break away",) if self.sticks else ()
@@ -132,6 +149,7 @@ class Bearings(Effect):
 
     def terms(self) -> "Iterator[tuple[str, Bearings | None]]":
         given = [name for name, _, _ in COEFFICIENTS if getattr(self, name) is not None]
+        given += ["wheel_locked"] if self._locks else []
         for name in given:
             body = name.split("_")[0]
             beside = [f"{body}_speed", f"{body}_break_away"]
@@ -182,3 +200,8 @@ class Bearings(Effect):
     def _names(self, kernel: Kernel) -> set[str]:
         """What is integrated for all effects of a kernel: of rollers, the ground says what where wheels may slip."""
         return {quantity.name for quantity in registry.quantities(kernel.effects, kernel.roller_model)}
+
+
+def _usual_torque(vehicle: Vehicle) -> float:
+    """In N m: the weight of the vehicle at the radius of its wheels."""
+    return vehicle.mass * STANDARD_GRAVITY * vehicle.wheel_radius
