@@ -85,7 +85,7 @@ class Call:
 
 @cache
 def many() -> omniroll.Many:
-    return omniroll.simulate_many(PAPER, nu=np.ones((2, 3)), duration=0.1)
+    return omniroll.simulate_many(VEHICLE, nu=np.ones((2, 3)), duration=0.1)
 
 
 @cache
@@ -216,6 +216,10 @@ CALLS = (
     Call("robot", omniroll.robot, {"name": "robot-soccer-kit"}),
     Call("Robot.motor", omniroll.robot("robot-soccer-kit").motor, {
         "voltage": 1.0, "gear_ratio": 4, "current_limit": None, "times": None}),
+    Call("to_fmu", lambda path, **options: omniroll.to_fmu(VEHICLE, path, **options), {
+        "path": "a.fmu", "version": 2, "name": None, "stop": 1.0, "nu": (1.0, 0.0, 1.0)}),
+    Call("to_casadi", lambda folder, **options: omniroll.to_casadi(VEHICLE, folder, **options), {
+        "folder": ".", "name": "rates", "scene": "", "nu": (1.0, 0.0, 1.0)}),
     Call("to_mjcf", omniroll.to_mjcf, {
         "vehicle": VEHICLE, "step": 1e-3, "friction": 1.0, "spheres": 3, "gravity": (0, 0, -9.8), "armature": 0.0,
         "roller_damping": 0.0, "bodies": None}),
