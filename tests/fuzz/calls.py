@@ -216,6 +216,9 @@ CALLS = (
     Call("robot", omniroll.robot, {"name": "robot-soccer-kit"}),
     Call("Robot.motor", omniroll.robot("robot-soccer-kit").motor, {
         "voltage": 1.0, "gear_ratio": 4, "current_limit": None, "times": None}),
+    Call("LinearModel.select", lambda state, **outputs: linear_model().select(state, **outputs), {
+        "state": "nu", "outputs": None}),
+    Call("LinearModel.to_mat", lambda path: linear_model().to_mat(path), {"path": "model.mat"}),
     Call("to_fmu", lambda path, **options: omniroll.to_fmu(VEHICLE, path, **options), {
         "path": "a.fmu", "version": 2, "name": None, "stop": 1.0, "nu": (1.0, 0.0, 1.0)}),
     Call("to_casadi", lambda folder, **options: omniroll.to_casadi(VEHICLE, folder, **options), {

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
+from omniroll import validation
 from omniroll.errors import InvalidValueError, OmnirollError
 from omniroll.exchange.plant import PREFIX, Plant, filled
 from omniroll.kernels import building, firmware
@@ -76,7 +77,9 @@ def to_casadi(
     Returns the path of the library, for casadi.external(name, path). Raises InvalidValueError as to_fmu does,
     OmnirollError without a C compiler and where other files are in the way; OSError.
     """
-    folder = Path(folder)
+    folder, name, scene = (
+        validation.file_path("folder", folder), validation.text("name", name), validation.text("scene", scene)
+    )  # fmt: skip
     files = casadi_files(vehicle, name, scene, **options)
     sources = [path for path in firmware.write(folder, files) if path.suffix == ".c"]
     library = folder / f"{name}.so"

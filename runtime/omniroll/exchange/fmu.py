@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll import validation
 from omniroll.errors import InvalidValueError, OmnirollError
 from omniroll.exchange.plant import Plant, filled
 from omniroll.exchange.units import powers
@@ -248,10 +249,11 @@ def to_fmu(
     Returns the path. Raises InvalidValueError for effects that the generated step lacks: wheels that may slip, bearings
     that stick; OmnirollError without a C compiler; OSError.
     """
-    path = Path(path)
-    if isinstance(version, bool) or version not in BINARIES:
+    path = validation.file_path("path", path)
+    if validation.integer("version", version, 2) not in BINARIES:
         raise InvalidValueError("version", version, "must be 2 or 3")
-    mockup = Mockup(Plant.of(vehicle, **options), name or path.stem, float(stop), version)
+    named = path.stem if name is None else validation.text("name", name)
+    mockup = Mockup(Plant.of(vehicle, **options), named, validation.not_negative("stop", stop), version)
     files: dict[str, bytes] = {inside: text.encode() for inside, text in mockup.files().items()}
     files |= _binary(mockup, files)
     path.parent.mkdir(parents=True, exist_ok=True)

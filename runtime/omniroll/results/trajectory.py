@@ -546,6 +546,7 @@ class Trajectory(MadeOnDemand):
         Raises MissingPackageError without the extra `plots`, InvalidValueError for forces of a run that has none.
         """
         validation.choice("what", what, ("motion", "forces"))
+        validation.text("title", title)
         matplotlib = extras.needed("matplotlib", "plots", "plot")
         from omniroll.results import force_pictures, pictures
 

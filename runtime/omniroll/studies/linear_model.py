@@ -6,7 +6,7 @@ from os import PathLike
 
 import numpy as np
 
-from omniroll import extras
+from omniroll import extras, validation
 from omniroll.effects.linear_loop import held
 from omniroll.errors import InvalidValueError
 from omniroll.validation import positive
@@ -141,13 +141,14 @@ class LinearModel:
         return control.ss(*self._one(), 0 if self.step is None else self.step, **names)
 
     def to_mat(self, path: str | PathLike[str]) -> None:
-        """Write a .mat file at the path, for MATLAB and Octave: A, B, C, D, Ts (0 in continuous time), the point x0, u0, f0 (rates),
-        y0, and the names as cells StateName, InputName, OutputName; the hessians, where there are any, as H.
+        """Write a .mat file at the path, for MATLAB and Octave: A, B, C, D, Ts (0 in continuous time), the point x0, u0,
+        f0 (rates), y0, and the names as cells StateName, InputName, OutputName; the hessians, where there are any, as H.
 
         There: m = load("robot.mat"); sys = ss(m.A, m.B, m.C, m.D, m.Ts, "StateName", m.StateName, ...).
         """
         from scipy.io import savemat
 
+        path = validation.file_path("path", path)
         A, B, C, D = self._one()
         cells = {"StateName": self.states, "InputName": self.inputs, "OutputName": self.outputs}
         savemat(path, {
@@ -166,7 +167,8 @@ class LinearModel:
 def named(field: str, asked: Iterable[str], known: Sequence[str]) -> np.ndarray:
     """The places of names, in the model's order; a name without brackets is all of its numbers."""
     places = set()
-    for name in asked:
+    for name in validation.sequence(field, asked, "must be a sequence of names"):
+        validation.text(field, name)
         found = [k for k, own in enumerate(known) if own == name or own.partition("[")[0] == name]
         if not found:
             bound = f"must be one of {', '.join(known) or 'none'}, or such a name without [...]"
