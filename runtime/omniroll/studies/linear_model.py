@@ -124,7 +124,8 @@ class LinearModel:
         rows += [[name, *c, "|", *d, "|", at] for name, c, d, at in of_outputs]
         texts = [head, *([_shown(entry) for entry in row] for row in rows)]
         widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
-        lines = ("  ".join(map(_set, row, widths)) for row in texts)
+        first = widths.pop(0)
+        lines = ("  ".join([name.ljust(first), *map(str.rjust, row, widths)]) for name, *row in texts)
         return "\n".join(line.rstrip() for line in lines)
 
     def to_scipy(self):
@@ -141,8 +142,8 @@ class LinearModel:
         return control.ss(*self._one(), 0 if self.step is None else self.step, **names)
 
     def to_mat(self, path: str | PathLike[str]) -> None:
-        """Write a .mat file at the path, for MATLAB and Octave: A, B, C, D, Ts (0 in continuous time), the point x0, u0,
-        f0 (rates), y0, and the names as cells StateName, InputName, OutputName; the hessians, where there are any, as H.
+        """Write a .mat file (path) for MATLAB and Octave: A, B, C, D, Ts (0 in continuous time), the point x0, u0,
+        f0 (rates), y0, and the names as cells StateName, InputName, OutputName; the hessians, if there are any, as H.
 
         There: m = load("robot.mat"); sys = ss(m.A, m.B, m.C, m.D, m.Ts, "StateName", m.StateName, ...).
         """
@@ -181,8 +182,3 @@ def _shown(entry: object) -> str:
     if isinstance(entry, str):
         return entry
     return f"{float(entry) + 0.0:.{SHOWN}g}" if abs(entry) > 1e-14 else "0"
-
-
-def _set(text: str, width: int) -> str:
-    """Names to the left, numbers to the right."""
-    return text.rjust(width) if text[:1] in "-0123456789" else text.ljust(width)
