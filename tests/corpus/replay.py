@@ -19,8 +19,8 @@ OPEN = "the same, and neither is within 2e-4 (scene 3 with axles) and 5e-4 (1 wi
 TOGETHER = "several change their modes together: the compiled engine leaves this to nobody now, and says so"
 JUST_LET_GO = "a slip of 4e-11 m/s behind a let-go has its direction to 1e-11, in the engine that was kept, too"
 ONE_ROW = "a change of a mode is told by two rows of one time, and one of the two engines has one there: it is not seen"
-FEWER = "from rest under more than holds: only what must take all that it can at the least use breaks away, before the" \
-    " rounds; the engine that was kept let go of all that any of the facets passed, and an axle more began to turn"
+FEWER = "from rest under more than holds: only what must take all that it can at the least use breaks away, before" \
+    " the rounds; the engine that was kept let go of all that any of the facets passed, and an axle more began to turn"
 OTHERS = ("ends agree, other events", ONE_ROW)
 DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("coulomb", "massless", "axles"): dict.fromkeys((0, 2), ("derivatives", HEADING)),

@@ -1,5 +1,6 @@
 """Scenes in which one value is wrong, or a few are: a scene as TOML, mutated by number."""
 
+import re
 import warnings
 from pathlib import Path
 
@@ -29,6 +30,8 @@ VALUES = (
     "[[1, 2, 3], [4, 5, 6]]", "[0.0, 0.5]", "[0.5, 0.0]", "0x7fffffffffffffffffff", "1e-9", "90",
 )  # fmt: skip
 GARBAGE = ("[", "]]", "=", "a = ", "[[run]]", "[vehicle]", "\x00", "é = 1", "# x", '"""', "a.b.c = 1", "[run.x]")
+DECIMAL = re.compile(r"(?<![\w.])\d+\.\d*(?:e-?\d+)?(?![\w.])")
+MILD = 0.7  # of the scenes: their numbers are other ones and no wild ones
 LONGEST = 0.02  # s of a motion that is run
 MEMORY = 1e6  # bytes: a motion of very many switches or stiff steps is stopped
 
@@ -40,6 +43,8 @@ def mutated(seed: int, compiled: bool = False) -> str:
     if not compiled and any(table in text for table in ACTING):  # no kernel is compiled for a mutation
         text = text.replace("[run]", "[run]\nengine = 'python'")
     lines = text.splitlines()
+    if rng.random() < MILD:
+        return "\n".join(scaled(lines, rng))
     for _ in range(rng.integers(1, 4)):
         place, kind = rng.integers(len(lines)), rng.integers(6)
         name, equals, _ = lines[place].partition("=")
@@ -53,6 +58,16 @@ def mutated(seed: int, compiled: bool = False) -> str:
             cut = rng.integers(len(lines[place]) + 1)
             lines[place] = lines[place][:cut]
     return "\n".join(lines)
+
+
+def scaled(lines: list[str], rng: np.random.Generator) -> list[str]:
+    """The same with up to three numbers that are no whole ones made smaller or larger by up to ten: most such scenes run."""
+    places = [k for k, line in enumerate(lines) if DECIMAL.search(line.partition("#")[0])]
+    for place in rng.choice(places, size=min(len(places), rng.integers(1, 4)), replace=False):
+        given, _, note = lines[place].partition("#")
+        factor = 10 ** rng.uniform(-1, 1)
+        lines[place] = DECIMAL.sub(lambda number: repr(float(number[0]) * factor), given) + (f"#{note}" if note else "")
+    return lines
 
 
 def try_scene(seed: int, folder: Path, *, with_effects: bool, compiled: bool = False) -> str:
