@@ -61,7 +61,7 @@ def mutated(seed: int, compiled: bool = False) -> str:
 
 
 def scaled(lines: list[str], rng: np.random.Generator) -> list[str]:
-    """The same with up to three numbers that are no whole ones made smaller or larger by up to ten: most such scenes run."""
+    """With up to three numbers that are no whole ones made smaller or larger by up to ten: most such scenes run."""
     places = [k for k, line in enumerate(lines) if DECIMAL.search(line.partition("#")[0])]
     for place in rng.choice(places, size=min(len(places), rng.integers(1, 4)), replace=False):
         given, _, note = lines[place].partition("#")

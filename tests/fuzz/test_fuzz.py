@@ -54,12 +54,12 @@ RESULTS = {
 def test_wrong_calls(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = Counter(map(try_call, range(COUNT)))
-    assert found["refused"] > COUNT / 2 and found["done"] > COUNT / 100
+    assert found["refused"] > COUNT / 5 and found["done"] > COUNT / 5
 
 
 def test_wrong_scenes(tmp_path):
     found = Counter(try_scene(seed, tmp_path, with_effects=False) for seed in range(COUNT))
-    assert found["refused"] > COUNT / 2 and found["done"] > COUNT / 100
+    assert found["refused"] > COUNT / 5 and found["done"] > COUNT / 5
 
 
 @pytest.mark.parametrize("value", [10**22, 1e150, 5e-324])
