@@ -2,6 +2,8 @@
  * rest, turn on, let go and break away, and the rates before, in between and afterwards. */
 
 #if SET_CHANGES
+#define SAME_DIRECTION 0.999        /* the cosine of the angle between directions of which none is another one     */
+
 /* A change of modes at the state of a row: from those of one row to those of another. */
 typedef struct {
     long long row, before, after;
@@ -18,16 +20,32 @@ ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
     return heading[0]*heading[SET_INPUTS*w->wheels] < 0;
 }
 
-/* Whether a contact comes to rest between a row and the next. */
-ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)
+/* Whether a contact comes to rest as a step ends in a row, and at once slips on in another direction. */
+static int goes_on(const variations_t *w, long long row, int i)
 {
-    return slides_in(w, row, i) && sticks_in(w, row + 1, i);
+    const int wheels = OWN_WHEELS(w->wheels);
+    const double *const heading = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels + i;
+    if (row == 0 || w->run->step_of[row - 1] < 0 || w->run->step_of[row] >= 0 || !turns_in(w, row, i)
+        || !turns_in(w, row + 1, i) || cos(heading[SET_INPUTS*wheels] - heading[0]) > SAME_DIRECTION)
+        return 0;
+    lanes_t own[point_size(w)], still[point_size(w)], slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    memset(still, 0, sizeof still);
+    put_state(w, row, own);
+    const point_t at = point_of(w, w->vehicle, own), along = point_of(w, w->vehicle, still);
+    slips_of(w, &at, &along, slip, moved);
+    return hypot(slip[2*i][0], slip[2*i + 1][0]) <= w->run->slip_rounding[row*wheels + i];
+}
+
+/* Whether a contact comes to rest between a row and the next. */
+static int rests_behind(const variations_t *w, long long row, int i)
+{
+    return slides_in(w, row, i) && (sticks_in(w, row + 1, i) || goes_on(w, row, i));
 }
 
 /* Whether a contact changes its mode, or the way that it slips, between a row and the next. */
 static int changes_mode(const variations_t *w, long long row, int i)
 {
-    return sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i);
+    return sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i) || goes_on(w, row, i);
 }
 #endif
 
@@ -139,6 +157,11 @@ static void rates_of_change(const variations_t *w, const change_t *e, int which,
         put_held(w, which == AFTER ? e->after : e->before, -1);
 #endif
     put_modes_of(w, e, which);
+#if SET_GRIPS
+    for (int i = 0; i < w->wheels && which == RESTING && e->after > e->row; i++)
+        if (rests_behind(w, e->row, i))
+            w->point[point_inputs(w) + SET_MODES_INPUT*w->wheels + i] = lanes_of(1);
+#endif
 #if SET_IN_SERIES && !SET_STRIPS
     put_modes_in_contact(w, e->row);
 #endif
@@ -172,6 +195,18 @@ static int some_turn_on(const variations_t *w, const change_t *e)
     int found = 0;
     for (int k = 0; k < MOST_OWN(w); k++)
         found |= turns_on(w, e, k);
+    return found;
+}
+
+/* Whether contacts slip on behind a rest. */
+static int some_go_on(const variations_t *w, const change_t *e)
+{
+    int found = 0;
+#if SET_GRIPS
+    for (int i = 0; i < w->wheels && e->after > e->row; i++)
+        found |= goes_on(w, e->row, i);
+#endif
+    (void)w, (void)e;
     return found;
 }
 

@@ -310,15 +310,34 @@ static void put_rests_moved(const variations_t *w, const resting_t *rests, lanes
     put_turning(w, of, rests->count - rests->contacts, to + rests->contacts*w->groups);
 }
 
-/* By how much the times deviate (columns) at which rates of bearings come to zero. Returns 0 where they do so apart. */
+/* By how much the times deviate (columns) at which slips, along their directions, and rates of bearings come to zero.
+ * Returns 0 where they do so apart. */
 static int put_times_of_stops(const variations_t *w, const resting_t *rests, const double *dot, double *time)
 {
-    lanes_t turning[rests->count*w->groups];
+    const int groups = w->groups;
+    lanes_t moved[rests->count*groups];
     double rate[rests->count];
-    put_rests_moved(w, rests, turning);
-    for (int j = 0; j < rests->count; j++)
-        rate[j] = dot[rests->unit[j] - 2*w->wheels];
-    return put_times_of_zeros(w, turning, rate, rests->count, time);
+    int count = 0;
+    put_rests_moved(w, rests, moved);
+    for (int j = 0; j < rests->count; j++, count++) {
+        const int goes = j < rests->contacts, both = goes && j + 1 < rests->contacts
+            && rests->unit[j + 1] == rests->unit[j] + 1 && rests->unit[j]%2 == 0;
+        rate[count] = goes ? 0 : dot[rests->unit[j] - 2*w->wheels];
+        lanes_t sum[groups];
+        memset(sum, 0, sizeof sum);
+#if SET_GRIPS
+        const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
+        for (int c = j; goes && c <= j + both; c++) {
+            const lanes_t towards = w->contacts.towards[rests->unit[c]];
+            rate[count] += towards[0]*slip_dot[rests->unit[c]][0];
+            for (int g = 0; g < groups; g++)
+                sum[g] += towards*moved[c*groups + g];
+        }
+#endif
+        memcpy(moved + count*groups, goes ? sum : moved + j*groups, sizeof sum);
+        j += both;
+    }
+    return put_times_of_zeros(w, moved, rate, count, time);
 }
 
 /* Take from rates that have come to rest what rounding has left; and from nu, where the vehicle stands. */

@@ -4,7 +4,7 @@
  *     d+ = d* + (f* - f+) dt
  *
  * where dt is by how much the time deviates. Of what turns back at once, or on behind a rest, it is that of the rest,
- * dt = -ds/s'. Where nothing comes to rest d* is d-, and f* is f-: the time is that of what lets go (letting_go.c),
+ * dt = -ds/s', where slips are measured along their directions. Where nothing comes to rest d* is d-, and f* is f-: the time is that of what lets go (letting_go.c),
  * or of slips that turn back through zero, along the rolling direction alone.
  *
  * Where R W^-1 says too little, where a wheel that stands is at its bound or lets go whose forces are not determined,
@@ -92,6 +92,8 @@ static int pass_rests(variations_t *w, const change_t *e, const resting_t *rests
                       const lanes_t *resting, const lanes_t *after)
 {
     double time[w->columns];
+    if (on && rests->contacts && !put_directions_right(w, e, rests))
+        return 0;
     if (on && !put_times_of_stops(w, rests, dot, time) && !are_same(w, resting, after))
         return 0;
     if (!take_rests(w, e, rests))
@@ -109,12 +111,13 @@ static int pass_change(variations_t *w, const change_t *e)
     int unit[MOST_COMPONENTS + bearings], go[w->wheels + bearings], back = 0;
     lanes_t before[w->size], resting[w->size], after[w->size];
     const resting_t rests = list_resting(w, e, unit);
-    const int gone = list_let_go(w, e, go), on = rests.count && some_turn_on(w, e);
+    const int gone = list_let_go(w, e, go), turn = rests.count && some_turn_on(w, e), slip = some_go_on(w, e);
+    const int on = turn || slip;
 #if SET_GRIPS
     int turned[MOST_WHEELS];
     back = e->after > e->row ? list_turns_back(w, e->row, turned) : 0;
 #endif
-    if ((back && rests.count) || (rests.count && gone && go[0] < 2*w->wheels) || (rests.contacts && on))
+    if ((back && rests.count) || (rests.count && gone && go[0] < 2*w->wheels) || (rests.contacts && turn))
         return 0;
 #if SET_GRIPS
     if (rests.contacts)

@@ -115,7 +115,7 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
     lanes_t load[MOST_WHEELS], load_moved[MOST_WHEELS], friction[pair], friction_moved[pair], still[pair];
     lanes_t slope[2*pair], slope_moved[2*pair];
     for (int i = 0; i < wheels; i++) {
-        const double slides = !sticks_in(w, row, i);
+        const double slides = at->inputs[SET_MODES_INPUT*wheels + i][0] < 0.5;
         load[i] = lanes_of(slides*grip[i]), load_moved[i] = lanes_of(model ? slides*grown[i] : 0);
         for (int c = 2*i; c < 2*i + 2; c++) {
             friction[c] = lanes_of(grip[wheels + c]), friction_moved[c] = lanes_of(model ? grown[wheels + c] : 0);

@@ -6,7 +6,8 @@
 ALWAYS_INLINE int stands_in(const variations_t *w, const change_t *e, int which, int i, int way)
 {
     const int may = way ? SET_AXLES_STICK : SET_DISKS_STICK || SET_STRIPS, bearing = way ? i : roller_bearing(w, i, 0);
-    return may && sticks_in(w, which == AFTER ? e->after : e->row, i) && mode_of(w, e, which, bearing) == 0;
+    const int rests = which == RESTING && e->after > e->row && rests_behind(w, e->row, i);
+    return may && (rests || sticks_in(w, which == AFTER ? e->after : e->row, i)) && mode_of(w, e, which, bearing) == 0;
 }
 
 /* Whether any wheel does. */

@@ -230,6 +230,11 @@ class Sweep:
             reached = compiled.follow(row, end, phase)
             if reached < end and not self.motion.starts_step[reached]:
                 if not self._jumped(reached):
+                    if reached + 1 not in self.switched:
+                        raise NoDerivativeError(
+                            "a slip comes to rest and at once goes on in another direction, beside what changes its mode",
+                            t=float(self.trajectory.t[reached]), wheels=(),
+                        )  # fmt: skip
                     self._pass_together(compiled, reached)
                 reached += 1
             row = reached
