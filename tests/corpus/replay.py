@@ -31,7 +31,8 @@ DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("coulomb", "free", "both"): dict.fromkeys((2, 5), ("derivatives", HEADING)) | {4: ("NoDerivativeError", TOGETHER)},
     ("coulomb", "free", "rollers"): dict.fromkeys((1, 2, 4, 5, 6), ("derivatives", HEADING)),
     ("coulomb", "free", "axles"): dict.fromkeys((1, 5), ("derivatives", HEADING))
-    | {0: ("derivatives", FROM_REST), 3: ("derivatives", GOES_ON), 9: ("NotTold: the law of a contact", JUST_LET_GO)}
+    | {0: ("derivatives", FROM_REST), 9: ("NotTold: the law of a contact", JUST_LET_GO)}
+    | dict.fromkeys((2, 3), ("derivatives", GOES_ON))
     | {14: OTHERS, 24: ("other events", FEWER)},
     ("coulomb", "free", "viscous"): dict.fromkeys((1, 2, 3), ("derivatives", HEADING)),
     ("rolling", "locked", "axles"): dict.fromkeys((3, 6), OTHERS),
@@ -42,7 +43,7 @@ DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("rolling", "free", "rollers"): dict.fromkeys((1, 15, 17), OTHERS),
     ("rolling", "free", "both"): dict.fromkeys((10, 20, 22), OTHERS),
     ("rolling", "free", "both and viscous"): dict.fromkeys((1, 17), OTHERS),
-    ("coulomb", "free", "none"): {0: ("derivatives", HEADING), 1: ("derivatives", GOES_ON)},
+    ("coulomb", "free", "none"): {0: ("derivatives", HEADING)} | dict.fromkeys((1, 5), ("derivatives", GOES_ON)),
 }
 
 

@@ -231,10 +231,8 @@ class Sweep:
             if reached < end and not self.motion.starts_step[reached]:
                 if not self._jumped(reached):
                     if reached + 1 not in self.switched:
-                        raise NoDerivativeError(
-                            "a slip comes to rest and at once goes on in another direction, beside what changes its mode",
-                            t=float(self.trajectory.t[reached]), wheels=(),
-                        )  # fmt: skip
+                        reason = "a slip comes to rest and at once goes on elsewhere, as something else changes its mode"
+                        raise self._no_derivative(self._instant(reached), reason, np.zeros(0, int))
                     self._pass_together(compiled, reached)
                 reached += 1
             row = reached
