@@ -65,6 +65,8 @@ WRONG = {
     "energy, platform": "[nu_1, -nu_2, nu_3, nu_s] . force_parts[1]",
     "brackets of the free rollers": "row(brackets_of(append(rest(P, -1), [p_phi_s*phi_s]), P), 4)",
     "{P, L*}, platform and free rollers' equations": "second(PL_parts)",
+    "parts of the energy": "[gradient(T_platform, of_wheels), gradient(T_wheel, of_wheels)]",
+    "parts of M*": "[col(Mstar_parts[1], 4), col(Mstar_parts[3], 4)]",
     "gyroscopic terms do no work": "map(lambda([g], [nu_1, nu_2, -nu_3, nu_s] . g), gyroscopic_parts)",
     "massless wheel": "wheel_force",
     "locked free rollers": "first_three(third(force_parts))",

@@ -152,16 +152,6 @@ def test_a_syntax_error_is_told_with_its_line(tmp_path, capfd):
     assert re.search(rf"paper/kinetic_energy\.mac:{line}:\d+:\s*incorrect syntax: Missing \)", capfd.readouterr().err)
 
 
-@pytest.mark.long
-def test_axles_that_are_not_horizontal(asked):
-    level, leaning = "axle: level_axle$", "axle: cos(camber)*level_axle + sin(camber)*vertical$"
-    told, tex = asked("paper/geometry.mac", level, leaning, "--only-paper")
-    assert "(2.2) (paper/constraints.mac)" in told
-    assert "Lagrange" not in told, HELD
-    assert {"2.1", "2.2", "7.1:11", "7.1:33", "PP12", "3.4:1"} <= changed(told)
-    compiled(tex)
-
-
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex here")
 def test_the_equations_fit_the_page(tmp_path):
     compiled(Path(shutil.copy(ROOT / "generated/latex/equations.tex", tmp_path)))

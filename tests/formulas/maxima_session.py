@@ -9,7 +9,7 @@ from codegen.maxima import Maxima
 ROOT = Path(__file__).resolve().parents[2]
 DERIVATION = (
     "machinery/claims", "paper/geometry", "paper/constraints", "paper/roller_sums", "paper/parts",
-    "paper/kinetic_energy", "paper/momenta", "paper/brackets", "paper/equations", "paper/free_rollers",
+    "paper/kinetic_energy", "paper/momenta", "paper/brackets", "paper/equations", "paper/vehicle", "paper/free_rollers",
     "paper/roller_models",
 )  # fmt: skip
 COMPARISON = (
