@@ -57,7 +57,8 @@ def library(request, files, pair_folder, tmp_path_factory):
         pytest.skip(f"no {compiler}")
     macro, real, epsilon = TYPES[number_type]
     file = tmp_path_factory.mktemp("toy") / "toy.so"
-    command = [compiler, *FLAGS, *macro, "-shared", "-fPIC", "-o", file, pair_folder / "omniroll.c", "-lm"]
+    plain = "-DOMNIROLL_PLAIN_NAMES"  # which cffi looks for
+    command = [compiler, *FLAGS, *macro, plain, "-shared", "-fPIC", "-o", file, pair_folder / "omniroll.c", "-lm"]
     subprocess.run(command, check=True)
     ffi = cffi.FFI()
     ffi.cdef(f"typedef {real} omniroll_real;\n{files.declarations}")
