@@ -20,7 +20,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build wheel regenerate check-generated what-if equation maxima formulas show-formulas motions test test-long bench \
+.PHONY: all setup build wheel test-aarch64 regenerate check-generated what-if equation maxima formulas show-formulas motions test test-long bench \
 	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-exports test-extras lines test-times flips \
 	clean help
 .DELETE_ON_ERROR:
@@ -52,9 +52,22 @@ setup: $(DEPS_STAMP) ## create .venv and install the pinned dependencies
 
 build: $(BUILD_STAMP) ## compile the kernels and install omniroll into .venv
 
-wheel: $(DEPS_STAMP) ## build a wheel for other machines into dist/, with all levels of vector instructions
-	$(call say,wheel -> dist/)
-	@OMNIROLL_LEVELS="x86-64 x86-64-v3 x86-64-v4" $(PIP) wheel --no-deps --no-build-isolation --wheel-dir dist .
+WHEEL := OMNIROLL_MUST_COMPILE=1 $(PIP) wheel --no-deps --no-build-isolation --wheel-dir
+CROSS := aarch64-linux-gnu-gcc
+ARM := OMNIROLL_LEVELS=armv8-a CC=$(CROSS) $(WHEEL)
+
+wheel: $(DEPS_STAMP) ## build wheels for other machines into dist/: x86-64; aarch64 where Debian's cross compiler is
+	$(call say,wheels -> dist/)
+	@OMNIROLL_LEVELS="x86-64 x86-64-v3 x86-64-v4" $(WHEEL) dist .
+	@if command -v $(CROSS) > /dev/null; then $(ARM) dist .; \
+	    else echo 'none for aarch64: $(CROSS) is not here (gcc-aarch64-linux-gnu, libc6-dev-arm64-cross)'; fi
+
+test-aarch64: build ## build C programs and a wheel for aarch64, run them in QEMU: the same bits as here
+	$(call say,aarch64 -> out/aarch64/)
+	@for tool in $(CROSS) qemu-aarch64; do command -v $$tool > /dev/null \
+	    || { echo "$$tool is not here: install gcc-aarch64-linux-gnu, libc6-dev-arm64-cross and qemu-user"; exit 1; }; done
+	@rm -rf out/aarch64 && OMNIROLL_SETS=free OMNIROLL_CFLAGS=-O1 $(ARM) out/aarch64 .
+	@$(BIN)/python tests/packaging/aarch64.py out/aarch64/*.whl out/aarch64
 
 regenerate: $(DEPS_STAMP) ## derive with Maxima and write generated/
 	$(call say,regenerate: Maxima -> generated/)

@@ -1,14 +1,16 @@
 """What pyproject.toml cannot say: packages from several folders, and the libraries that are compiled.
 
-$OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that
-goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the roller models. For each there is
-the set without effects and the general ones, which run scenes whose own set cannot be compiled. A wheel that goes to
-other machines has sensitivities too, which elsewhere are compiled where a run asks for them. With
-$OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build; else the kernels in Python serve.
+$OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" (or "armv8-a" with
+a cross compiler as $CC) for a wheel that goes to other machines; without it the widest of this machine.
+$OMNIROLL_SETS names the roller models. For each there is the set without effects and the general ones, which run
+scenes whose own set cannot be compiled. A wheel that goes to other machines has sensitivities too, which elsewhere
+are compiled where a run asks for them. With $OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build;
+else the kernels in Python serve.
 """
 
 import json
 import os
+import re
 import runpy
 import shutil
 import sys
@@ -24,6 +26,7 @@ from setuptools.command.build_ext import build_ext
 
 ROOT = Path(__file__).resolve().parent
 SETS = ("massless", "locked", "free")
+OLDEST = 17  # of C libraries that tags can name
 ALONG = "derivatives_along"  # codegen/along.py
 KEPT = ("declarations.h", "functions.json", ".so", ".sha256")  # of a set with effects
 
@@ -124,10 +127,25 @@ class BuildLibraries(build_ext):
 
 
 class Wheel(bdist_wheel):
-    """For any Python 3 on one kind of machine: the libraries are plain C."""
+    """For any Python 3 on one kind of machine: the libraries are plain C.
+
+    With $OMNIROLL_LEVELS, which says that the wheel travels, its tag names the kind of machine and the oldest C library
+    that has all symbols its libraries ask for (PEP 600): pip installs it where both fit.
+    """
 
     def get_tag(self) -> tuple[str, str, str]:
-        return "py3", "none", super().get_tag()[2]
+        levels = os.environ.get("OMNIROLL_LEVELS", "").split()
+        place = super().get_tag()[2]
+        if levels and place.startswith("linux_"):
+            machine = "aarch64" if levels[0].startswith("arm") else place.removeprefix("linux_")
+            place = f"manylinux_2_{self._oldest_c_library()}_{machine}"
+        return "py3", "none", place
+
+    def _oldest_c_library(self) -> int:
+        """Its minor version: the newest of the versions of symbols that stand in the libraries."""
+        libraries = Path(self.get_finalized_command("build").build_lib).rglob("built/*/*.so")
+        versions = (int(minor) for file in libraries for minor in re.findall(rb"GLIBC_2\.(\d+)", file.read_bytes()))
+        return max([OLDEST, *versions])
 
 
 setup(

@@ -8,6 +8,7 @@ compiler.
 
 import hashlib
 import os
+import platform
 import shlex
 import shutil
 import subprocess
@@ -36,13 +37,16 @@ NUMBER_TYPES = {  # C type and the macro that chooses it
     "float": ("float", "OMNIROLL_FLOAT"),
     "long_double": ("long double", "OMNIROLL_LONG_DOUBLE"),
 }
-# Levels of the machine's vector instructions, the widest first, and the processor's flags that they need. No level
-# fuses multiplications and additions, so that all give the same bits.
+# Levels of the machines' vector instructions, of each kind the widest first, and the processor's flags that they need.
+# No level fuses multiplications and additions, so that all give the same bits.
 LEVELS = {
     "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
     "x86-64-v3": ("avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"),
     "x86-64": (),
+    "armv8-a": (),
 }
+OF_ARM = ("armv8-a",)
+ARM = ("aarch64", "arm64")  # what such machines call themselves
 
 
 class CompilationError(RuntimeError):
@@ -74,7 +78,8 @@ def levels_here() -> list[str]:
     except OSError:
         lines = []
     flags = set(next((line.partition(":")[2].split() for line in lines if line.startswith("flags")), []))
-    return [level for level, needed in LEVELS.items() if flags.issuperset(needed)]
+    is_arm = platform.machine().lower() in ARM
+    return [level for level, needed in LEVELS.items() if (level in OF_ARM) == is_arm and flags.issuperset(needed)]
 
 
 def levels_of(kind: str, levels: Sequence[str]) -> list[str]:
