@@ -3,12 +3,13 @@
 import math
 import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import omniroll
-from omniroll import AccuracyWarning, SimulationStopped, Vehicle, simulate
+from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Vehicle, simulate
 from omniroll.engine.switching import SwitchingModel
 
 PAPER = Vehicle.paper()
@@ -229,3 +230,11 @@ def test_accelerations_refuse_by_name(change, field):
     with pytest.raises(ValueError) as raised:
         omniroll.accelerations(**task)
     assert raised.value.field == field
+
+
+def test_a_scene_in_the_place_of_a_vehicle_is_told_what_runs_it():
+    scene = omniroll.load_scene(Path(__file__).parents[2] / "scenes/driven.toml")
+    with pytest.raises(InvalidValueError, match=r"vehicle = 'driven'.*omniroll\.run\(scene\)"):
+        omniroll.simulate(scene, nu=(0, 0, 0), duration=1)
+    with pytest.raises(InvalidValueError, match=r"omniroll\.run\(omniroll\.load_scene"):
+        omniroll.simulate("scenes/driven.toml", nu=(0, 0, 0), duration=1)
