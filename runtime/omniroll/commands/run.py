@@ -132,9 +132,25 @@ def text(outcome: Outcome) -> str:
         "",
         f"{'energy':<12}J",
         *(f"  {WORDS.get(name, name):<{WIDTH}}{value: .6e}" for name, value in summary["energy"].items()),
+        *_slip(summary["slip"]),
         *_reactions(summary["reactions"]),
     ]
     return "\n".join(lines)
+
+
+def _slip(summary: dict[str, Any] | None) -> list[str]:
+    if summary is None:
+        return []
+    mean, most = sum(summary["slip_path"]) / len(summary["slip_path"]), max(summary["slip_path"])
+    per = summary["slip_per_distance"]
+    (ahead, aside), of_loads = summary["force"], summary["friction"]
+    shares = "" if of_loads is None else f": {of_loads[0]:.3g} and {of_loads[1]:.3g} of the loads"
+    return [
+        "",
+        f"{'slip':<12}{mean:.4g} m of a contact in the mean, {most:.4g} m at most, over {summary['distance']:.4g} m"
+        + ("" if per is None else f": {per:.3g} m per m"),
+        f"{'':<12}the ground gives at most {ahead:.4g} N along x and {aside:.4g} N along y of the body{shares}",
+    ]
 
 
 def _reactions(summary: dict[str, Any] | None) -> list[str]:

@@ -20,6 +20,7 @@ from omniroll.results import slip_map, tables
 from omniroll.results.impulses import Impulses, impulses
 from omniroll.results.measurements import Instruments
 from omniroll.results.reactions import Reactions
+from omniroll.results.slip_in_short import slip_in_short
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
@@ -95,6 +96,7 @@ class Outcome:
             "twist": twist_of_nu(trajectory.vehicle, trajectory.nu[-1]).tolist(),
             "pose": trajectory.pose[-1].tolist(),
             "energy": self.stream.ledger() if self.stream else ledger(trajectory),
+            "slip": None if self.stream else slip_in_short(trajectory),
             "reactions": self.reactions and _reactions_in_short(self.reactions),
         } | ({"parts": self.stream.parts} if self.stream else {})
 
