@@ -54,6 +54,16 @@ CORNERS = "corner_forces"  # of these beside contacts that stick: where both mov
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
 OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield")
+# Functions that the engine calls where a set has them, with what they take and give: it has neutral ones in their place.
+WHERE_THERE = (
+    ("contact_axial", ("nu", "chi"), ("axial",)),
+    ("momenta", ("axial",), ("momenta",)),
+    ("impact", ("nu", "chi", "entering", "leaving"), ("nu_after",)),
+    ("mass_matrix", ("chi",), ("matrix",)),
+    ("spins_from_axial", ("nu", "chi", "axial"), ("spins",)),
+    (CORNERS, ("chi", "slip_direction", "load", "friction", "contact_bearing"), ("corner_force", "corner_yield")),
+    ("sliding_forces", ("slip_direction", "load", "friction"), ("sliding_force", "sliding_slope")),
+)
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -111,10 +121,11 @@ class EngineSet:
         inertia = self.holds or (self.acted and not self.slips)
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
-        further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
         further += [CORNERS] * self.strips
-        plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
+        plain = (*PLAIN, *further, *(ON_THE_GROUND[1:] if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
+        here = {f.name for f in self.plain}
+        self.absent = [entry for entry in WHERE_THERE if entry[0] not in here]
 
     @property
     def solving(self) -> bool:
@@ -181,15 +192,16 @@ class EngineSet:
         """The place of an input among the inputs, -1 where it is none."""
         return self.inputs.index(name) if name in self.inputs else -1
 
-    @property
-    def modes_input(self) -> int:
-        """The place among the inputs of the modes of the contacts."""
-        return self.inputs.index("sticks")
+    @staticmethod
+    def neutral_parameters(inputs: Sequence[str], outputs: Sequence[str]) -> list[str]:
+        """The parameters of a function that the set has not, in its place."""
+        own = [f"const lanes_t *{name}" for name in inputs]
+        return ["const int wheels", "const vehicle_t *v", *own, *(f"lanes_t *{name}" for name in outputs)]
 
     @property
     def headings_input(self) -> int:
-        """The place among the inputs of the directions in which contacts begin to slip."""
-        return self.inputs.index(HEADING_INPUT)
+        """The place among the inputs of the directions in which contacts begin to slip, -1 where there are none."""
+        return self.place_of_input(HEADING_INPUT)
 
     def core_calls(self, dynamics: str = "") -> list[Call]:
         """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
@@ -219,6 +231,18 @@ class EngineSet:
     def moving(self) -> list[str]:
         """The inputs that change within a phase."""
         return [name for name in self.inputs if name not in MODES]
+
+    def slip_velocities(self) -> Call:
+        """What gives the slip velocities alone, in some states: without forces of the ground."""
+        function = self.function(ON_THE_GROUND[0])
+        of_core = {state.name: self.place("core", state.name) for state in self.core}
+        known = of_core | {"nu": "nu", "chi": "chi", "contact_sticks": "rigid"}
+        return Call(function, (*(known.get(array.name, "none") for array in function.inputs), "slip", "force"))
+
+    def slip_spins(self) -> Call:
+        """What gives the spins of rollers in contact where wheels slip, and what holds those that stick."""
+        function = self.function(SLIP_SPINS)
+        return Call(function, tuple(array.name for array in (*function.inputs, *function.outputs)))
 
     def slip_call(self) -> Call:
         """What gives the slip velocities of the contacts, and with them the ground's forces."""

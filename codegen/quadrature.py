@@ -20,7 +20,7 @@ SHOWN = 20  # digits of a table's number: more than any double keeps
 class Quadrature:
     """The tables, as text. A matrix is a list of columns: column m is what multiplies the value at node m.
 
-    ways  of the nodes of Radau: what makes the integrals to the nodes diagonal, else None
+    ways  what makes the integrals to the nodes diagonal
     """
 
     nodes: list[str]
@@ -56,7 +56,7 @@ def gauss(count: int) -> Quadrature:
     with workdps(DIGITS):
         roots = [_root(count, k) for k in range(count)][::-1]
         weights = [1 / ((1 - z * z) * _derivative(count, z) ** 2) for z in roots]
-        return _tables(roots, weights)
+        return replace(_tables(roots, weights), ways=_ways(_integrals(roots, weights)))
 
 
 def radau(count: int) -> Quadrature:

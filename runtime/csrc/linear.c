@@ -10,7 +10,6 @@ ALWAYS_INLINE double length3(const double *a)
     return sqrt(dot3(a, a));
 }
 
-#if SET_IS_COUPLED || SET_GRIPS
 /* Gauss's elimination with the largest pivots; the solution stands in `right` then. */
 static void solve_rows(double *m, int size, double *right)
 {
@@ -38,4 +37,3 @@ static void solve_rows(double *m, int size, double *right)
         right[k] /= m[k*size + k];
     }
 }
-#endif

@@ -23,23 +23,17 @@
 #include "parts.c"
 #include "linear.c"
 #define SET_DECIDES (SET_GRIPS || SET_HOLDS || SET_DISKS_STICK)     /* what rests may stick */
-#if SET_DECIDES
 #define FRICTION_LINKAGE static inline
 #include "friction/elimination.c"
 #include "friction/balls.c"
 #include "friction/interior.c"
 #include "friction/active_set.c"
 #include "friction/elements.c"
-#endif
 #include "run/elements_at_rest.c"
-#if SET_HOLDS || SET_STANDS
 #include "bearings/complementarity.c"
-#endif
 #include "step/collocation.c"
 #include "step/bends.c"
-#if SET_IS_COUPLED
 #include "step/coupled.c"
-#endif
 #include "ground/directions.c"
 #include "bearings/contact_rows.c"
 #include "step/events.c"
@@ -55,6 +49,7 @@
 #include "bearings/rollers_in_series.c"
 #include "bearings/slipping_axles.c"
 #include "bearings/slipping_rollers.c"
+#include "bearings/modes.c"
 #include "ground/standing_sets.c"
 #include "ground/grip.c"
 #include "ground/standing.c"
@@ -66,33 +61,30 @@
 #include "step/steps.c"
 #include "run/laws.c"
 
-#if SET_IS_ACTED_ON
 /* A row with the inputs of the phase that starts now, if they are not those of the last row. */
 static void complete_rows(omniroll_run_t *run)
 {
     (void)run;
-#if SET_INPUTS
-    const int size = SET_INPUTS*run->wheels;
-    const double *const last = run->rows + row_size(run)*run->row_count - size;
-    const double *const slopes_before = run->signals + 2*(SET_INPUTS + 1)*run->wheels;
-    int same = 1;
-    for (int k = 0; k < size; k++) {
-        const double now = input_shown(run, k);
-        const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed) + size_of_held(run, k);
-        same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
+    if (SET_INPUTS) {
+        const int size = SET_INPUTS*run->wheels;
+        const double *const last = run->rows + row_size(run)*run->row_count - size;
+        const double *const slopes_before = run->signals + 2*(SET_INPUTS + 1)*run->wheels;
+        int same = 1;
+        for (int k = 0; k < size; k++) {
+            const double now = input_shown(run, k);
+            const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed) + size_of_held(run, k);
+            same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
+        }
+        if (!same)
+            put_row_after(run);
     }
-    if (!same)
-        put_row_after(run);
-#endif
 }
-#endif
 
 /* The first row of all has the inputs that the first phase begins with; the first of a call repeats the last of the one
  * before. Returns a status. */
 static int first_row(omniroll_run_t *run, const work_t *work)
 {
-#if SET_IS_ACTED_ON
-    if (!run->started) {
+    if (SET_IS_ACTED_ON && !run->started) {
         if (!run->asks && caller_samples(run))  /* first: modes are decided once, under the torques that act    */
             return OMNIROLL_RUN_ASK;
         if (!run->asks)
@@ -101,7 +93,6 @@ static int first_row(omniroll_run_t *run, const work_t *work)
         if (status != OMNIROLL_RUN_DONE)
             return status;
     }
-#endif
     (void)work;
     run->started = 1;
     if (run->row_count == 0)
@@ -113,14 +104,14 @@ static int first_row(omniroll_run_t *run, const work_t *work)
 static int pass_instant(omniroll_run_t *run, const work_t *work)
 {
     int status = switch_all(run, work);
-#if SET_IS_ACTED_ON
-    if (status == OMNIROLL_RUN_DONE && run->row_count == run->row_capacity)
-        status = OMNIROLL_RUN_FULL;         /* the row that the next call repeats has the inputs of before */
-    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
-        status = pass_events(run, work);
-    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
-        complete_rows(run);
-#endif
+    if (SET_IS_ACTED_ON) {
+        if (status == OMNIROLL_RUN_DONE && run->row_count == run->row_capacity)
+            status = OMNIROLL_RUN_FULL;         /* the row that the next call repeats has the inputs of before */
+        if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
+            status = pass_events(run, work);
+        if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
+            complete_rows(run);
+    }
     return status;
 }
 
@@ -133,27 +124,21 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     lanes_spread(constants, memory, &work->vehicle);
     s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
     s->sweeps = 0;
-#if SET_IS_ACTED_ON
-    s->stiff.on = s->stiff.of_nu = s->stiff.by_axles = 0;
-#endif
-#if SET_CORE_PARTS
-    if (!run->started) {
+    if (SET_IS_ACTED_ON)
+        s->stiff.on = s->stiff.of_nu = s->stiff.by_axles = 0;
+    if (SET_CORE_PARTS && !run->started) {
         begin_core(run, work);
         for (int c = 0; c < work->core; c++)
             work->rise_core[c] = 0;
     }
-#endif
-#if SET_STICKS
-    if (!run->started)
+    if (SET_STICKS && !run->started)
         clear_bearings(run, work);
-#endif
-#if SET_GRIPS
-    run->ground.knows_rates = 0;
-    friction_in_lanes(run, work);
-#endif
-#ifdef LANES_HAS_MOMENTA
-    wheel_momenta(run, work);
-#endif
+    if (SET_GRIPS) {
+        run->ground.knows_rates = 0;
+        friction_in_lanes(run, work);
+    }
+    if (SET_HAS_MOMENTA)
+        wheel_momenta(run, work);
 }
 
 ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
@@ -171,9 +156,8 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
             status = OMNIROLL_RUN_FULL;
             break;
         }
-#if defined LANES_HAS_MOMENTA && !SET_GRIPS
-        wheel_momenta(run, &work);
-#endif
+        if (SET_HAS_MOMENTA && !SET_GRIPS)
+            wheel_momenta(run, &work);
         status = advance(run, &work, &s, wheels);
 #if SET_DECIDES
         const int unlawful = unlawful_wheel(run, &s);

@@ -2,11 +2,7 @@
  *
  * runtime/omniroll/effects/complementarity.py says what is solved here.  Bearings turn at rates rows nu, and take
  * torques up to their bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
-#if SET_STANDS
 #define MOST_BEARINGS (2*MOST_WHEELS)
-#else
-#define MOST_BEARINGS (SET_BEARINGS*MOST_WHEELS)
-#endif
 #define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
 #define SAME_TORQUE 1e-7            /* of its bound: by so much a torque may differ that is found in another form */
 #define LEAST_REACH 1e-14           /* of the largest: for bearings that take no torque                      */
@@ -252,7 +248,6 @@ ALWAYS_INLINE double clipped(double x, double bound)
     return fmax(fmin(x, bound), -bound);
 }
 
-#if SET_HOLDS
 /* Torques at their bounds as the solver has found them; the others once more from what these leave of the force. */
 static void take_least(const bearings_t *bearings, const double *force, const elements_t *problem, double *torques)
 {
@@ -367,7 +362,6 @@ static void nearest_force(const vector3_t *mass, const double *force, const bear
     behind_root((const vector3_t *)root, pushed, nu_dot);
 }
 
-#if SET_SPINS_STICK
 /* Free rollers at rest on their disks: their accelerations are torque/inertia - (per_yaw nu_3' + given). */
 typedef struct {
     int count;
@@ -392,5 +386,3 @@ static void put_spins(const spinning_t *spins, elements_t *problem)
         problem->yaw[k] = -spins->per_yaw[k], problem->apart_given[k] = -spins->given[k];
     }
 }
-#endif
-#endif

@@ -1,5 +1,4 @@
 /* The rates of the rollers in contact for each of nu. Their directions never change; their sizes do, with chi. */
-#if SET_ROLLERS_STICK || SET_STANDS
 #define BESIDE 1e-6                 /* of the joint's angle: over this a row's length changes               */
 
 /* How much larger than where chi is 0 the rates of the rollers in contact are at these wheel angles, and how that
@@ -48,4 +47,3 @@ NEVER_INLINE void nearer_at_nodes(const step_t *s, const int wheels, const omnir
         for (int l = 0; l < LANES; l++)
             nearer[i].node[b*LANES + l] = sqrt(squares[i][l])/length3(contacts[i].row);
 }
-#endif

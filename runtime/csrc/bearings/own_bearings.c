@@ -1,6 +1,5 @@
 /* Bearings with rates of their own, which are numbers of the core: of free rollers, or where wheels may slip of axles;
  * and there those of massless rollers in contact, whose spins follow from the state. A mode for each. */
-#if SET_OWN_BEARINGS
 static double tau(const omniroll_run_t *run, double phase_length);
 
 ALWAYS_INLINE omniroll_bearing_t *own_bearings(const omniroll_run_t *run)
@@ -13,7 +12,6 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
-#if SET_STRIPS
 #define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
 
 /* The ground's forces on wheels that are rigid, and what would hold their rollers then. */
@@ -75,15 +73,14 @@ static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, con
         own->scale[i] = pace/fmax((1 - part)*(1 + part), EPS);
     }
 }
-#endif
 
-#if SET_ROLLERS_TURN
 /* The rates of bearings in these states, with which rollers turn on their disks, and axles; of massless rollers, in
  * their modes, with what holds those that stick. Beside contacts that stick the last evaluation has found these. */
 ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t *v, const int wheels,
                                       const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates)
 {
     const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + own->rollers_at;
+    (void)contact;
     for (int k = 0; k < own->rollers_at; k++)
         rates[k] = first[k];
 #if SET_STRIPS
@@ -93,21 +90,19 @@ ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t
 #elif SET_IN_SERIES
     const int at = own->rollers_at;
     (void)contact;
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, own->sticks + at, rates + at,
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, 0, 0, own->sticks + at, rates + at,
                    own->holding + at);
-#else
-    set_slip_spins(wheels, v, nu, chi, contact, rates + own->rollers_at);
+#elif SET_DISKS_STICK
+    set_contact_spins(wheels, v, nu, chi, contact, rates + own->rollers_at);
     set_spins_from_axial(wheels, v, nu, chi, contact + wheels, rates + own->rollers_at + wheels);
 #endif
 }
 
-#if SET_IN_SERIES
 /* The modes of massless rollers in contact. */
 ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const work_t *work)
 {
     return own_bearings(run) + work->own.rollers_at;
 }
-#endif
 
 #if SET_STRIPS
 /* The same beside contacts that stick, in the present modes, into work->own.rate. */
@@ -136,10 +131,12 @@ ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work
 }
 #endif
 
-/* The same at this instant. */
+/* The same at this instant. Where no rollers turn they are numbers of the core. */
 static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 {
     instant_t now;
+    if (!SET_ROLLERS_TURN)
+        return;
     at_this_instant(run, work, run->wheels, &now);
 #if SET_STRIPS
     begin_at_the_most(run, work, &now);
@@ -148,15 +145,6 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < run->own_count; k++)
         work->own.now[k] = work->own.rate[k][0];
 }
-#endif
-
-#if !SET_ROLLERS_TURN
-/* They are numbers of the core. */
-ALWAYS_INLINE void find_own_rates(const omniroll_run_t *run, const work_t *work)
-{
-    (void)run, (void)work;
-}
-#endif
 
 /* The rate of a bearing at this instant, and what it changes by, in a lane or in all. */
 ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int k)
@@ -340,4 +328,3 @@ static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
         own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
     (void)wheels, (void)at;
 }
-#endif

@@ -1,6 +1,5 @@
 /* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
  * than it takes. As events.c does for wheels, guards and facets. */
-#if SET_OWN_BEARINGS
 
 /* What holds is rounded so. */
 ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
@@ -35,7 +34,6 @@ ALWAYS_INLINE double own_start(const step_t *s, int k)
 #endif
 }
 
-#if SET_ROLLERS_TURN
 #define ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
 
 /* Of a spin against its mode, at the step's end: the spin, and its rate. */
@@ -66,7 +64,6 @@ static double turn_of_spin(const step_t *s, int k)
         rate.lanes[b] *= -bearing->mode;
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, bound);
 }
-#endif
 
 /* How the rate of a bearing that turns changes at the nodes, against its mode. */
 ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
@@ -136,12 +133,7 @@ ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 /* Whether a bearing holds a wheel that stands with others, which are looked at together. */
 ALWAYS_INLINE int holds_with_others(const step_t *s, int k)
 {
-#if SET_STANDS
-    return s->standing->has_part[k];
-#else
-    (void)s, (void)k;
-    return 0;
-#endif
+    return SET_STANDS && s->standing->has_part[k];
 }
 
 /* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
@@ -190,4 +182,3 @@ static double turn_of_own(const step_t *s, int k)
     const nodes_t rate = times(gauss_slope, s->own->held + k);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->own_bearing[k].torque, -bound, bound);
 }
-#endif

@@ -1,10 +1,9 @@
 /* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
  * runtime/omniroll/effects/slipping_axles.py. */
-#if SET_AXLES_STICK || SET_ROLLERS_TURN
 #define NEAR_BOUND 0.999            /* of its bound a torque is at it, where a step has ended there         */
 
 /* A run begins: nothing sticks so far. */
-static void clear_bearings(const omniroll_run_t *run, const work_t *work)
+static void clear_slipping_bearings(const omniroll_run_t *run, const work_t *work)
 {
     for (int k = 0; k < most_own_bearings(run->wheels, run->rollers_per_wheel); k++)
         work->own.sticks[k] = lanes_of(0);
@@ -13,7 +12,6 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 #endif
 }
 
-#ifdef SET_MOMENTS_INPUT
 /* The bearings of the free rollers of a wheel. */
 ALWAYS_INLINE const omniroll_bearing_t *free_bearings(const omniroll_run_t *run, int wheel)
 {
@@ -42,9 +40,7 @@ static double size_of_moments(const omniroll_run_t *run, int wheel)
         size += HELD_ROUNDINGS*(fabs(free_bearings(run, wheel)[j].torque) + free_bearings(run, wheel)[j].holding);
     return size;
 }
-#endif
 
-#if !SET_STANDS
 /* The torques that hold the axles which stick, at this instant. */
 static void hold_axles(const omniroll_run_t *run, const work_t *work)
 {
@@ -54,13 +50,13 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
     find_own_rates(run, work);
 #endif
     find_own_torques(run, work);
-#ifdef SET_MOMENTS_INPUT
+#if SET_MOMENTS_INPUT >= 0
     put_moments(run);
 #endif
 }
 
 /* As an instant begins: bearings whose rates are zero within rounding rest. */
-static void rest_bearings(omniroll_run_t *run, const work_t *work)
+static void rest_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
 #if SET_ROLLERS_TURN
     find_own_rates(run, work);
@@ -79,9 +75,7 @@ static void begin_torques(omniroll_run_t *run, const work_t *work)
     run->hold.undecided = 0;
 }
 
-#if SET_DISKS_STICK
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
-#endif
 
 /* Rules 3 and 4: the mode of an axle that has been let go, whose torque is what would hold it. */
 static void let_axle_go(omniroll_bearing_t *axle)
@@ -99,15 +93,13 @@ ALWAYS_INLINE int axles_among(const omniroll_run_t *run)
     return SET_ROLLERS_TURN ? run->axle_count : run->own_count;
 }
 
-#if SET_DISKS_STICK
 static void decide_rollers(const omniroll_run_t *run, const work_t *work);
-#endif
 
 /* Which axles stick in the phase that starts now, and which rollers. */
-static void decide(omniroll_run_t *run, const work_t *work)
+static void decide_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
     int resting = 0;
-    rest_bearings(run, work);
+    rest_slipping_bearings(run, work);
     turn_own(run, work, 1);
 #if SET_IN_SERIES
     decide_in_series(run, work);    /* before the axles: the ground's force across rollers depends on their modes  */
@@ -115,7 +107,7 @@ static void decide(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < run->own_count; k++)
         resting |= own_bearings(run)[k].resting;
     if (resting) {
-#ifdef LANES_HAS_MOMENTA
+#if SET_HAS_MOMENTA
         wheel_momenta(run, work);
 #endif
         hold_axles(run, work);
@@ -135,17 +127,15 @@ static void decide(omniroll_run_t *run, const work_t *work)
     begin_torques(run, work);
 }
 
-ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
+ALWAYS_INLINE void settle_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
     if (run->bearing_count && run->hold.undecided)
-        decide(run, work);
+        decide_slipping_bearings(run, work);
 }
-
-#endif
 
 /* Turning axles whose rates have passed zero rest, and those that are asked for too much let go. Returns how many there
  * are, with the one whose mode a step has ended, which is told once. */
-static int pass_bearings(omniroll_run_t *run, const work_t *work)
+static int pass_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
     int count = run->hold.ended + release_own(run, 0) + stop_own(run, work);
 #if SET_IN_SERIES
@@ -156,12 +146,10 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-#if SET_STANDS
 static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t *s);
-#endif
 
 /* A step begins: what sticks in it. */
-static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
+static void begin_holding_slipping_wheels(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
     s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
 #if SET_STANDS
@@ -170,9 +158,9 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
 }
 
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others. */
-ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
+ALWAYS_INLINE double size_held_by_slipping(const omniroll_run_t *run, int input)
 {
-#ifdef SET_MOMENTS_INPUT
+#if SET_MOMENTS_INPUT >= 0
     if (input >= SET_MOMENTS_INPUT*run->wheels)
         return size_of_moments(run, input%run->wheels);
 #endif
@@ -180,10 +168,9 @@ ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
     return bearing ? HELD_ROUNDINGS*(fabs(bearing->torque) + bearing->holding) : 0;
 }
 
-#if !SET_STANDS
 /* Some time has passed. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
  * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
-static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
+static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     const int landed = s->landing - s->wheels - s->guards;
     for (int k = 0; k < run->own_count; k++) {
@@ -203,8 +190,6 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
     axle->resting = run->hold.ended = 1;
 }
 
-#endif
-
 /* Wheels have passed to their next rollers, which changes no rate of theirs. */
 static void axles_have_switched(omniroll_run_t *run)
 {
@@ -212,4 +197,3 @@ static void axles_have_switched(omniroll_run_t *run)
         own_bearings(run)[k].released = 0;
     run->hold.undecided = 1;
 }
-#endif

@@ -1,7 +1,6 @@
 /* Rollers that stick on their disks where wheels may slip: which of those at rest stick, and their spins at the nodes. The
  * numbered rules are in runtime/omniroll/effects/slipping_rollers.py; own_bearings.c has what they have in common with
  * axles, rollers_in_series.c which massless ones stick. */
-#if SET_ROLLERS_TURN
 /* At a vector of nodes what holds the bearings that stick, from the last evaluation, and the spins of rollers that turn on
  * their disks. */
 ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at)
@@ -12,21 +11,18 @@ ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *
         own->held[k].lanes[b] = is_spin(s, k) ? own->rate[k] : own->holding[k];
 }
 
-#if SET_STANDS_BOTH_WAYS
 /* Rollers that stick turn with their disks at the step's end, as in the row (keep_rollers_at_rest). */
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at)
 {
     const own_bearings_t *const own = s->own;
+    if (!SET_DISKS_STICK)
+        return;
     own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate);
     for (int k = own->rollers_at; k < s->own_count; k++)
         if (s->own_bearing[k].mode == 0)
             s->core_here[own_rates_at(wheels) + k] -= own->rate[k];
 }
-#endif
-#endif
 
-#if SET_DISKS_STICK
-#if !SET_STANDS
 /* Those at rest on their disks. */
 typedef struct {
     int count;
@@ -137,8 +133,6 @@ static void decide_rollers(const omniroll_run_t *run, const work_t *work)
     }
 }
 
-#endif
-
 /* Wheels have passed to their next rollers: each bearing goes with its roller to the next place. */
 static void rollers_have_switched(const omniroll_run_t *run, const int *directions)
 {
@@ -166,4 +160,3 @@ static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work)
         if (own_bearings(run)[k].resting)
             put_own_rate(run, work, k, 0);
 }
-#endif

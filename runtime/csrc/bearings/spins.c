@@ -1,7 +1,6 @@
 /* Free rollers that stick on their disks or turn there: which of those at rest stick. The numbered rules are in
  * runtime/omniroll/effects/sticking_bearings.py; sticking.c has the bearings whose rates follow from nu, and
  * own_bearings.c what free rollers have in common with other bearings whose rates do not. */
-#if SET_SPINS_STICK
 static void take_mode_at_rest(omniroll_bearing_t *bearing, int moves, double rate, double torque);
 
 /* What takes the free rollers along without nu' and without their bearings, from the last evaluation. */
@@ -79,4 +78,3 @@ static void take_modes_of_spins(const omniroll_run_t *run, const spinning_t *spi
     }
 }
 
-#endif

@@ -1,6 +1,5 @@
 /* Bearings that stick: a mode for each axle and each roller in contact, and what holds those that stick. The numbered
  * rules are in runtime/omniroll/effects/sticking.py and sticking_bearings.py. */
-#if SET_HOLDS
 #define AT_BOUND 1e-9               /* a torque is at its bound that is nearer to it than this part of it   */
 
 /* How many bearings have rates that follow from nu. */
@@ -325,7 +324,7 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
 {
     vector3_t force, mass[3];
     int released = 0, signs[MOST_BEARINGS];
-#ifdef LANES_HAS_MOMENTA
+#if SET_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
     mass_at_this_instant(run, work, mass);
@@ -348,7 +347,7 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
 }
 
 /* A run begins: nothing sticks so far, in a set that has such bearings and for a run that has none. */
-static void clear_bearings(const omniroll_run_t *run, const work_t *work)
+static void clear_rolling_bearings(const omniroll_run_t *run, const work_t *work)
 {
     work->sticking->count = 0;
 #if SET_SPINS_STICK
@@ -359,7 +358,7 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 }
 
 /* Which bearings stick in the phase that starts now. */
-static void decide(omniroll_run_t *run, const work_t *work)
+static void decide_rolling_bearings(omniroll_run_t *run, const work_t *work)
 {
     int resting = 0;
     put_to_rest(run, work);
@@ -379,15 +378,15 @@ static void decide(omniroll_run_t *run, const work_t *work)
 }
 
 /* Which bearings stick from now on, where that must be decided anew. */
-ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
+ALWAYS_INLINE void settle_rolling_bearings(omniroll_run_t *run, const work_t *work)
 {
     if (run->bearing_count && run->hold.undecided)
-        decide(run, work);
+        decide_rolling_bearings(run, work);
     run->hold.speed = fmax(run->hold.speed, length3(run->nu));
 }
 
 /* Turning bearings whose rates have passed zero rest, and what holds no more lets go. Returns how many there are. */
-static int pass_bearings(omniroll_run_t *run, const work_t *work)
+static int pass_rolling_bearings(omniroll_run_t *run, const work_t *work)
 {
     int signs[MOST_BEARINGS], count = bounds_passed(run, work, signs);
     if (count)
@@ -406,7 +405,7 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
 }
 
 /* A step begins: what sticks in it, and what holds that now. */
-static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
+static void begin_holding_rolling_wheels(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
     s->sticking = work->sticking;
 #if SET_ROLLERS_STICK
@@ -431,14 +430,14 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
 
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and a
  * facet is passed by some roundings. */
-ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
+ALWAYS_INLINE double size_held_by_rolling(const omniroll_run_t *run, int input)
 {
     const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
     return bearing ? HELD_ROUNDINGS*length3(run->hold.size)/length3(bearing->row) : 0;
 }
 
 /* Some time has passed. */
-static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
+static void rolling_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     (void)s;
     for (int i = 0; i < run->bearing_count; i++) {
@@ -464,21 +463,3 @@ static void bearings_have_jumped(omniroll_run_t *run, const double *before)
     }
     run->hold.undecided = 1;
 }
-#elif !SET_AXLES_STICK && !SET_ROLLERS_TURN
-ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
-{
-    (void)run, (void)work;
-}
-
-ALWAYS_INLINE int pass_bearings(omniroll_run_t *run, const work_t *work)
-{
-    (void)run, (void)work;
-    return 0;
-}
-
-ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
-{
-    (void)run, (void)input;
-    return 0;
-}
-#endif

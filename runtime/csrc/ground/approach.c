@@ -11,7 +11,6 @@
  * The rates that are integrated are those per x here. The caller gets such a step as several ones, with polynomials in
  * time that miss no more than those of any step. If a try fails, or if anything else happens on the way, steps in time
  * are made as everywhere. */
-#if SET_APPROACHES
 #define MAKES_A_POWER 0.02          /* of 1: a is known not to be zero                                        */
 #define SMOOTHNESS 6                /* the power m (1 + a) that is aimed at                                   */
 #define MOST_POWER 4                /* m of a step up to the rest                                            */
@@ -184,9 +183,8 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
         end_of_core(s);
         integrate_pose(s, run->pose);
         if (nothing_else_happens(s, wheels)) {
-#if SET_ACCOUNTS
-            accounts_at_nodes(s, wheels);
-#endif
+            if (SET_ACCOUNTS)
+                accounts_at_nodes(s, wheels);
             run->step_error = fmax(run->step_error, missed(s)/size);
             run->sweep_error += s->rest/size;
             return APPROACHES;
@@ -226,7 +224,7 @@ static void legendre_areas(double x, double *area)
 }
 
 /* The root of numbers from 1e-10 to 1: square roots, or Halley's rule from the fourth root. */
-static lanes_t root_of(lanes_t number, int power)
+static lanes_t root_in_power(lanes_t number, int power)
 {
     lanes_t root = lanes_sqrt(number);
     if (power > 2)
@@ -248,7 +246,7 @@ static void set_piece(const step_t *s, double left_before, double left_after, pi
     piece->from = (1 - left_before)/(1 - s->approach.leaves), piece->to = (1 - left_after)/(1 - s->approach.leaves);
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t left = left_before - (left_before - left_after)*gauss_node.lanes[b];
-        const lanes_t base = root_of(left, s->approach.stretched);
+        const lanes_t base = root_in_power(left, s->approach.stretched);
         z.lanes[b] = 2*(1 - base)/s->approach.part - 1;
         piece->values[0].lanes[b] = base/(clocked*left);
         piece->values[1].lanes[b] = z.lanes[b]*piece->values[0].lanes[b];
@@ -257,7 +255,7 @@ static void set_piece(const step_t *s, double left_before, double left_after, pi
         for (int b = 0; b < BLOCKS; b++)
             piece->values[k + 1].lanes[b] = ((2*k + 1)*z.lanes[b]*piece->values[k].lanes[b]
                 - k*piece->values[k - 1].lanes[b])/(k + 1);
-    const double base_after = left_after > 0 ? root_of(lanes_of(left_after), s->approach.stretched)[0] : 0;
+    const double base_after = left_after > 0 ? root_in_power(lanes_of(left_after), s->approach.stretched)[0] : 0;
     legendre_areas((1 - base_after)/s->approach.part, piece->area);
 }
 
@@ -322,17 +320,13 @@ static void put_pieces(omniroll_run_t *run, const step_t *s)
     run->row_count += count - 1;
 }
 
-#endif
-
 /* Whether there is room for the rows of the next step. A call that begins at the row `first` with little more than that
  * makes steps in time. */
 static int has_room(const omniroll_run_t *run, long long first)
 {
     long long rows = 1;
-#if SET_APPROACHES
-    if (run->row_capacity - first > MOST_PIECES + 1)
+    if (SET_APPROACHES && run->row_capacity - first > MOST_PIECES + 1)
         rows = MOST_PIECES;
-#endif
     (void)first;
     return run->row_count + rows <= run->row_capacity;
 }

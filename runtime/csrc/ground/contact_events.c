@@ -1,6 +1,5 @@
 /* Where a contact with the ground changes its mode: friction that is used up, a slip that comes to rest. As events.c
  * does for wheels and guards. */
-#if SET_GRIPS
 #define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
 #define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
 #define SLIP_LANDS 0.1              /* of what is rounding of a slip: a step that ends with less ends at rest  */
@@ -12,9 +11,7 @@
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
-#if SET_STANDS_BOTH_WAYS            /* slipping_rollers.c */
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at);
-#endif
 
 /* The state at the end of the step, in all lanes; what sticks follows from nu. */
 static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
@@ -34,11 +31,10 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     point.core = s->core_here;
     for (int k = 0; k < 2*wheels; k++)
         at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
-#if SET_STANDS_BOTH_WAYS
-    rollers_at_rest_at_end(s, wheels, at);
-#endif
+    if (SET_STANDS)
+        rollers_at_rest_at_end(s, wheels, at);
     wheels_stick(s, wheels, at->nu, s->core_here);
-#ifdef SET_HAS_CONTACT_SPEEDS
+#if SET_HAS_CONTACT_SPEEDS
     rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
 #endif
     return point;
@@ -53,7 +49,6 @@ ALWAYS_INLINE double taken_by(const double *force, const double *per_reach)
     return taken;
 }
 
-#if SET_STANDS
 /* The same of what wheels that stand ask for. */
 ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const arrays_t *at)
 {
@@ -63,7 +58,6 @@ ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const ar
         s->asked_late.along[k] = at->ground_force[k][0] - weighted(&s->along[k], &gauss_end);
     find_own_late(s, wheels, at);
 }
-#endif
 
 /* The forces of contacts that slip at the step's end are those of their slips there, as in its row: what the iteration
  * leaves of the directions at the nodes would move what others take. */
@@ -81,7 +75,6 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     (void)slope;
 }
 
-#if SET_STRIPS
 /* The same of contacts that slip and whose rollers turn. */
 static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
 {
@@ -96,7 +89,6 @@ static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
         else
             at->ground_yield[i] = lanes_of(0);
 }
-#endif
 
 /* What the polynomials of what contacts take lack at the end of a step, from an evaluation there. */
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
@@ -120,7 +112,6 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
 #endif
 }
 
-#if SET_ROLLS
 /* Rates and forces of contacts that all stick, at the nodes of a step that has settled. */
 NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
 {
@@ -135,7 +126,6 @@ NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
     }
     s->sweeps++;
 }
-#endif
 
 /* The slip velocities at the step's end. */
 NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
@@ -244,4 +234,3 @@ static double turn_of_contacts(const step_t *s, const int wheels)
     }
     return turned;
 }
-#endif

@@ -6,7 +6,6 @@
  * what forces do to slips at the start of the step. So it is as regular where the slip is zero as elsewhere
  * (runtime/omniroll/engine/directed.py). One contact is solved for after the other, but those that share their motion
  * together. */
-#if SET_GRIPS
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
 #define ROLLS 0.1                   /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define SLIP_FOLLOWED (1.0/16)      /* of what is rounding of a slip: a direction that misses it by less is found */
@@ -30,7 +29,6 @@ static void force_in_direction(step_t *s, int i)
     }
 }
 
-#if SET_STRIPS
 /* The forces of contacts that slip and whose rollers turn, at a vector of nodes where the wheels have these angles. */
 static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t *chi)
 {
@@ -47,7 +45,6 @@ static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t 
         s->push[2*i + 1].lanes[b] = force[i];
     }
 }
-#endif
 
 /* The forces of all contacts: of those that slip in their directions at the nodes. */
 static void forces_in_directions(step_t *s, const int wheels)
@@ -57,34 +54,20 @@ static void forces_in_directions(step_t *s, const int wheels)
             force_in_direction(s, i);
         else
             memset(s->push + 2*i, 0, 2*sizeof *s->push);
-#if SET_STRIPS
-    lanes_t chi[MOST_WHEELS];
-    for (int i = 0; i < wheels; i++)
-        chi[i] = lanes_of(s->chi[i]);
-    for (int b = 0; b < BLOCKS; b++)
-        forces_in_corners(s, wheels, b, chi);
-#endif
+    if (SET_STRIPS) {
+        lanes_t chi[MOST_WHEELS];
+        for (int i = 0; i < wheels; i++)
+            chi[i] = lanes_of(s->chi[i]);
+        for (int b = 0; b < BLOCKS; b++)
+            forces_in_corners(s, wheels, b, chi);
+    }
 }
 
 /* The slip velocities in some states, from the core beside nu. */
 NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lanes_t *nu, const lanes_t *chi,
                            const lanes_t *core, lanes_t *slip)
 {
-    lanes_t aside[2*MOST_WHEELS], none[2*MOST_WHEELS];
-    for (int k = 0; k < 2*wheels; k++)
-        none[k] = lanes_of(0);
-#if SET_STRIPS                      /* speeds along the axles, as of wheels whose rollers stick                */
-    lanes_t rigid[MOST_WHEELS];
-    for (int i = 0; i < wheels; i++)
-        rigid[i] = lanes_of(1);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, none, none, rigid, slip, aside);
-#elif defined SET_HAS_CONTACT_SPEEDS
-    const lanes_t *const axial = core + contact_speeds_at(wheels);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, none, slip, aside);
-#else
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, slip, aside);
-#endif
-    (void)aside;
+    slip_velocities(wheels, vehicle, nu, chi, core, slip);
 }
 
 /* The rates of the core where they are asked for rarely: one place of the library has the kernel for all of them. */
@@ -96,12 +79,7 @@ NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t 
 /* Whether a wheel stands in a step: its contact and its axle stick. Its rate by nu is rounding alone. */
 ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
 {
-#if SET_STANDS
-    return s->standing->stands[2*wheel + 1];
-#else
-    (void)s, (void)wheel;
-    return 0;
-#endif
+    return SET_STANDS && s->standing->stands[2*wheel + 1];
 }
 
 /* Speeds of contacts that stick follow from nu: into the core that it is part of. */
@@ -114,7 +92,6 @@ NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t 
             core[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : rates[i];
 }
 
-#ifdef SET_HAS_CONTACT_SPEEDS
 NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi,
                                 lanes_t *core)
 {
@@ -124,9 +101,7 @@ NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t
         if (s->grips[i])
             core[contact_speeds_at(wheels) + i] = axial[i];
 }
-#endif
 
-#if SET_FIRST_DIRECTION == 0
 /* The slips of a contact at the nodes, along its directions and across them. */
 ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, nodes_t *across)
 {
@@ -345,10 +320,8 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
             nodes_t rate, moved;
             for (int b = 0; b < BLOCKS; b++)
                 rate.lanes[b] = response[0]*pushed[0].lanes[b] + response[1]*pushed[1].lanes[b];
-#if SET_APPROACHES
-            if (s->approach.stretched)
+            if (SET_APPROACHES && s->approach.stretched)
                 stretch_nodes(s, &rate);
-#endif
             integrate_to_nodes(0, s->h, &rate, &moved);
             for (int b = 0; b < BLOCKS; b++)
                 s->at_slip[2*other + k].lanes[b] += moved.lanes[b];
@@ -359,12 +332,9 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
  * change their radius. */
 ALWAYS_INLINE int asks_response(const step_t *s, int i)
 {
-#ifdef SET_HAS_CONTACT_SPEEDS
-    return !s->knows_response[i] && fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint;
-#else
-    (void)s, (void)i;
+    if (SET_HAS_CONTACT_SPEEDS)
+        return !s->knows_response[i] && fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint;
     return 0;
-#endif
 }
 
 /* The same by what forces do at the nodes, where that is another; and in the clock of the step. */
@@ -375,10 +345,9 @@ static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *resp
         find_own_responses(s, wheels, ask);
     if (s->knows_response[i])
         own_response_to_turn(s, i, response);
-#if SET_APPROACHES
-    for (int k = 0; k < 2 && s->approach.stretched; k++)
-        stretch_nodes(s, response + k);
-#endif
+    if (SET_APPROACHES)
+        for (int k = 0; k < 2 && s->approach.stretched; k++)
+            stretch_nodes(s, response + k);
 }
 
 /* Whether forces can turn a slip much within the step. */
@@ -387,14 +356,18 @@ ALWAYS_INLINE int is_near_rest(const step_t *s, const nodes_t *response, const n
     return turned_within(s, response) > FAR_FROM_REST*smallest_of(along);
 }
 
-#if SET_STANDS_BOTH_WAYS
+/* Whether the roller of a contact that slips sticks on its disk. */
+ALWAYS_INLINE int may_share(const step_t *s, int i)
+{
+    return SET_ROLLERS_TURN && s->own->sticks[s->own->rollers_at + i][0] > 0.5;
+}
+
 /* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there by more than
  * rounding, since other wheels keep the vehicle from going that way. */
 ALWAYS_INLINE int cannot_go_aside(const step_t *s, int i)
 {
     const double *const aside = response_to_force(s, i, 0, i), *const forward = response_to_force(s, i, 1, i);
-    return s->own->sticks[s->own->rollers_at + i][0] > 0.5
-        && fabs(aside[0]) + fabs(aside[1]) < ROUNDED_SLIP*EPS*forward[1];
+    return may_share(s, i) && fabs(aside[0]) + fabs(aside[1]) < ROUNDED_SLIP*EPS*forward[1];
 }
 
 /* The turn to its rolling direction. A slip that has not begun, and the first guesses of it, say nothing about that. */
@@ -403,7 +376,6 @@ ALWAYS_INLINE void turn_forward(const step_t *s, int i, nodes_t *turn)
     for (int b = 0; b < BLOCKS; b++)
         turn->lanes[b] = s->toward[2*i].lanes[b]/s->toward[2*i + 1].lanes[b];
 }
-#endif
 
 /* New directions of one contact, from the slips at the nodes, and its forces. */
 static void find_direction(step_t *s, const int wheels, int i)
@@ -412,12 +384,9 @@ static void find_direction(step_t *s, const int wheels, int i)
     along_and_across(s, i, &along, &across);
     response_to_turn(s, i, i, response);
     const int is_near = is_near_rest(s, response, &along);
-#if SET_STANDS_BOTH_WAYS
-    if (cannot_go_aside(s, i))
+    if (SET_STANDS && cannot_go_aside(s, i))
         turn_forward(s, i, &turn);
-    else
-#endif
-    if (is_near) {
+    else if (is_near) {
         response_near_rest(s, wheels, i, response);
         turn_by_newton(s, i, response, &along, &across, &turn);
     } else
@@ -468,36 +437,23 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
 /* New directions of all contacts that slip, and their forces, from the states at the nodes. */
 static void find_directions(step_t *s, const int wheels)
 {
-#if SET_STRIPS
-    for (int b = 0; b < BLOCKS && s->sliding; b++) {
-        lanes_t chi[MOST_WHEELS];
-        for (int i = 0; i < wheels; i++)
-            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-        forces_in_corners(s, wheels, b, chi);
+    if (SET_STRIPS) {
+        for (int b = 0; b < BLOCKS && s->sliding; b++) {
+            lanes_t chi[MOST_WHEELS];
+            for (int i = 0; i < wheels; i++)
+                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+            forces_in_corners(s, wheels, b, chi);
+        }
     }
-#endif
-    if (!s->turning)
+    if (SET_FIRST_DIRECTION || !s->turning)     /* of massless rollers only the sign, which a phase keeps        */
         return;
     slips_at_nodes(s, wheels);
-#if SET_STANDS_BOTH_WAYS
-    find_shared_directions(s, wheels);
-#endif
+    if (SET_STANDS)
+        find_shared_directions(s, wheels);
     for (int i = 0; i < wheels; i++)
         if (may_turn(s, i) && !s->keeps[i] && !turned_together(s, i))
             find_direction(s, wheels, i);
 }
-#else
-ALWAYS_INLINE int directions_are_found(step_t *s, const int wheels)
-{
-    (void)s, (void)wheels;
-    return 0;
-}
-
-ALWAYS_INLINE void find_directions(step_t *s, const int wheels)
-{
-    (void)s, (void)wheels;                      /* of massless rollers only the sign, which a phase keeps     */
-}
-#endif
 
 /* What contacts do at the nodes in vector b, from the last evaluation there: of those that stick how much of their
  * friction is taken, squared, less 1; of those that slip the rates of the slip. */
@@ -514,4 +470,3 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
         s->taken[i].lanes[b] = taken;
     }
 }
-#endif

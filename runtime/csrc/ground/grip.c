@@ -1,8 +1,7 @@
 /* Contacts that stick on the ground or slip on it under Coulomb's friction: a mode for each. The numbered rules are in
  * runtime/omniroll/effects/ground.py. */
-#if SET_GRIPS
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
-#define AT_EDGE (SET_STANDS_BOTH_WAYS ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
+#define AT_EDGE (SET_STANDS && SET_ROLLERS_TURN ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
 #define TOGETHER 1e-12              /* the same of one beside others whose friction is used up at this instant */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
@@ -30,9 +29,8 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
     const double *const arms = run->ground.arms, *const core = run->core;
     double sizes = arms[0]*(fabs(run->nu[0]) + fabs(run->nu[1])) + arms[1]*fabs(run->nu[2])
         + arms[2]*fabs(core[rates_at(run->wheels) + contact]);
-#ifdef SET_HAS_CONTACT_SPEEDS
-    sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
-#endif
+    if (SET_HAS_CONTACT_SPEEDS)
+        sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
     return sizes;
 }
 
@@ -40,13 +38,11 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
  * are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
 static double rounding_of_speeds(const omniroll_run_t *run, double speeds)
 {
-#if SET_STANDS
-    const double left = run->sweep_tolerance*fmax(run->speed, run->fastest)*run->ground.arms[0];
-    return fmax(left, SLIP_AT_REST*EPS*fmax(speeds, LEFT_OF*run->hold.speed));
-#else
-    (void)run;
+    if (SET_STANDS) {
+        const double left = run->sweep_tolerance*fmax(run->speed, run->fastest)*run->ground.arms[0];
+        return fmax(left, SLIP_AT_REST*EPS*fmax(speeds, LEFT_OF*run->hold.speed));
+    }
     return SLIP_AT_REST*EPS*speeds;
-#endif
 }
 
 /* The same now. */
@@ -78,12 +74,12 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
     for (int i = 0; i < run->wheels; i++)
         if (sticking ? run->grips[i].sticks : run->grips[i].resting)
             run->core[rates_at(run->wheels) + i] = speeds[i][0];
-#ifdef SET_HAS_CONTACT_SPEEDS
-    set_contact_axial(run->wheels, &work->vehicle, nu, chi, speeds);
-    for (int i = 0; i < run->wheels; i++)
-        if (sticking ? run->grips[i].sticks : run->grips[i].resting)
-            run->core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
-#endif
+    if (SET_HAS_CONTACT_SPEEDS) {
+        set_contact_axial(run->wheels, &work->vehicle, nu, chi, speeds);
+        for (int i = 0; i < run->wheels; i++)
+            if (sticking ? run->grips[i].sticks : run->grips[i].resting)
+                run->core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
+    }
     (void)chi;
 }
 
@@ -133,10 +129,8 @@ static double taken_now(const omniroll_run_t *run, const work_t *work, int conta
 static double heading_of(const omniroll_run_t *run, int contact)
 {
     const double *const towards = run->grips[contact].towards;
-#if SET_STRIPS
-    if (roller_mode(run, contact))
+    if (SET_STRIPS && roller_mode(run, contact))
         return copysign(TURN/4, towards[1]);
-#endif
     return atan2(towards[1], towards[0]);
 }
 
@@ -255,7 +249,6 @@ static void take_mode(omniroll_grip_t *grip, const elements_t *problem, int k, i
         grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
 }
 
-#if !SET_STANDS
 /* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
 static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
 {
@@ -325,15 +318,12 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     run->ground.undecided = 0;
 }
 
-#endif
-
 /* Wheels have passed to their next rollers, which come with the spins that they have. */
 static void contacts_have_switched(omniroll_run_t *run, const int *directions)
 {
     for (int i = 0; i < run->wheels; i++) {
-#if SET_FIRST_DIRECTION == 0
-        run->grips[i].resting &= directions[i] == 0;
-#endif
+        if (SET_FIRST_DIRECTION == 0)
+            run->grips[i].resting &= directions[i] == 0;
         run->grips[i].released = 0;
     }
     (void)directions;
@@ -357,7 +347,7 @@ static int ends_mode(const step_t *s, int i)
  * across it as is left along it, where others come to rest with it. */
 static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double *own)
 {
-    if (SET_STANDS_BOTH_WAYS && s->keeps[i])
+    if (SET_STANDS && SET_ROLLERS_TURN && s->keeps[i])
         return 1;
     if (!turned_together(s, i))
         return 0;
@@ -368,7 +358,6 @@ static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, co
     return goes_along(run, i, slip, own, s->h*s->friction_makes);
 }
 
-#if SET_STANDS                      /* standing.c */
 static int forbid(omniroll_run_t *run, const work_t *work);
 
 /* A wheel that comes to rest on the ground and rests in its bearing has no slip in the row, as one that turns has none:
@@ -381,7 +370,6 @@ static void stand_at_end(omniroll_run_t *run, const work_t *work)
     if (comes_to_rest && forbid(run, work))
         roll(run, work, 0);
 }
-#endif
 
 /* A step has been taken. */
 static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
@@ -433,16 +421,15 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
         s->gripping |= s->grips[i];
     }
     s->turning = s->sliding && SET_FIRST_DIRECTION == 0;
-#if SET_STRIPS
-    s->turning = 0;
-    for (int i = 0; i < wheels; i++) {
-        s->corner[i] = s->slides[i] && roller_mode(run, i);
-        s->turning |= may_turn(s, i);
+    if (SET_STRIPS) {
+        s->turning = 0;
+        for (int i = 0; i < wheels; i++) {
+            s->corner[i] = s->slides[i] && roller_mode(run, i);
+            s->turning |= may_turn(s, i);
+        }
     }
-#endif
-#if SET_STANDS_BOTH_WAYS
-    s->shared_rows = work->shared_rows, s->shared_row = work->shared_row, s->shared_turn = work->shared_turn;
-#endif
+    if (SET_STANDS)
+        s->shared_rows = work->shared_rows, s->shared_row = work->shared_row, s->shared_turn = work->shared_turn;
     if (s->sliding)
         slips_now(run, work, s->slip_start);
     if (s->turning) {
@@ -461,9 +448,8 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
         s->rolls &= s->grips[i];
         s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
         s->taken_late[i] = 0, s->knows_response[i] = 0;
-#if SET_STANDS_BOTH_WAYS
-        s->turned_together[i] = 0;
-#endif
+        if (SET_STANDS)
+            s->turned_together[i] = 0;
         for (int k = 0; k < 2; k++)
             for (int b = 0; b < BLOCKS; b++)
                 s->toward[2*i + k].lanes[b] = lanes_of(run->grips[i].towards[k]);
@@ -570,7 +556,6 @@ static int rests_early(const step_t *s, const int wheels)
         return 0;
     return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > STRAYS*s->left_over[i];
 }
-#endif
 
 /* Contacts whose mode has ended at this instant, each told once. */
 ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
@@ -579,18 +564,3 @@ ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
     run->ground.passed = 0;
     return count;
 }
-
-#if !SET_STANDS
-/* Which bearings stick and which contacts do from now on, where that must be decided anew. */
-static void settle_modes(omniroll_run_t *run, const work_t *work)
-{
-#if SET_GRIPS
-    run->ground.knows_rates &= !run->hold.undecided;
-#endif
-    settle_bearings(run, work);
-#if SET_GRIPS
-    if (run->ground.undecided)
-        decide_contacts(run, work);
-#endif
-}
-#endif

@@ -1,6 +1,5 @@
 /* How much wheels that stand use of what contacts and bearings can hold, and the forces that use least. friction/ finds
  * these where there are many; where they are determined each gauge by itself is its use. */
-#if SET_STANDS
 #define MOST_STANDING MOST_BEARINGS         /* forces: two of a wheel                                           */
 #define INSIDE 1e-9                         /* below 1: a use that leaves forces to choose                      */
 #define NO_TORQUE 1e-300                    /* N m, where no bearing takes anything                             */
@@ -153,4 +152,3 @@ static void least_norm_within(const standing_t *standing, const asked_t *now, do
         for (int d = 0; d < standing->count; d++)
             forces[d] = found.force[place[d]];
 }
-#endif

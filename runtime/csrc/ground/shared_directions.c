@@ -1,13 +1,6 @@
 /* Directions of slips that are found together: of contacts whose rollers stick. What forces do to their slips along the
  * axle, and where the axle sticks, too, to the whole slip, they do through the vehicle alone, which all of them share.
  * Where each turned until its own slip followed, the first would turn for all others. */
-#if SET_STANDS_BOTH_WAYS
-/* Whether a contact may be one of these. */
-ALWAYS_INLINE int may_share(const step_t *s, int i)
-{
-    return s->own->sticks[s->own->rollers_at + i][0] > 0.5;
-}
-
 /* Which contacts these are, and how many; none where forces turn no slip of theirs much. */
 static int sharing_contacts(const step_t *s, const int wheels, int *contact)
 {
@@ -32,10 +25,9 @@ static void response_to_other(step_t *s, const int wheels, int i, int j, nodes_t
         response_near_rest(s, wheels, i, rate);
         return;
     }
-#if SET_APPROACHES
-    for (int k = 0; k < 2 && s->approach.stretched; k++)
-        stretch_nodes(s, rate + k);
-#endif
+    if (SET_APPROACHES)
+        for (int k = 0; k < 2 && s->approach.stretched; k++)
+            stretch_nodes(s, rate + k);
 }
 
 /* The rows of contact i's slip across its directions: what turns of all these contacts take away. */
@@ -100,4 +92,3 @@ static void find_shared_directions(step_t *s, const int wheels)
         move_others(s, wheels, i, before);
     }
 }
-#endif

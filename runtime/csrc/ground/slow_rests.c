@@ -6,7 +6,6 @@
  * rest moves by as much as the length has, one sweep later, and length and rates go around each other. So rates and
  * directions go along with their nodes: they are the polynomials' values at the new instants, and a change of the
  * length misses d^2 alone. */
-#if SET_STANDS_BOTH_WAYS
 #define MOST_MOVED 0.1              /* of the length: along a longer way tangents say little                */
 
 /* How much values at the nodes change as the length of the step grows by this part of it. */
@@ -50,4 +49,3 @@ static void move_nodes(step_t *s, const int wheels, double length)
         if (may_turn(s, i) && !s->keeps[i])
             move_directions(s, i, grows);
 }
-#endif

@@ -1,15 +1,10 @@
 /* Contacts, axles and rollers that may all stick: wheels that stand, and what they ask for. standing_decisions.c says
  * which of those at rest stick. */
-#if SET_STANDS
 #define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
-#if SET_STRIPS                      /* strips.c                                                             */
-#define FIND_RESTING find_resting_pairs
+
 static void stop_in_modes(const omniroll_run_t *run, const work_t *work);
 static void find_resting_pairs(omniroll_run_t *run, const work_t *work);
 static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked);
-#else
-#define FIND_RESTING find_resting_contacts
-#endif
 
 /* The bearing that holds a wheel in a way; null where it has none that may stick. */
 ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, int way)
@@ -84,7 +79,7 @@ ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, i
 }
 
 /* Bearings whose rates are zero within rounding rest. */
-static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_arm)
+static void rest_own(omniroll_run_t *run, const work_t *work, double least_arm)
 {
     find_own_rates(run, work);
     for (int k = 0; k < count_in_core(run, work); k++) {
@@ -97,36 +92,45 @@ static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_
 static double least_arm_now(const omniroll_run_t *run, const work_t *work)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], least = INFINITY;
+    if (!SET_ROLLERS_TURN)
+        return least;
     find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
     for (int i = 0; i < run->wheels; i++)
         least = fmin(least, arm[i]);
     return least;
 }
 
+/* Contacts at rest, with their massless rollers where there are such. */
+static void find_all_resting(omniroll_run_t *run, const work_t *work)
+{
+    if (SET_STRIPS)
+        find_resting_pairs(run, work);
+    else
+        find_resting_contacts(run, work);
+}
+
 /* What is zero within rounding rests; the vehicle may rest altogether where some wheels do. */
 static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 {
     int moves = 0;
-#if SET_STRIPS
-    stop_in_modes(run, work);
-#endif
+    if (SET_STRIPS)
+        stop_in_modes(run, work);
     work->standing->contact = bearing_in_way(run, 0), work->standing->arm = run->ground.reach;
     const double least_arm = least_arm_now(run, work);
     run->hold.speed = fmax(run->hold.speed, FROM_REST*run->ground.settles);
     for (int i = 0; i < run->wheels; i++)
         run->hold.speed = fmax(run->hold.speed, speeds_of_slip(run, i));
     for (int turn = 0; turn < 2; turn++) {
-        rest_bearings(run, work, least_arm);
-        FIND_RESTING(run, work);
-        rest_bearings(run, work, least_arm);
+        rest_own(run, work, least_arm);
+        find_all_resting(run, work);
+        rest_own(run, work, least_arm);
         if (forbid(run, work)) {
             roll(run, work, 0);
-            rest_bearings(run, work, least_arm);
+            rest_own(run, work, least_arm);
         }
     }
-#if SET_STRIPS                      /* what rests has been seen before nu lost what it forbids              */
-    FIND_RESTING(run, work);
-#endif
+    if (SET_STRIPS)  /* what rests has been seen before nu lost what it forbids              */
+        find_all_resting(run, work);
     for (int k = 0; k < count_in_core(run, work); k++)
         moves |= own_bearings(run)[k].mode;
     for (int k = 0; k < 3; k++)
@@ -182,12 +186,10 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
             bearing->torque = clipped(bearing->torque + arm_of(standing, d, now)*forces[d], bearing->holding);
         }
     }
-#ifdef SET_MOMENTS_INPUT
-    put_moments(run);
-#endif
+    if (SET_MOMENTS_INPUT >= 0)
+        put_moments(run);
 }
 
-#if SET_STRIPS
 /* Of rollers that stick and whose contacts slip, in a row: by its slips, and its headings by these, too. */
 static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
 {
@@ -207,7 +209,6 @@ static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
             run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(toward[2*i + 1][0], toward[2*i][0]);
         }
 }
-#endif
 
 /* What has to take all that it can is let go, at the least use (rule 2). */
 static void release_used(omniroll_run_t *run, const standing_t *standing, const asked_t *now, double use,
@@ -298,9 +299,8 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 static void size_all(const omniroll_run_t *run, const work_t *work)
 {
     const double least_arm = least_arm_now(run, work);
-#if SET_STRIPS
-    find_own_rates(run, work);
-#endif
+    if (SET_STRIPS)
+        find_own_rates(run, work);
     size_own(run, work);
     for (int k = 0; k < run->own_count; k++)
         if (!SET_IN_SERIES || own_bearings(run)[k].mode)
@@ -318,11 +318,10 @@ static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < work->own.rollers_at; k++)
         if (bearings[k].resting)
             run->core[rates_at(run->wheels) + k] = 0;
-#if SET_DISKS_STICK
-    keep_rollers_at_rest(run, work);
-#else
-    find_own_rates(run, work);
-#endif
+    if (SET_DISKS_STICK)
+        keep_rollers_at_rest(run, work);
+    else
+        find_own_rates(run, work);
 }
 
 /* What has come to its end at the end of the step is let go, or rests. */
@@ -338,9 +337,8 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, &now);
     find_all_torques(run, work, &now);
-#if SET_STRIPS
-    find_torques_in_row(run, work);
-#endif
+    if (SET_STRIPS)
+        find_torques_in_row(run, work);
     if (landed < 0)
         return;
     run->hold.ended = 1;
@@ -351,4 +349,3 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     else
         bearings[landed].resting = 1;
 }
-#endif

@@ -1,6 +1,5 @@
 /* Contacts and bearings that may all stick: which of those at rest give way. The numbered rules are in
  * runtime/omniroll/effects/ground_with_axles.py and ground_with_bearings.py; functions of one name do the same. */
-#if SET_STANDS
 /* The torques of bearings that turn, into work->own.torque, where those at rest take none. */
 static void turn_free(const omniroll_run_t *run, const work_t *work)
 {
@@ -80,15 +79,12 @@ static lanes_t rate_of_part(const omniroll_run_t *run, const work_t *work, const
     return work->core_dot[rates_at(run->wheels) + k];
 }
 
-#if SET_DISKS_STICK
 /* Whether a bearing is that of a roller that is not in contact. */
 ALWAYS_INLINE int is_free_roller(const omniroll_run_t *run, const work_t *work, int k)
 {
     return k >= work->own.rollers_at + run->wheels;
 }
-#endif
 
-#if !SET_STRIPS
 /* What rests, with forces and torques as parts of one problem. */
 static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *rest, elements_t *problem)
 {
@@ -114,9 +110,6 @@ static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *
 #endif
 }
 
-#endif
-
-#if SET_DISKS_STICK
 /* Free rollers at rest meet the other parts through nu_3' alone: what that gives their rates, and what torques do. */
 static void put_apart(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, elements_t *problem)
 {
@@ -149,7 +142,6 @@ static void put_free_apart(const omniroll_run_t *run, const work_t *work, const 
     for (int k = 0; k < problem->apart; k++)
         problem->apart_given[k] = work->own.dot[rest->which[problem->count + k]][0];
 }
-#endif
 
 /* D and a of the problem (rule 4). */
 static void put_problem(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, elements_t *problem)
@@ -194,7 +186,6 @@ static void put_problem(const omniroll_run_t *run, const work_t *work, const par
                 = (problem->matrix[j*size + l] + problem->matrix[l*size + j])/2;
 }
 
-#if !SET_STRIPS
 /* What the parts can take: those that have broken away slide. */
 static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, elements_t *problem)
 {
@@ -217,7 +208,6 @@ static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, 
     for (int k = 0; k < problem->apart; k++)
         problem->bound[k] = problem->reach[size - problem->apart + k];
 }
-#endif
 
 /* How near to its bound a part gives way that nothing pulls: one that has been let go, and one that has come there
  * together with such a part, if no other forces would do. */
@@ -236,11 +226,10 @@ static void take_bearing_mode(omniroll_bearing_t *bearing, const elements_t *pro
     bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? way : 0;
 }
 
-#if SET_STRIPS
 #include "ground/strips.c"
-#else
+
 /* Which of the contacts and bearings at rest give way, by rounds (rule 4). */
-static void decide_together(omniroll_run_t *run, const work_t *work)
+static void decide_parts(omniroll_run_t *run, const work_t *work)
 {
     elements_t *const problem = work->problem;
     parts_at_rest_t *const rest = work->at_rest;
@@ -264,7 +253,14 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
         else
             take_bearing_mode(own_bearings(run) + rest->which[k], problem, k, rest->slips[k]);
 }
-#endif
+
+static void decide_together(omniroll_run_t *run, const work_t *work)
+{
+    if (SET_STRIPS)
+        decide_strips(run, work);
+    else
+        decide_parts(run, work);
+}
 
 /* The modes of contacts and axles, and what they are asked for then. */
 static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
@@ -300,10 +296,23 @@ static void decide_all(omniroll_run_t *run, const work_t *work)
     run->hold.undecided = run->ground.undecided = 0;
 }
 
-/* Which axles and contacts stick from now on, where that must be decided anew. */
-static void settle_modes(omniroll_run_t *run, const work_t *work)
+/* Which bearings and contacts stick from now on, where that must be decided anew. */
+static void settle_all(omniroll_run_t *run, const work_t *work)
 {
     if (run->hold.undecided || run->ground.undecided)
         decide_all(run, work);
 }
-#endif
+
+/* The same where wheels roll or slip, or either rests alone. */
+static void settle_modes(omniroll_run_t *run, const work_t *work)
+{
+    if (SET_STANDS) {
+        settle_all(run, work);
+        return;
+    }
+    if (SET_GRIPS)
+        run->ground.knows_rates &= !run->hold.undecided;
+    settle_bearings(run, work);
+    if (SET_GRIPS && run->ground.undecided)
+        decide_contacts(run, work);
+}

@@ -1,6 +1,5 @@
 /* Wheels that stand in different sets of contacts and axles: what each set leaves of nu. The numbered rules are in
  * runtime/omniroll/effects/ground_with_axles.py. */
-#if SET_STANDS
 #define FROM_REST 1e6               /* s: see ground_with_axles.py                                          */
 
 static const double any_motion[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -63,4 +62,3 @@ static int forbid_rates(omniroll_run_t *run, const bearings_t *rows)
     return 1;
 }
 
-#endif

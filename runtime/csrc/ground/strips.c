@@ -86,7 +86,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
 /* ---- what rests is decided together --------------------------------------------------------------------------- */
 
 /* What rests: contacts both ways, contacts along the rolling direction alone, whose rollers turn, and axles. */
-static void put_parts(omniroll_run_t *run, const work_t *work, parts_at_rest_t *rest, elements_t *problem)
+static void put_parts_and_rolls(omniroll_run_t *run, const work_t *work, parts_at_rest_t *rest, elements_t *problem)
 {
     const omniroll_bearing_t *const rollers = in_series(run, work);
     rest->count = 0;
@@ -129,7 +129,7 @@ static double left_beside_bearing(const omniroll_run_t *run, int i, const double
 }
 
 /* Half-axes of the ellipses, and what the strips leave of them. */
-static void put_reaches(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const double *arm,
+static void put_reaches_and_strips(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, const double *arm,
                         const double *taken, elements_t *problem)
 {
     const int size = forces_at(problem->wide, problem->width, problem->count);
@@ -232,12 +232,12 @@ static int stop_rollers(omniroll_run_t *run, const work_t *work, const parts_at_
 }
 
 /* Which of what rests gives way, by rounds (rule 3). */
-static void decide_together(omniroll_run_t *run, const work_t *work)
+static void decide_strips(omniroll_run_t *run, const work_t *work)
 {
     elements_t *const problem = work->problem;
     parts_at_rest_t *const rest = work->at_rest;
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], taken[MOST_WHEELS];
-    put_parts(run, work, rest, problem);
+    put_parts_and_rolls(run, work, rest, problem);
     if (rest->count == 0)
         return;
     put_problem(run, work, rest, problem);
@@ -245,10 +245,10 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
     find_taken(run, work, arm, taken);
     do {
         if (stop_rollers(run, work, rest, arm)) {
-            decide_together(run, work);
+            decide_strips(run, work);
             return;
         }
-        put_reaches(run, work, rest, arm, taken, problem);
+        put_reaches_and_strips(run, work, rest, arm, taken, problem);
         decide_elements(problem);
     } while (give_way(problem, rest));
     for (int k = 0; k < rest->count; k++)

@@ -1,5 +1,4 @@
 /* Where wheels that stand give way: the least use of contacts and bearings that hold them comes to 1. */
-#if SET_STANDS
 #define USE_ROUNDINGS 64            /* a use is rounded to so many units in the last place: forces that hold */
 #define USE_LIFTS 4                 /* roundings above 1 at which a step ends; what is used up is let go there */
 #define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
@@ -10,6 +9,10 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
                       const double *chi, double *arm, double *per_chi)
 {
     double nearer[MOST_WHEELS], inside[MOST_WHEELS];
+    if (!SET_ROLLERS_TURN) {
+        memset(arm, 0, sizeof *arm*(size_t)wheels), memset(per_chi, 0, sizeof *per_chi*(size_t)wheels);
+        return;
+    }
     for (int i = 0; i < wheels; i++)
         inside[i] = fmax(fmin(chi[i], joint), -joint), nearer[i] = 1, per_chi[i] = 0;
     if (standing->contact)              /* else no roller sticks, and none is asked for                     */
@@ -20,7 +23,6 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
     }
 }
 
-#if SET_STRIPS
 #define LEFT_BEFORE_STRIP 0.2       /* of the way to where a bearing takes all of the friction: behind a step        */
 
 /* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
@@ -55,7 +57,6 @@ static double turn_of_corners(const step_t *s, const int wheels)
             turned = 0.5;
     return turned;
 }
-#endif
 
 /* Whether forces are known that use far less than all; `forces`: the last ones of least use, which are brought up to
  * date. */
@@ -174,4 +175,3 @@ static double turn_of_use(const step_t *s, const int wheels)
     }
     return 1;
 }
-#endif

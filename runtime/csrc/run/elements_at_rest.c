@@ -1,19 +1,14 @@
 /* Contacts and bearings at rest, decided together by friction/: which of them stick and which give way. */
-#if SET_DECIDES
 
-#if SET_STANDS
 /* Contacts and bearings at rest, as parts of one problem: contacts first. `which`: wheels, or places among the
  * bearings. */
 typedef struct {
     int contacts, count;
     int *which, *broken, *slips;    /* broken: those that have broken away slide                            */
-#if SET_STRIPS
     int rolls;                      /* contacts that rest along the rolling direction alone, behind those that rest
                                      * both ways                                                            */
     int *turned, *turns;            /* rollers of the latter: have broken away, and turn                    */
-#endif
 } parts_at_rest_t;
-#endif
 
 /* Parts at rest as elements of friction: the first `wide` have `width` components, all others one. */
 typedef struct {
@@ -23,10 +18,8 @@ typedef struct {
     double *force, *rate;           /* out                                                                  */
     double *pull;                   /* out: how strongly a part slips, >= 0                                 */
     int unique;                     /* out: whether no other forces obey the law                            */
-#if SET_STRIPS
     double *strip;                  /* the largest first components of the forces                           */
     double *yields;                 /* out: how strongly what is behind a strip gives way                   */
-#endif
     int apart;                      /* free rollers, which meet the others through nu_3' alone: friction/elements.h */
     double *mobility, *yaw, *apart_given, *bound, *yaw_rows, yaw_yaw;
     int equalities;
@@ -67,10 +60,8 @@ ALWAYS_INLINE friction_element_t element_of(const elements_t *c, int part)
         .kind = width == 1 ? FRICTION_INTERVAL : FRICTION_ELLIPSE, .first = first, .rows = width,
         .size = {c->reach[first], width == 1 ? 0 : c->reach[first + 1]}, .strip = INFINITY,
     };
-#if SET_STRIPS
-    if (part < c->wide)
+    if (SET_STRIPS && part < c->wide)
         element.strip = c->strip[part];
-#endif
     return element;
 }
 
@@ -100,11 +91,9 @@ static void decide_elements(elements_t *c)
     c->unique = found.unique;
     for (int i = 0; i < c->count; i++) {
         c->pull[i] = c->powers[2*i];
-#if SET_STRIPS
-        c->yields[i] = c->powers[2*i + 1];
-#endif
+        if (SET_STRIPS)
+            c->yields[i] = c->powers[2*i + 1];
     }
     for (int k = 0; k < c->apart; k++)
         c->pull[c->count + k] = c->powers[2*c->count + k];
 }
-#endif

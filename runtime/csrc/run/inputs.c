@@ -1,6 +1,5 @@
 /* What acts on the vehicle: the signals between two events, and how they change at one. Tables have knots,
  * controllers have samples, what is affine in a signal and in a wheel's rate has modes. */
-#if SET_IS_ACTED_ON
 #include "controller.h"
 
 /* The value of a curve at elapsed + carry, and its slope from there up to its next time. */
@@ -82,7 +81,6 @@ static double next_known_time(const omniroll_run_t *run)
     return time;
 }
 
-#if SET_INPUTS > 1
 /* A guard: an event function of the wheel's mode, with the signal's value and slope. */
 static void put_guard(omniroll_run_t *run, const double *row, int wheel, omniroll_affine_t margin, double value,
                       double slope, long long follows)
@@ -124,7 +122,6 @@ static void modes_act(omniroll_run_t *run, const omniroll_modal_t *drive)
         }
     }
 }
-#endif
 
 /* The inputs from now on. */
 static void renew_inputs(omniroll_run_t *run)
@@ -198,4 +195,3 @@ static int pass_events(omniroll_run_t *run, const work_t *work)
         renew_inputs(run);
     }
 }
-#endif

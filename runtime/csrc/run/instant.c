@@ -4,12 +4,9 @@
 typedef struct {
     arrays_t arrays;
     point_t point;
-#if SET_HOLDS || SET_STANDS
     lanes_t directions[9], absent[3];
-#endif
 } instant_t;
 
-#if SET_STRIPS
 /* The mode of a roller in contact. */
 ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
 {
@@ -32,9 +29,7 @@ static void corners_at(const omniroll_run_t *run, const work_t *work, const lane
         else
             yield[i] = lanes_of(0);
 }
-#endif
 
-#if SET_GRIPS
 /* The forces with which contacts slip where they go. */
 static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
@@ -59,15 +54,14 @@ static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *p
 /* Among these forces, which are given, those where massless rollers turn. */
 ALWAYS_INLINE void put_corners_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
-#if SET_STRIPS
-    lanes_t yield[MOST_WHEELS], chi[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(run->chi[i]);
-    corners_at(run, work, chi, push, yield);
-#endif
+    if (SET_STRIPS) {
+        lanes_t yield[MOST_WHEELS], chi[MOST_WHEELS];
+        for (int i = 0; i < run->wheels; i++)
+            chi[i] = lanes_of(run->chi[i]);
+        corners_at(run, work, chi, push, yield);
+    }
     (void)run, (void)work, (void)push;
 }
-#endif
 
 ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
 {
@@ -77,52 +71,50 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
         now->arrays.nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++)
         now->arrays.chi[i] = lanes_of(run->chi[i]);
-#if SET_HAS_HEADING
-    now->point.heading = lanes_of(remainder(run->pose[2], TURN));
-#endif
-#if SET_INPUTS
-    for (int k = 0; k < SET_INPUTS*wheels; k++)
-        now->arrays.input[k] = lanes_of(input_now(run, k));
-    now->point.inputs = now->arrays.input;
-#endif
-#if SET_CORE_PARTS
-    for (int c = 0; c < work->core; c++)
-        work->core_here[c] = lanes_of(run->core[c]);
-    now->point.core = work->core_here;
-    now->point.core_dot = work->core_dot;
-#endif
-#if SET_HOLDS || SET_STANDS
-    for (int k = 0; k < 9; k++)
-        now->directions[k] = lanes_of(run->hold.directions[k]);
-    for (int k = 0; k < 3; k++)
-        now->absent[k] = lanes_of(run->hold.absent[k]);
-    now->point.directions = SET_STANDS || run->hold.count ? now->directions : 0;
-    now->point.absent = now->absent;
-    now->point.held_force = work->held_force;
-#endif
-#if SET_OWN_BEARINGS
-    put_own(&work->own, &now->point);
-#endif
-#if SET_GRIPS
-    forces_now(run, work, now->arrays.ground_push);
-    now->point.ground_push = now->arrays.ground_push;
-    now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
-#endif
-#if SET_STRIPS
-    corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
-    now->point.ground_yield = now->arrays.ground_yield;
-#endif
+    if (SET_HAS_HEADING)
+        now->point.heading = lanes_of(remainder(run->pose[2], TURN));
+    if (SET_INPUTS) {
+        for (int k = 0; k < SET_INPUTS*wheels; k++)
+            now->arrays.input[k] = lanes_of(input_now(run, k));
+        now->point.inputs = now->arrays.input;
+    }
+    if (SET_CORE_PARTS) {
+        for (int c = 0; c < work->core; c++)
+            work->core_here[c] = lanes_of(run->core[c]);
+        now->point.core = work->core_here;
+        now->point.core_dot = work->core_dot;
+    }
+    if (SET_HOLDS || SET_STANDS) {
+        for (int k = 0; k < 9; k++)
+            now->directions[k] = lanes_of(run->hold.directions[k]);
+        for (int k = 0; k < 3; k++)
+            now->absent[k] = lanes_of(run->hold.absent[k]);
+        now->point.directions = SET_STANDS || run->hold.count ? now->directions : 0;
+        now->point.absent = now->absent;
+        now->point.held_force = work->held_force;
+    }
+    if (SET_OWN_BEARINGS)
+        put_own(&work->own, &now->point);
+    if (SET_GRIPS) {
+        forces_now(run, work, now->arrays.ground_push);
+        now->point.ground_push = now->arrays.ground_push;
+        now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
+    }
+    if (SET_STRIPS) {
+        corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
+        now->point.ground_yield = now->arrays.ground_yield;
+    }
 }
 
 /* The wheels' rates in all lanes. */
 ALWAYS_INLINE void wheel_rates_now(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, lanes_t *chi_dot)
 {
     const lanes_t *core = 0;
-#if SET_SLIPS
-    for (int c = 0; c < work->core; c++)
-        work->core_here[c] = lanes_of(run->core[c]);
-    core = work->core_here;
-#endif
+    if (SET_SLIPS) {
+        for (int c = 0; c < work->core; c++)
+            work->core_here[c] = lanes_of(run->core[c]);
+        core = work->core_here;
+    }
     rates_of_wheels(run->wheels, &work->vehicle, nu, core, chi_dot);
 }
 
@@ -135,7 +127,6 @@ NEVER_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t 
     core_rates(wheels, &now.point, nu_dot);
 }
 
-#ifdef LANES_HAS_MOMENTA
 static void axial_in_lanes(const omniroll_run_t *run, lanes_t *axial)
 {
     const int size = run->wheels*(run->rollers_per_wheel - 1);
@@ -149,24 +140,20 @@ static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
     axial_in_lanes(run, work->axial);
     set_momenta(run->wheels, &work->vehicle, work->axial, work->momenta);
 }
-#endif
 
-#if SET_CORE_PARTS
 /* The rest of the core begins anew with the rollers that are free now. */
 static void begin_core(omniroll_run_t *run, const work_t *work)
 {
     instant_t now;
     at_this_instant(run, work, run->wheels, &now);      /* speeds of their own stay                  */
-#ifdef LANES_HAS_MOMENTA
-    axial_in_lanes(run, work->axial);
-#endif
+    if (SET_HAS_MOMENTA)
+        axial_in_lanes(run, work->axial);
     start_core(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_here);
     for (int c = 0; c < work->core; c++)
         run->core[c] = run->core_before[c] = work->core_here[c][0];
     run->axial_elapsed = run->elapsed;
 }
 
-#ifdef LANES_HAS_MOMENTA
 /* The axial speeds of the free rollers as they are now. */
 static void update_axial(omniroll_run_t *run, const work_t *work)
 {
@@ -181,10 +168,7 @@ static void update_axial(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < size; k++)
         run->axial[k] = work->later[k][0];
 }
-#endif
-#endif
 
-#if SET_HOLDS
 /* The mass matrix at this instant. */
 static void mass_at_this_instant(const omniroll_run_t *run, const work_t *work, vector3_t *mass)
 {
@@ -195,4 +179,3 @@ static void mass_at_this_instant(const omniroll_run_t *run, const work_t *work, 
     for (int k = 0; k < 9; k++)
         mass[k/3][k%3] = matrix[k][0];
 }
-#endif

@@ -7,46 +7,26 @@ typedef struct {
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
     lanes_t *axial, *later;
     nodes_t *rate_core, *found_core, *slope_core, *core_in_nu;
-#if SET_IS_COUPLED
     coupled_t coupled_speeds;
-#endif
-#if SET_DECIDES
     elements_t elements, *problem;  /* which of what is at rest sticks; the latter points to the former: a session
                                      * keeps run->work as bytes, which must hold no pointers                 */
-#endif
-#if SET_GRIPS
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
     double *response;               /* of the rates of slips to forces, of contacts that slip               */
-#endif
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
-#if SET_HOLDS
-    lanes_t *held_force;
+    lanes_t *held_force;            /* what holds bearings, or wheels that stand                             */
     facet_t *facets;                /* of what the bearings that stick can take                              */
     bearings_t *sticking;           /* these, where chi is 0                                                 */
-#endif
-#if SET_STANDS
-    lanes_t *held_force;
     standing_t *standing;
-#endif
-#if SET_STANDS
     parts_at_rest_t parts, *at_rest;    /* contacts and bearings, at an instant                              */
-#endif
-#if SET_STANDS_BOTH_WAYS
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
-#endif
-#if SET_OWN_BEARINGS
     own_bearings_t own;
-#endif
-#if SET_SPINS_STICK
     double *carried;                /* accelerations that nothing gives the free rollers                     */
     double *per_yaw, *given, *bounds;   /* of those at rest: scratch                                         */
-#endif
 } work_t;
 
-#if SET_DECIDES
 /* Room for contacts and `bearings` at rest, and free rollers `apart`, as elements of friction. */
 static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bearings, int apart)
 {
@@ -64,27 +44,23 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
         .element = numbers_part(parts, count*((long long)sizeof(friction_element_t)/doubles + 1)),
         .memory = numbers_part(parts, (long long)friction_memory(forces, count, apart, held)/doubles + 1),
     };
-#if SET_STANDS
-    const int parts_most = count + apart;
-    parts_at_rest_t rest = {
-        .which = numbers_part(parts, parts_most), .broken = numbers_part(parts, parts_most),
-        .slips = numbers_part(parts, parts_most),
-    };
-#if SET_STRIPS
-    rest.turned = numbers_part(parts, count), rest.turns = numbers_part(parts, count);
-    problem.strip = numbers_part(parts, count), problem.yields = numbers_part(parts, count);
-#endif
-    work->parts = rest, work->at_rest = &work->parts;
-#endif
+    if (SET_STANDS) {
+        const int parts_most = count + apart;
+        parts_at_rest_t rest = {
+            .which = numbers_part(parts, parts_most), .broken = numbers_part(parts, parts_most),
+            .slips = numbers_part(parts, parts_most),
+        };
+        if (SET_STRIPS) {
+            rest.turned = numbers_part(parts, count), rest.turns = numbers_part(parts, count);
+            problem.strip = numbers_part(parts, count), problem.yields = numbers_part(parts, count);
+        }
+        work->parts = rest, work->at_rest = &work->parts;
+    }
     work->elements = problem, work->problem = &work->elements;
-#if SET_STANDS
-    if (work->standing)
+    if (SET_STANDS && work->standing)
         work->standing->problem = work->problem;
-#endif
 }
-#endif
 
-#if SET_CORE_PARTS
 /* The core, and what is known of it along a step. */
 static void lay_out_core(work_t *work, parts_t *parts, long long axial, long long core)
 {
@@ -102,9 +78,7 @@ static void lay_out_core(work_t *work, parts_t *parts, long long axial, long lon
     work->weight = numbers_part(parts, core);
     work->rise_core = numbers_part(parts, core);
 }
-#endif
 
-#if SET_GRIPS
 /* Loads, and the contacts' forces. */
 static void lay_out_ground(work_t *work, parts_t *parts, int wheels)
 {
@@ -115,27 +89,23 @@ static void lay_out_ground(work_t *work, parts_t *parts, int wheels)
     work->nu_dot = lanes_part(parts, 3);
     work->response = numbers_part(parts, 4*(long long)wheels*wheels);
 }
-#endif
 
-#if SET_HOLDS || SET_STANDS
 /* What holds bearings, or contacts and bearings, at rest. */
 static void lay_out_holding(work_t *work, parts_t *parts, int wheels)
 {
     (void)wheels;
-#if SET_HOLDS
-    work->held_force = lanes_part(parts, 3);
-    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
-    work->facets = numbers_part(parts, most_facets(SET_BEARINGS*wheels)*facet);
-    work->sticking = numbers_part(parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
-#endif
-#if SET_STANDS
-    work->held_force = lanes_part(parts, 3);
-    work->standing = numbers_part(parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
-#endif
+    if (SET_HOLDS) {
+        work->held_force = lanes_part(parts, 3);
+        const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
+        work->facets = numbers_part(parts, most_facets(SET_BEARINGS*wheels)*facet);
+        work->sticking = numbers_part(parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
+    }
+    if (SET_STANDS) {
+        work->held_force = lanes_part(parts, 3);
+        work->standing = numbers_part(parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
+    }
 }
-#endif
 
-#if SET_OWN_BEARINGS
 /* Bearings that stick one by one, each in a mode of its own. */
 static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rollers)
 {
@@ -147,38 +117,37 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
     work->own.late = numbers_part(parts, own);
     work->own.rate = lanes_part(parts, own);
     work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
-#if SET_ROLLERS_TURN
-    work->own.wheels = wheels;
-#if SET_STRIPS
-    work->own.spin = lanes_part(parts, wheels);
-    work->own.takes = numbers_part(parts, wheels);
-    work->own.scale = numbers_part(parts, wheels);
-    work->own.load = work->load;
-    work->own.friction = work->friction;
-#endif
-#if SET_DISKS_STICK
-    work->own.dot = lanes_part(parts, own);
-    work->own.yaw_mass = lanes_part(parts, 1);
-#endif
-    work->own.now = numbers_part(parts, own);
-#endif
-#if SET_DISKS_STICK
-    work->own.given = numbers_part(parts, own);
-    work->own.per_yaw = numbers_part(parts, own);
-    work->own.bounds = numbers_part(parts, own);
-#endif
-#if SET_STANDS
-    int *const has_part = numbers_part(parts, own);
-    if (work->standing)
-        work->standing->has_part = has_part;
-#endif
-#if SET_STANDS_BOTH_WAYS
-    work->shared_rows = lanes_part(parts, (long long)NODES*wheels*wheels*BLOCKS);
-    work->shared_row = numbers_part(parts, (long long)NODES*wheels);
-    work->shared_turn = lanes_part(parts, (long long)wheels*BLOCKS);
-#endif
+    if (SET_ROLLERS_TURN) {
+        work->own.wheels = wheels;
+        if (SET_STRIPS) {
+            work->own.spin = lanes_part(parts, wheels);
+            work->own.takes = numbers_part(parts, wheels);
+            work->own.scale = numbers_part(parts, wheels);
+            work->own.load = work->load;
+            work->own.friction = work->friction;
+        }
+        if (SET_DISKS_STICK) {
+            work->own.dot = lanes_part(parts, own);
+            work->own.yaw_mass = lanes_part(parts, 1);
+        }
+        work->own.now = numbers_part(parts, own);
+    }
+    if (SET_DISKS_STICK) {
+        work->own.given = numbers_part(parts, own);
+        work->own.per_yaw = numbers_part(parts, own);
+        work->own.bounds = numbers_part(parts, own);
+    }
+    if (SET_STANDS) {
+        int *const has_part = numbers_part(parts, own);
+        if (work->standing)
+            work->standing->has_part = has_part;
+    }
+    if (SET_STANDS) {
+        work->shared_rows = lanes_part(parts, (long long)NODES*wheels*wheels*BLOCKS);
+        work->shared_row = numbers_part(parts, (long long)NODES*wheels);
+        work->shared_turn = lanes_part(parts, (long long)wheels*BLOCKS);
+    }
 }
-#endif
 
 /* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. No memory: they are
  * counted. */
@@ -189,35 +158,29 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->core = (int)core;
     work->momenta = lanes_part(&parts, 2*wheels);
     work->axial = lanes_part(&parts, axial);
-#if SET_CORE_PARTS
-    lay_out_core(work, &parts, axial, core);
-#endif
-#if SET_GRIPS
-    lay_out_ground(work, &parts, wheels);
-#endif
-#if SET_IS_COUPLED
-    lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
-#endif
-#if SET_HOLDS || SET_STANDS
-    lay_out_holding(work, &parts, wheels);
-#endif
-#if SET_OWN_BEARINGS
-    lay_out_bearings(work, &parts, wheels, rollers);
-#endif
-#if SET_STANDS
-    const int apart = SET_DISKS_STICK ? (int)axial : 0;
-    lay_out_at_rest(work, &parts, wheels, (int)most_own_bearings(wheels, rollers) - apart, apart);
-#elif SET_HOLDS
-    lay_out_at_rest(work, &parts, 0, SET_BEARINGS*wheels, SET_SPINS_STICK ? (int)axial : 0);
-#elif SET_DECIDES
-    lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, SET_DISKS_STICK ? (int)axial + wheels : 0);
-#endif
-#if SET_SPINS_STICK
-    work->per_yaw = numbers_part(&parts, axial);
-    work->given = numbers_part(&parts, axial);
-    work->bounds = numbers_part(&parts, axial);
-    work->carried = numbers_part(&parts, axial);
-#endif
+    if (SET_CORE_PARTS)
+        lay_out_core(work, &parts, axial, core);
+    if (SET_GRIPS)
+        lay_out_ground(work, &parts, wheels);
+    if (SET_IS_COUPLED)
+        lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
+    if (SET_HOLDS || SET_STANDS)
+        lay_out_holding(work, &parts, wheels);
+    if (SET_OWN_BEARINGS)
+        lay_out_bearings(work, &parts, wheels, rollers);
+    if (SET_STANDS) {
+        const int apart = SET_DISKS_STICK ? (int)axial : 0;
+        lay_out_at_rest(work, &parts, wheels, (int)most_own_bearings(wheels, rollers) - apart, apart);
+    } else if (SET_HOLDS)
+        lay_out_at_rest(work, &parts, 0, SET_BEARINGS*wheels, SET_SPINS_STICK ? (int)axial : 0);
+    else if (SET_DECIDES)
+        lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, SET_DISKS_STICK ? (int)axial + wheels : 0);
+    if (SET_SPINS_STICK) {
+        work->per_yaw = numbers_part(&parts, axial);
+        work->given = numbers_part(&parts, axial);
+        work->bounds = numbers_part(&parts, axial);
+        work->carried = numbers_part(&parts, axial);
+    }
     return parts.used;
 }
 
@@ -262,22 +225,18 @@ static long long step_size(const omniroll_run_t *run)
     return 2 + NODES*(6 + run->wheels + core_size(run->wheels, run->rollers_per_wheel) + account_size(run->wheels));
 }
 
-#if SET_IS_ACTED_ON
 /* The time since the inputs were given, finer than the clock shows. */
 ALWAYS_INLINE double since_inputs(const omniroll_run_t *run)
 {
     return (run->elapsed - run->inputs_elapsed) + (run->carry - run->inputs_carry);
 }
-#endif
 
-#if SET_INPUTS
 /* An input as it is now; they are counted over all wheels. */
 ALWAYS_INLINE double input_now(const omniroll_run_t *run, int input)
 {
     const double slope = run->inputs[SET_INPUTS*run->wheels + input];
     return run->inputs[input] + slope*since_inputs(run);
 }
-#endif
 
 /* The bearing whose torque an input is, or null. */
 ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *run, int input)
@@ -289,14 +248,12 @@ ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *r
     return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
 }
 
-#if SET_INPUTS
 /* The same as rows show it: of bearings the torque that they take now, also where they hold. */
 ALWAYS_INLINE double input_shown(const omniroll_run_t *run, int input)
 {
     const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
     return bearing ? bearing->torque : input_now(run, input);
 }
-#endif
 
 static void put_row(omniroll_run_t *run)
 {
@@ -305,15 +262,13 @@ static void put_row(omniroll_run_t *run)
     for (int k = 0; k < 3; k++) *row++ = run->nu[k];
     for (int i = 0; i < run->wheels; i++) *row++ = run->chi[i];
     for (int k = 0; k < 3; k++) *row++ = run->pose[k];
-#if SET_CORE_PARTS
-    for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->core[c];
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->core[c];
     for (int k = 0; k < account_size(run->wheels); k++) *row++ = run->accounts[k];
     for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
-#if SET_INPUTS
-    for (int k = 0; k < SET_INPUTS*run->wheels; k++)
-        *row++ = input_shown(run, k);
-#endif
+    if (SET_INPUTS)
+        for (int k = 0; k < SET_INPUTS*run->wheels; k++)
+            *row++ = input_shown(run, k);
 }
 
 /* A row after a transition: no step starts at the one before it. */
@@ -337,14 +292,10 @@ ALWAYS_INLINE const nodes_t *rate_in_step(const omniroll_run_t *run, const step_
     const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3] : 0;
     if (c >= 3 + wheels && c < 6 + wheels)
         rate = &s->rate_pose[c - 3 - wheels];
-#if SET_CORE_PARTS
-    if (c >= 6 + wheels)
+    if (SET_CORE_PARTS && c >= 6 + wheels)
         rate = &s->rate_core[c - 6 - wheels];
-#endif
-#if SET_ACCOUNTS
-    if (c >= 6 + wheels + added)
+    if (SET_ACCOUNTS && c >= 6 + wheels + added)
         rate = &s->rate_account[c - 6 - wheels - added];
-#endif
     (void)added;
     return rate;
 }

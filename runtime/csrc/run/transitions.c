@@ -6,7 +6,6 @@
 
 /* The switching law, rules 4 to 7. directions: +1, -1, or 0 for a wheel that does not switch. */
 
-#ifdef LANES_HAS_MOMENTA
 /* The free rollers of a wheel change places: the leaving roller gets its place, the entering one loses it. */
 static double exchange_places(double *axial, int places, int direction, double leaving)
 {
@@ -19,13 +18,11 @@ static double exchange_places(double *axial, int places, int direction, double l
     axial[places - 1 - entering_place] = leaving;
     return entering;
 }
-#endif
 
-#if SET_SLIPS
 /* Where wheels may slip, no speed changes: the entering roller comes with the axial speed that it has (rule 10). */
 static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int *directions)
 {
-#ifdef SET_HAS_CONTACT_SPEEDS
+#if SET_HAS_CONTACT_SPEEDS
     const int places = run->rollers_per_wheel - 1;
     double *const contact = run->core + contact_speeds_at(run->wheels);
     update_axial(run, work);
@@ -35,10 +32,10 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
     (void)directions;
     begin_core(run, work);
-#if defined LANES_HAS_MOMENTA && SET_GRIPS      /* decisions at this instant ask for them                   */
+#if SET_HAS_MOMENTA && SET_GRIPS      /* decisions at this instant ask for them                   */
     wheel_momenta(run, work);
 #endif
-#if SET_STANDS_BOTH_WAYS && !SET_STRIPS
+#if SET_STANDS && SET_DISKS_STICK
     int rested[MOST_WHEELS];
     contacts_that_rest_with_rollers(run, rested);
 #endif
@@ -52,14 +49,12 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
 #if SET_GRIPS
     contacts_have_switched(run, directions);
-#if SET_STANDS_BOTH_WAYS && !SET_STRIPS
+#if SET_STANDS && SET_DISKS_STICK
     keep_contacts_at_rest(run, rested);
 #endif
 #endif
 }
-#endif
 
-#if defined LANES_HAS_IMPACT && !SET_SLIPS
 /* The impact of the rollers that enter on those that leave, where the law of the run is that; else rollers go where they
  * go alone. before, after: the wheel angles. */
 static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const lanes_t *nu,
@@ -68,7 +63,7 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
     const int wheels = run->wheels;
     const vehicle_t *const vehicle = &work->vehicle;
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
-#ifdef LANES_HAS_MOMENTA
+#if SET_HAS_MOMENTA
     const int others = run->rollers_per_wheel - 1;
     set_contact_axial(wheels, vehicle, nu, before, left);
     set_contact_axial(wheels, vehicle, nu, after, demanded);
@@ -80,7 +75,7 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
     for (int i = 0; i < wheels; i++) {
         double came_with = 0, stopped = 0;
         if (directions[i]) {
-#ifdef LANES_HAS_MOMENTA
+#if SET_HAS_MOMENTA
             came_with = exchange_places(run->axial + i*others, others, directions[i], left[i][0]);
 #else
             stopped = left[i][0];
@@ -98,7 +93,6 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
     begin_core(run, work);
 #endif
 }
-#endif
 
 static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
 {
@@ -120,7 +114,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
 #if SET_SLIPS
     (void)nu, (void)before, (void)after;
     exchange_rollers(run, work, directions);
-#elif defined LANES_HAS_IMPACT
+#elif SET_HAS_IMPACT
     meet_rollers(run, work, directions, nu, before, after);
 #else
     (void)nu, (void)before, (void)after;
@@ -141,7 +135,7 @@ static double tau(const omniroll_run_t *run, double phase_length)
 static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, lanes_t *chi_ddot)
 {
     lanes_t nu_dot[3];
-#ifdef LANES_HAS_MOMENTA
+#if SET_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
     rates_at_this_instant(run, work, run->wheels, nu_dot);
@@ -241,7 +235,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
             *out++ = directions[i];
-#ifdef LANES_HAS_MOMENTA
+#if SET_HAS_MOMENTA
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];
@@ -252,7 +246,6 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
     return OMNIROLL_RUN_DONE;
 }
 
-#if SET_IS_ACTED_ON
 /* A guard's value at this instant, and what counts as its rounding. */
 static double guard_value(const omniroll_run_t *run, const double *guard, double *noise)
 {
@@ -305,4 +298,3 @@ static int guards_passed(const omniroll_run_t *run, const work_t *work)
     }
     return count;
 }
-#endif

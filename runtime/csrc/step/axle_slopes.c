@@ -4,13 +4,8 @@
  * the mass matrix. So with three wheels the change of nu' where all wheels become faster by 1 tells all slopes, by one
  * evaluation in the place of three. Whether axles alone make the slopes is looked at wherever three differences have
  * told them. */
-#if SET_SLIPS || SET_CORE_PARTS     /* what else follows nu makes it stiff as well */
-#define AXLES 0                                 /* for how many wheels axles' friction tells the slopes of nu' */
-typedef struct {
-    int known;
-} axles_t;
-#else
-#define AXLES 3
+/* For how many wheels axles' friction tells the slopes of nu'; what else follows nu makes it stiff as well. */
+#define AXLES (SET_SLIPS || SET_CORE_PARTS ? 0 : 3)
 #define OF_AXLES 0.2                            /* h times what it leaves of a slope, at most                 */
 
 /* The rows of the wheels' rates in nu. */
@@ -86,20 +81,17 @@ ALWAYS_INLINE void slopes_by_axles(step_t *s, const int wheels, int b, const poi
     for (int l = 0; l < 3; l++) {
         here[l] = at->nu[l];
         at->nu[l] = here[l] + by*axles->all[l];
-#if CORE_FOLLOWS
-        for (int c = 0; c < s->core; c++)
-            s->core_here[c] += (at->nu[l] - here[l])*followed(s, c, l, b);
-#endif
+        if (CORE_FOLLOWS)
+            for (int c = 0; c < s->core; c++)
+                s->core_here[c] += (at->nu[l] - here[l])*followed(s, c, l, b);
     }
     core_rates(wheels, point, nu_dot);
     for (int k = 0; k < 3; k++) {
         change[k] = (nu_dot[k] - s->stiff.found_nu[k].lanes[b])/by;
         at->nu[k] = here[k];
     }
-#if CORE_FOLLOWS
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = core_at(s, b)[c];
-#endif
     slopes_of_axles(s, wheels, b, axles, change, slope);
     for (int k = 0; k < 9; k++)
         s->stiff.slope_nu[k].lanes[b] = slope[k];
@@ -121,4 +113,3 @@ static int axles_make_slopes(const step_t *s, const int wheels, const axles_t *a
     }
     return axles->known && left < OF_AXLES;
 }
-#endif

@@ -1,5 +1,4 @@
 /* Where in a step the rates bend, since friction with a small named speed changes its sign there. */
-#if SET_IS_ACTED_ON
 #define BEND 0.35                               /* part of a rate's change that is a jump between two nodes  */
 
 /* The node before which a rate jumps, at most `before`. */
@@ -49,11 +48,10 @@ ALWAYS_INLINE bend_t bend(const step_t *s, const int wheels, double allowed)
     for (int k = 0; k < 3; k++)
         if (tail(&s->rate_nu[k]) > least)
             place = jump_of(&s->rate_nu[k], place);
-#if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
-        if (s->weight[c]*tail(&s->rate_core[c]) > least)
-            place = jump_of(&s->rate_core[c], place);
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = 0; c < s->core; c++)
+            if (s->weight[c]*tail(&s->rate_core[c]) > least)
+                place = jump_of(&s->rate_core[c], place);
     if (place == NODES)
         return (bend_t){1, 1, -1};
     bend_t found = {gauss_node.node[place - 1], gauss_node.node[place], -1};
@@ -61,4 +59,3 @@ ALWAYS_INLINE bend_t bend(const step_t *s, const int wheels, double allowed)
         found = zero_between(s, i, place, found);
     return found;
 }
-#endif

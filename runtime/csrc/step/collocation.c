@@ -12,47 +12,31 @@
 #include "step/step.h"
 
 #define TURN 6.283185307179586
-#if SET_GRIPS
-#define SET_ACTING SET_MODES_INPUT  /* inputs that change in a phase; the others are modes of contacts         */
-#else
-#define SET_ACTING SET_INPUTS
-#endif
+/* Inputs that change in a phase; the others are modes of contacts. */
+#define SET_ACTING (SET_GRIPS ? SET_MODES_INPUT : SET_INPUTS)
 #define FORCE_NOISE 64              /* roundings that the polynomials of a held force may have               */
 
 /* Whether a wheel turns, 1 or 0. Where its axle sticks, its rate is rounding alone, which would add up in its angle. */
 ALWAYS_INLINE double turns(const step_t *s, int wheel)
 {
-#if SET_HOLDS
-    return s->turns[wheel];
-#else
-    (void)s, (void)wheel;
+    if (SET_HOLDS)
+        return s->turns[wheel];
     return 1;
-#endif
 }
 
-#if SET_GRIPS
 NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, lanes_t *core);
 static void find_directions(step_t *s, const int wheels);
-#endif
-#if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
 NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi,
                                 lanes_t *core);
-#endif
 
-#if SET_CORE_PARTS
 /* Whether a number of the core is a speed of a contact that sticks: it is not integrated. */
 ALWAYS_INLINE int follows_nu(const step_t *s, const int wheels, int c)
 {
-#if SET_GRIPS
-    return c < coupled_size(wheels) && s->grips[c%wheels];
-#else
-    (void)s, (void)wheels, (void)c;
+    if (SET_GRIPS)
+        return c < coupled_size(wheels) && s->grips[c%wheels];
     return 0;
-#endif
 }
-#endif
 
-#if SET_CORE_PARTS
 /* Number c of the core at the nodes from its rate. */
 ALWAYS_INLINE void integrate_core(step_t *s, int c)
 {
@@ -61,63 +45,46 @@ ALWAYS_INLINE void integrate_core(step_t *s, int c)
     for (int b = 0; b < BLOCKS; b++)
         core_at(s, b)[c] = at.lanes[b];
 }
-#endif
 
 /* Whether contacts that stick have not been looked at. */
 ALWAYS_INLINE int is_blind(const step_t *s)
 {
-#if SET_ROLLS
-    return s->blind;
-#else
-    (void)s;
+    if (SET_ROLLS)
+        return s->blind;
     return 0;
-#endif
 }
 
-#if SET_CORE_PARTS
 /* The first number of the core whose rate the last sweep has found. */
 ALWAYS_INLINE int first_found(const step_t *s)
 {
-#if SET_GRIPS
-    return s->blind ? coupled_size(s->wheels) : 0;
-#else
-    (void)s;
+    if (SET_GRIPS)
+        return s->blind ? coupled_size(s->wheels) : 0;
     return 0;
-#endif
 }
-#endif
 
 /* Whether nothing at the nodes feels the speeds of contacts that stick: all do, and the core has no more than these. */
 ALWAYS_INLINE int only_rolls(const step_t *s, const int wheels)
 {
-#if SET_ROLLS
-    return s->blind && s->core == coupled_size(wheels);
-#else
-    (void)s, (void)wheels;
+    if (SET_ROLLS)
+        return s->blind && s->core == coupled_size(wheels);
     return 0;
-#endif
 }
 
-#if SET_APPROACHES
 /* Rates at the nodes as those in the clock of a step up to a rest. */
 ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
 {
     for (int b = 0; b < BLOCKS; b++)
         rate->lanes[b] *= s->approach.stretch.lanes[b];
 }
-#endif
 
 /* The wheels' rates in vector b of the nodes. */
 ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lanes_t *nu)
 {
-#if SET_GRIPS
-    if (!only_rolls(s, wheels))
+    if (SET_GRIPS && !only_rolls(s, wheels))
         wheels_stick(s, wheels, nu, core_at(s, b));
-#endif
-#if SET_SLIPS
-    for (int i = 0; i < wheels && !only_rolls(s, wheels); i++)
-        s->rate_chi[i].lanes[b] = core_at(s, b)[rates_at(wheels) + i];
-#endif
+    if (SET_SLIPS)
+        for (int i = 0; i < wheels && !only_rolls(s, wheels); i++)
+            s->rate_chi[i].lanes[b] = core_at(s, b)[rates_at(wheels) + i];
     if (SET_SLIPS && !only_rolls(s, wheels))
         return;
     lanes_t chi_dot[MOST_WHEELS];
@@ -131,61 +98,53 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
     for (int k = 0; k < 3; k++)
         integrate_to_nodes(s->nu[k], s->h, &s->rate_nu[k], &s->at_nu[k]);
-#if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
-        if (!follows_nu(s, wheels, c))
-            integrate_core(s, c);
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = 0; c < s->core; c++)
+            if (!follows_nu(s, wheels, c))
+                integrate_core(s, c);
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         wheels_at_nodes(s, wheels, b, nu);
-#if SET_HAS_HEADING
-        lanes_t pose_dot[3];
-        set_pose_rates(wheels, s->vehicle, nu, lanes_of(0), pose_dot);
-        s->rate_pose[2].lanes[b] = pose_dot[2];
-#endif
+        if (SET_HAS_HEADING) {
+            lanes_t pose_dot[3];
+            set_pose_rates(wheels, s->vehicle, nu, lanes_of(0), pose_dot);
+            s->rate_pose[2].lanes[b] = pose_dot[2];
+        }
     }
-#if SET_APPROACHES
-    for (int i = 0; i < wheels && s->approach.stretched; i++)
-        stretch_nodes(s, s->rate_chi + i);
-#if SET_HAS_HEADING
-    if (s->approach.stretched)
-        stretch_nodes(s, s->rate_pose + 2);
-#endif
-#endif
+    if (SET_APPROACHES) {
+        for (int i = 0; i < wheels && s->approach.stretched; i++)
+            stretch_nodes(s, s->rate_chi + i);
+        if (SET_HAS_HEADING && s->approach.stretched)
+            stretch_nodes(s, s->rate_pose + 2);
+    }
     for (int i = 0; i < wheels; i++)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
-#if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
-    for (int b = 0; b < BLOCKS && s->gripping && !only_rolls(s, wheels); b++) {
-        lanes_t nu[3], chi[MOST_WHEELS];
-        for (int k = 0; k < 3; k++)
-            nu[k] = s->at_nu[k].lanes[b];
-        for (int i = 0; i < wheels; i++)
-            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-        rollers_stick(s, wheels, nu, chi, core_at(s, b));
+    if (SET_GRIPS && SET_HAS_CONTACT_SPEEDS) {
+        for (int b = 0; b < BLOCKS && s->gripping && !only_rolls(s, wheels); b++) {
+            lanes_t nu[3], chi[MOST_WHEELS];
+            for (int k = 0; k < 3; k++)
+                nu[k] = s->at_nu[k].lanes[b];
+            for (int i = 0; i < wheels; i++)
+                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+            rollers_stick(s, wheels, nu, chi, core_at(s, b));
+        }
     }
-#endif
-#if SET_HAS_HEADING
-    integrate_to_nodes(s->heading, s->h, &s->rate_pose[2], &s->at_heading);
-#endif
+    if (SET_HAS_HEADING)
+        integrate_to_nodes(s->heading, s->h, &s->rate_pose[2], &s->at_heading);
 }
 
-#if SET_GRIPS
 ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at);
 
 ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
 {
     point->ground_push = at->ground_push, point->ground_force = at->ground_force, point->slip_dot = at->slip_dot;
 }
-#endif
 
 /* The times of the nodes, over h. */
 ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
 {
-#if SET_APPROACHES
-    if (s->approach.stretched)
+    if (SET_APPROACHES && s->approach.stretched)
         return &s->approach.clock;
-#endif
     (void)s;
     return &gauss_node;
 }
@@ -199,46 +158,41 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         at->nu[k] = s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)
         at->chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-#if SET_HAS_HEADING
-    point.heading = s->at_heading.lanes[b];
-#endif
-#if SET_INPUTS
-    for (int k = 0; k < SET_ACTING*wheels; k++)
-        at->input[k] = s->input[k] + (s->h*s->input_slope[k])*clock_of(s)->lanes[b];
-    for (int k = SET_ACTING*wheels; k < SET_INPUTS*wheels && !only_rolls(s, wheels); k++)
-        at->input[k] = lanes_of(s->input[k]);
-    point.inputs = at->input;
-#endif
-#if SET_CORE_PARTS
-    point.core = core_at(s, b);
-    point.core_dot = s->core_dot;
-#endif
-#if SET_HOLDS
-    point.directions = s->held ? s->directions : 0;
-    point.absent = s->absent;
-    point.held_force = at->held_force;
-#endif
-#if SET_STANDS
-    point.directions = s->directions, point.absent = s->absent, point.held_force = at->held_force;
-#endif
-#if SET_OWN_BEARINGS
-    put_own(s->own, &point);
-#endif
-#if SET_GRIPS
-    for (int k = 0; k < 2*wheels; k++)
-        at->ground_push[k] = s->push[k].lanes[b];
-    put_contacts(at, &point);
-#endif
-#if SET_STRIPS
-    for (int i = 0; i < wheels; i++)
-        at->ground_yield[i] = s->yield[i].lanes[b];
-    point.ground_yield = at->ground_yield;
-#endif
+    if (SET_HAS_HEADING)
+        point.heading = s->at_heading.lanes[b];
+    if (SET_INPUTS) {
+        for (int k = 0; k < SET_ACTING*wheels; k++)
+            at->input[k] = s->input[k] + (s->h*s->input_slope[k])*clock_of(s)->lanes[b];
+        for (int k = SET_ACTING*wheels; k < SET_INPUTS*wheels && !only_rolls(s, wheels); k++)
+            at->input[k] = lanes_of(s->input[k]);
+        point.inputs = at->input;
+    }
+    if (SET_CORE_PARTS) {
+        point.core = core_at(s, b);
+        point.core_dot = s->core_dot;
+    }
+    if (SET_HOLDS) {
+        point.directions = s->held ? s->directions : 0;
+        point.absent = s->absent;
+        point.held_force = at->held_force;
+    }
+    if (SET_STANDS)
+        point.directions = s->directions, point.absent = s->absent, point.held_force = at->held_force;
+    if (SET_OWN_BEARINGS)
+        put_own(s->own, &point);
+    if (SET_GRIPS) {
+        for (int k = 0; k < 2*wheels; k++)
+            at->ground_push[k] = s->push[k].lanes[b];
+        put_contacts(at, &point);
+    }
+    if (SET_STRIPS) {
+        for (int i = 0; i < wheels; i++)
+            at->ground_yield[i] = s->yield[i].lanes[b];
+        point.ground_yield = at->ground_yield;
+    }
     return point;
 }
 
-
-#if SET_STANDS
 /* What holds wheels that stand, from the last evaluation at a vector of nodes: the force on nu, and the
  * ground's forces. */
 ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const arrays_t *at)
@@ -248,40 +202,31 @@ ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const array
     for (int k = 0; k < 2*wheels; k++)
         s->along[k].lanes[b] = at->ground_force[k];
 }
-#endif
 
-#if SET_ROLLERS_TURN
 ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at);
-#endif
 
 /* The force that holds what sticks, from the last evaluation at a vector of nodes. */
 ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arrays_t *at)
 {
-#if SET_GRIPS
-    keep_contacts(s, wheels, b, at);
-#endif
-#if SET_HOLDS
-    for (int k = 0; s->held && k < 3; k++)
-        s->force[k].lanes[b] = at->held_force[k];
-#endif
-#if SET_STANDS
-    keep_standing(s, wheels, b, at);
-#endif
-#if SET_ROLLERS_TURN
-    keep_own(s, wheels, b, at);
-#elif SET_OWN_BEARINGS
-    for (int k = 0; s->held && k < s->own_count; k++)
-        s->own->held[k].lanes[b] = s->own->holding[k];
-#endif
+    if (SET_GRIPS)
+        keep_contacts(s, wheels, b, at);
+    if (SET_HOLDS)
+        for (int k = 0; s->held && k < 3; k++)
+            s->force[k].lanes[b] = at->held_force[k];
+    if (SET_STANDS)
+        keep_standing(s, wheels, b, at);
+    if (SET_ROLLERS_TURN)
+        keep_own(s, wheels, b, at);
+    else if (SET_OWN_BEARINGS)
+        for (int k = 0; s->held && k < s->own_count; k++)
+            s->own->held[k].lanes[b] = s->own->holding[k];
     (void)s, (void)wheels, (void)b, (void)at;
 }
 
 #include "step/stiff.c"
 
-#if SET_IS_COUPLED
 NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
 static double coupled_missed(const step_t *s);
-#endif
 
 /* New rates of the core at vector b of the nodes; returns the largest change so far, in the measure of nu. `first`: the
  * first number of the rest of the core that has been found. */
@@ -292,18 +237,17 @@ ALWAYS_INLINE lanes_t renew_rates(step_t *s, int b, const lanes_t *nu_dot, int f
         change = lanes_max(change, moved);
         s->rate_nu[k].lanes[b] = nu_dot[k];
     }
-#if SET_CORE_PARTS
-    for (int c = first; c < s->core; c++) {
-        const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
-        change = lanes_max(change, moved);
-        s->rate_core[c].lanes[b] = s->core_dot[c];
+    if (SET_CORE_PARTS) {
+        for (int c = first; c < s->core; c++) {
+            const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
+            change = lanes_max(change, moved);
+            s->rate_core[c].lanes[b] = s->core_dot[c];
+        }
     }
-#endif
     (void)first;
     return change;
 }
 
-#if SET_ROLLS
 /* A sweep where all contacts stick: the vehicle rolls. */
 NEVER_INLINE double rolling_sweep(step_t *s, const int wheels)
 {
@@ -319,9 +263,7 @@ NEVER_INLINE double rolling_sweep(step_t *s, const int wheels)
     s->sweeps++;
     return lanes_largest(change)*s->h;
 }
-#endif
 
-#if SET_APPROACHES
 /* The rates of the core in vector b of the nodes as those in the clock of a step up to a rest. */
 NEVER_INLINE void stretch_rates(const step_t *s, int b, lanes_t *nu_dot)
 {
@@ -330,39 +272,30 @@ NEVER_INLINE void stretch_rates(const step_t *s, int b, lanes_t *nu_dot)
     for (int c = 0; c < s->core; c++)
         s->core_dot[c] *= s->approach.stretch.lanes[b];
 }
-#endif
 
 /* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure.
  * slow: whether the sweeps before have not contracted fast. */
 NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
 {
     (void)slow;
-#if SET_IS_COUPLED
-    return coupled_sweep(s, wheels, slow);
-#endif
-#if SET_IS_ACTED_ON
-    if (s->stiff.on)
+    if (SET_IS_COUPLED)
+        return coupled_sweep(s, wheels, slow);
+    if (SET_IS_ACTED_ON && s->stiff.on)
         return stiff_sweep(s, wheels, slow);
-#endif
-#if SET_ROLLS
-    if (s->blind)
+    if (SET_ROLLS && s->blind)
         return rolling_sweep(s, wheels);
-#endif
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
-#if SET_GRIPS
-    find_directions(s, wheels);
-#endif
+    if (SET_GRIPS)
+        find_directions(s, wheels);
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
         core_rates(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);
-#if SET_APPROACHES
-        if (s->approach.stretched)
+        if (SET_APPROACHES && s->approach.stretched)
             stretch_rates(s, b, nu_dot);
-#endif
         change = renew_rates(s, b, nu_dot, 0, change);
     }
     s->sweeps++;
@@ -382,61 +315,52 @@ ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
  * integrated. */
 ALWAYS_INLINE double missed(const step_t *s)
 {
-#if SET_IS_COUPLED
-    return coupled_missed(s);
-#endif
+    if (SET_IS_COUPLED)
+        return coupled_missed(s);
     double tails = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
-#if SET_CORE_PARTS
-    double largest = 0;
-    for (int c = first_found(s); c < s->core; c++)
-        largest = larger(largest, s->weight[c]*tail(&s->rate_core[c]));
-    tails += largest;
-#endif
-#if SET_HOLDS
-    for (int k = 0; s->held && k < 3; k++) {    /* beyond its rounding, as the nu' that the force would give */
-        const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->force_size[k]);
-        tails += s->per_force[k]*fmax(missing, 0);
+    if (SET_CORE_PARTS) {
+        double largest = 0;
+        for (int c = first_found(s); c < s->core; c++)
+            largest = larger(largest, s->weight[c]*tail(&s->rate_core[c]));
+        tails += largest;
     }
-#endif
-#if SET_STANDS
-    for (int k = 0; s->standing->count && k < 3; k++) {     /* the same of wheels that stand                  */
-        const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->standing->size[k]);
-        tails += s->standing->per_force*fmax(missing, 0);
+    if (SET_HOLDS) {
+        for (int k = 0; s->held && k < 3; k++) {    /* beyond its rounding, as the nu' that the force would give */
+            const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->force_size[k]);
+            tails += s->per_force[k]*fmax(missing, 0);
+        }
     }
-#endif
-#if SET_GRIPS
-    for (int i = 0; i < s->wheels && !s->blind; i++)    /* the same of contacts that stick                     */
-        if (s->grips[i])
-            tails += s->friction_makes*fmax(tail(&s->taken[i]) - FORCE_NOISE*GRIP_NOISE(s->taken[i].node[0]), 0);
-#endif
+    if (SET_STANDS) {
+        for (int k = 0; s->standing->count && k < 3; k++) {     /* the same of wheels that stand                  */
+            const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->standing->size[k]);
+            tails += s->standing->per_force*fmax(missing, 0);
+        }
+    }
+    if (SET_GRIPS)
+        for (int i = 0; i < s->wheels && !s->blind; i++)    /* the same of contacts that stick                     */
+            if (s->grips[i])
+                tails += s->friction_makes*fmax(tail(&s->taken[i]) - FORCE_NOISE*GRIP_NOISE(s->taken[i].node[0]), 0);
     return s->h*tails/(2*NODES);
 }
 
-#if SET_CORE_PARTS
 /* The first number of the core that is integrated: what is coupled with nu follows from it where all contacts stick. */
 ALWAYS_INLINE int first_integrated(const step_t *s, const int wheels)
 {
-#if SET_GRIPS
-    return s->rolls ? coupled_size(wheels) : 0;
-#else
-    (void)s, (void)wheels;
+    if (SET_GRIPS)
+        return s->rolls ? coupled_size(wheels) : 0;
     return 0;
-#endif
 }
-#endif
 
 /* The end of a step whose core has settled. A sweep leaves the state one sweep behind the rates; here it catches up. */
 ALWAYS_INLINE void end_of_core(step_t *s)
 {
     for (int k = 0; k < 3; k++)
         s->end_nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
-#if SET_CORE_PARTS
-    for (int c = first_integrated(s, s->wheels); c < s->core; c++)
-        s->end_core[c] = s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight);
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = first_integrated(s, s->wheels); c < s->core; c++)
+            s->end_core[c] = s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight);
 }
 
-#if SET_ACCOUNTS
 /* The rates of the accounts, once the core has settled. */
 ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
 {
@@ -448,12 +372,10 @@ ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
         for (int k = 0; k < account_size(wheels); k++)
             s->rate_account[k].lanes[b] = account_dot[k];
     }
-#if SET_APPROACHES
-    for (int k = 0; k < account_size(wheels) && s->approach.stretched; k++)
-        stretch_nodes(s, s->rate_account + k);
-#endif
+    if (SET_APPROACHES)
+        for (int k = 0; k < account_size(wheels) && s->approach.stretched; k++)
+            stretch_nodes(s, s->rate_account + k);
 }
-#endif
 
 /* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the
  * heading 0, turned here: a heading may be any angle. */
@@ -467,10 +389,9 @@ static void integrate_pose(step_t *s, const double *pose)
         for (int k = 0; k < 3; k++)
             s->rate_pose[k].lanes[b] = rate[k];
     }
-#if SET_APPROACHES
-    for (int k = 0; k < 3 && s->approach.stretched; k++)
-        stretch_nodes(s, s->rate_pose + k);
-#endif
+    if (SET_APPROACHES)
+        for (int k = 0; k < 3 && s->approach.stretched; k++)
+            stretch_nodes(s, s->rate_pose + k);
     integrate_to_nodes(remainder(pose[2], TURN), s->h, &s->rate_pose[2], &theta);
     for (int b = 0; b < BLOCKS; b++)
         lanes_turn(theta.lanes[b], &s->rate_pose[0].lanes[b], &s->rate_pose[1].lanes[b]);

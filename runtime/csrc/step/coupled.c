@@ -56,13 +56,11 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
     point.core = s->core_here;
     for (int i = 0; i < wheels; i++)
         at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint);
-#if SET_HAS_HEADING
-    point.heading = lanes_of(early ? s->heading : s->at_heading.node[m]);
-#endif
-#if SET_INPUTS
-    for (int k = 0; k < SET_INPUTS*wheels; k++)
-        at->input[k] = lanes_of(s->input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->input_slope[k]);
-#endif
+    if (SET_HAS_HEADING)
+        point.heading = lanes_of(early ? s->heading : s->at_heading.node[m]);
+    if (SET_INPUTS)
+        for (int k = 0; k < SET_INPUTS*wheels; k++)
+            at->input[k] = lanes_of(s->input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->input_slope[k]);
     return point;
 }
 
@@ -87,7 +85,6 @@ ALWAYS_INLINE void move_lanes(step_t *s, const int wheels, int first, double sig
     }
 }
 
-#ifdef SET_HAS_CONTACT_SPEEDS
 /* How much faster the roller in contact turns as its wheel moves along its axle, at these angles of the wheels. */
 ALWAYS_INLINE void reaches(const step_t *s, const int wheels, const lanes_t *chi, lanes_t *reach)
 {
@@ -101,8 +98,6 @@ ALWAYS_INLINE void reaches(const step_t *s, const int wheels, const lanes_t *chi
             reach[i][k] = sqrt(along[i][k]*along[i][k] + across[i][k]*across[i][k]);
 }
 
-#endif
-
 /* The slopes of the rates at an instant, by differences. */
 static void find_slopes(step_t *s, const int wheels, int node)
 {
@@ -110,12 +105,12 @@ static void find_slopes(step_t *s, const int wheels, int node)
     const int size = c->size, own = size - 3, moves = size + (s->core > own ? SET_CORE_PARTS : 0);
     arrays_t at;
     const point_t point = point_for_slopes(s, wheels, node, &at);
-#ifdef SET_HAS_CONTACT_SPEEDS
-    lanes_t reach[MOST_WHEELS];
-    reaches(s, wheels, at.chi, reach);
-    for (int i = 0; i < wheels; i++)
-        c->reach[i] = reach[i][0];
-#endif
+    if (SET_HAS_CONTACT_SPEEDS) {
+        lanes_t reach[MOST_WHEELS];
+        reaches(s, wheels, at.chi, reach);
+        for (int i = 0; i < wheels; i++)
+            c->reach[i] = reach[i][0];
+    }
     for (int first = 0; first < moves; first += LANES - 1) {
         lanes_t nu_dot[3];
         move_lanes(s, wheels, first, 1, &at);
@@ -305,9 +300,8 @@ ALWAYS_INLINE void rolling_speeds(const step_t *s, const int wheels, int b, lane
     for (int i = 0; i < wheels; i++)
         chi[i] = b < 0 ? lanes_of(s->chi[i]) : lanes_clamp(s->at_chi[i].lanes[b], s->joint);
     set_wheel_speeds(wheels, s->vehicle, nu, speeds + rates_at(wheels));
-#ifdef SET_HAS_CONTACT_SPEEDS
-    set_contact_axial(wheels, s->vehicle, nu, chi, speeds + contact_speeds_at(wheels));
-#endif
+    if (SET_HAS_CONTACT_SPEEDS)
+        set_contact_axial(wheels, s->vehicle, nu, chi, speeds + contact_speeds_at(wheels));
     (void)chi;
 }
 
@@ -366,7 +360,6 @@ static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
     s->fresh = 1, s->renewals = 0;
 }
 
-#ifdef SET_HAS_CONTACT_SPEEDS
 /* The slopes turn with the wheels, since a roller's radius changes: numbers in units of it hardly do. */
 static void stretch(step_t *s, const int wheels, const nodes_t *factor)
 {
@@ -378,7 +371,6 @@ static void stretch(step_t *s, const int wheels, const nodes_t *factor)
                 s->coupled->missing[n].lanes[b] *= factor[i].lanes[b];
     }
 }
-#endif
 
 /* What is missing of the rates at the nodes. slow: whether the sweeps before have not contracted fast. */
 ALWAYS_INLINE void find_missing(step_t *s, const int wheels, int slow)
@@ -413,22 +405,21 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
         s->fresh = 0;
         s->renewals++;
     }
-#ifdef SET_HAS_CONTACT_SPEEDS
-    nodes_t factor[MOST_WHEELS];
-    for (int b = 0; b < BLOCKS; b++) {
-        lanes_t chi[MOST_WHEELS], reach[MOST_WHEELS];
-        for (int i = 0; i < wheels; i++)
-            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-        reaches(s, wheels, chi, reach);
-        for (int i = 0; i < wheels; i++)
-            factor[i].lanes[b] = reach[i]/c->reach[i];
-    }
-    stretch(s, wheels, factor);
-    solve_coupled(s);
-    stretch(s, wheels, factor);
-#else
-    solve_coupled(s);
-#endif
+    if (SET_HAS_CONTACT_SPEEDS) {
+        nodes_t factor[MOST_WHEELS];
+        for (int b = 0; b < BLOCKS; b++) {
+            lanes_t chi[MOST_WHEELS], reach[MOST_WHEELS];
+            for (int i = 0; i < wheels; i++)
+                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+            reaches(s, wheels, chi, reach);
+            for (int i = 0; i < wheels; i++)
+                factor[i].lanes[b] = reach[i]/c->reach[i];
+        }
+        stretch(s, wheels, factor);
+        solve_coupled(s);
+        stretch(s, wheels, factor);
+    } else
+        solve_coupled(s);
     for (int n = 0; n < s->core + 3; n++) {
         nodes_t moved, *const rate = n < s->core ? &s->rate_core[n] : &s->rate_nu[n - s->core];
         const double weight = n < s->core ? s->weight[n] : 1;

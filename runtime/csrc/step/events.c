@@ -22,22 +22,15 @@
 #define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
 
-#if SET_IS_ACTED_ON
 /* Numbers of a guard: constant, slope, weights of nu, the size of the constant's terms; and weights of the wheels' rates
  * where these are speeds of their own, and of the rates of heave and tilt and of these where there are any. */
-#if SET_SLIPS
-#define GUARDED_PARTS (1 + 2*SET_TILTS)
-#else
-#define GUARDED_PARTS 0
-#endif
-#if SET_SLIPS
+#define GUARDED_PARTS (SET_SLIPS ? 1 + 2*SET_TILTS : 0)
+
 /* Part of the core whose weights stand one after the other in a guard: where it begins, and how many numbers it is. */
 ALWAYS_INLINE int guarded_at(const int wheels, int part)
 {
-#if SET_TILTS
-    if (part > 0)
+    if (SET_TILTS && part > 0)
         return part == 1 ? tilt_rates_at(wheels) : tilt_at(wheels);
-#endif
     (void)part;
     return rates_at(wheels);
 }
@@ -46,7 +39,6 @@ ALWAYS_INLINE int guarded_size(const int wheels, int part)
 {
     return part ? 3 : wheels;
 }
-#endif
 
 ALWAYS_INLINE int guard_size(const int wheels)
 {
@@ -60,15 +52,15 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] = s->guard.slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
             + weights[2]*s->rate_nu[2].lanes[b]);
-#if SET_SLIPS
-    const double *weight = s->guard_rows + guard_size(s->wheels)*guard + 6;
-    for (int part = 0; part < GUARDED_PARTS; part++) {
-        const nodes_t *const rates = s->rate_core + guarded_at(s->wheels, part);
-        for (int i = 0; i < guarded_size(s->wheels, part); i++, weight++)
-            for (int b = 0; b < BLOCKS && *weight != 0; b++)
-                rate.lanes[b] += *weight*rates[i].lanes[b];
+    if (SET_SLIPS) {
+        const double *weight = s->guard_rows + guard_size(s->wheels)*guard + 6;
+        for (int part = 0; part < GUARDED_PARTS; part++) {
+            const nodes_t *const rates = s->rate_core + guarded_at(s->wheels, part);
+            for (int i = 0; i < guarded_size(s->wheels, part); i++, weight++)
+                for (int b = 0; b < BLOCKS && *weight != 0; b++)
+                    rate.lanes[b] += *weight*rates[i].lanes[b];
+        }
     }
-#endif
     return rate;
 }
 
@@ -85,10 +77,8 @@ ALWAYS_INLINE int comes_first(const step_t *s, double reached, double length)
     return reached < length || (reached == s->h && length == s->h && s->landing < 0);
 }
 
-#if SET_HOLDS
 #define FACET_PASSED 256            /* roundings above zero is beyond a facet                               */
 
-#if SET_ROLLERS_STICK
 /* How much larger than where chi is 0 the rates of the rollers in contact that stick are at the step's end. */
 ALWAYS_INLINE void nearer_at_end(step_t *s, const int wheels)
 {
@@ -102,19 +92,16 @@ ALWAYS_INLINE void nearer_at_end(step_t *s, const int wheels)
         s->nearer_rate[k] = per_chi[wheel]*s->end_rate[wheel];
     }
 }
-#endif
 
 /* The power that the bearings can take in a facet's motion: at the step's start and at its end, and its rate there. */
 ALWAYS_INLINE void reach_in_step(const step_t *s, const facet_t *facet, double *start, double *end, double *rate)
 {
     *start = *end = facet->reach, *rate = 0;
-#if SET_ROLLERS_STICK
-    if (s->sticking->count > s->first_contact) {
+    if (SET_ROLLERS_STICK && s->sticking->count > s->first_contact) {
         *start = reach_with(facet, s->sticking, s->nearer_start);
         *end = reach_with(facet, s->sticking, s->nearer_end);
         *rate = reach_with(facet, s->sticking, s->nearer_rate);
     }
-#endif
     (void)s;
 }
 
@@ -139,10 +126,8 @@ ALWAYS_INLINE double facet_at_end(const step_t *s, const facet_t *facet, const d
 ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 {
     double force[3], slope[3];
-#if SET_ROLLERS_STICK
-    if (s->facets && s->sticking->count > s->first_contact)
+    if (SET_ROLLERS_STICK && s->facets && s->sticking->count > s->first_contact)
         nearer_at_end(s, wheels);
-#endif
     for (int k = 0; s->held && k < 3; k++) {
         force[k] = weighted(&s->force[k], &gauss_end) + s->force_late[k];
         slope[k] = weighted(&s->force[k], &gauss_end_slope)/s->h;
@@ -160,13 +145,9 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
     }
     return length;
 }
-#endif
 
-#if SET_OWN_BEARINGS
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at);
-#endif
 
-#if SET_STICKS && !SET_STANDS
 /* What the polynomials of what holds lack at the end of a step that ends where it holds no more, from an evaluation
  * there. */
 NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
@@ -178,26 +159,22 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
         at.nu[k] = lanes_of(s->end_nu[k]);
     for (int i = 0; i < wheels; i++)
         at.chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint);
-#if SET_HAS_HEADING
-    point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
-#endif
+    if (SET_HAS_HEADING)
+        point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
     for (int k = 0; k < SET_INPUTS*wheels; k++)
         at.input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
-#if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
-        s->core_here[c] = lanes_of(s->end_core[c]);
-    point.core = s->core_here;
-#endif
+    if (SET_CORE_PARTS) {
+        for (int c = 0; c < s->core; c++)
+            s->core_here[c] = lanes_of(s->end_core[c]);
+        point.core = s->core_here;
+    }
     core_rates(wheels, &point, nu_dot);
-#if SET_HOLDS
-    for (int k = 0; k < 3; k++)
-        s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
-#endif
-#if SET_OWN_BEARINGS
-    find_own_late(s, wheels, &at);
-#endif
+    if (SET_HOLDS)
+        for (int k = 0; k < 3; k++)
+            s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
+    if (SET_OWN_BEARINGS)
+        find_own_late(s, wheels, &at);
 }
-#endif
 
 /* The length at which the first guard is reached, if that is before `length`. */
 ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
@@ -216,23 +193,14 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
     }
     return length;
 }
-#endif
 
-#if SET_OWN_BEARINGS               /* own_events.c */
 #define OWN_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
 static double length_to_own(step_t *s, const int wheels, double length);
-#endif
 
-#if SET_GRIPS                      /* contact_events.c */
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
-#endif
-#if SET_STANDS                     /* use_events.c */
 static double length_to_use(step_t *s, const int wheels, double length);
-#endif
-#if SET_ROLLS
 NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
-#endif
 
 /* The length at which the first event comes, by Newton's rule from the step's end, or at most `most`. */
 ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
@@ -250,21 +218,16 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
             s->landing = i;
         }
     }
-#if SET_IS_ACTED_ON
-    length = length_to_guard(s, wheels, length);
-#endif
-#if SET_HOLDS
-    length = length_to_facet(s, wheels, length);
-#endif
-#if SET_OWN_BEARINGS
-    length = length_to_own(s, wheels, length);
-#endif
-#if SET_GRIPS
-    length = length_to_change(s, wheels, length);
-#endif
-#if SET_STANDS
-    length = length_to_use(s, wheels, length);
-#endif
+    if (SET_IS_ACTED_ON)
+        length = length_to_guard(s, wheels, length);
+    if (SET_HOLDS)
+        length = length_to_facet(s, wheels, length);
+    if (SET_OWN_BEARINGS)
+        length = length_to_own(s, wheels, length);
+    if (SET_GRIPS)
+        length = length_to_change(s, wheels, length);
+    if (SET_STANDS)
+        length = length_to_use(s, wheels, length);
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
 
@@ -281,28 +244,21 @@ enum { SETTLED, UNSETTLED, TOO_LONG };
  * contacts stick they are looked at only now: if one gives way in this step, the next sweeps look at them, too. */
 ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
 {
-#if SET_ROLLS
-    const int first_look = s->blind;
-    s->blind = 0;
-#endif
+    const int first_look = is_blind(s);
+    if (first_look)
+        s->blind = 0;
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
     end_of_core(s);
-#if SET_STICKS && !SET_STANDS
-    if (s->held && s->landing >= wheels + s->guards)
+    if (SET_STICKS && !SET_STANDS && s->held && s->landing >= wheels + s->guards)
         measure_force_at_end(s, wheels);
-#endif
-#if SET_GRIPS
-    if (s->landing >= wheels + s->guards)
+    if (SET_GRIPS && s->landing >= wheels + s->guards)
         measure_contacts_at_end(s, wheels);
-#endif
-#if SET_ROLLS
     if (first_look) {
         look_at_contacts(s, wheels);
         s->late = length_to_event(s, wheels, most) - s->h;
         return is_near(s, s->late) && s->landing < wheels + s->guards;
     }
-#endif
     s->late = length_to_event(s, wheels, most) - s->h;
     return is_near(s, s->late);
 }
@@ -311,50 +267,45 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
  * rounding, since rates are not constant over that time. */
 ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
 {
-#if SET_GRIPS
-    const int contact = s->landing - wheels - s->guards;
-    return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
-#elif SET_IN_SERIES                 /* the spin is no number that can be set to zero there                    */
-    const int bearing = s->landing - wheels - s->guards;
-    return bearing >= s->own->rollers_at && bearing < s->own_count && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
-#else
-    (void)s, (void)wheels;
+    if (SET_GRIPS) {
+        const int contact = s->landing - wheels - s->guards;
+        return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
+    }
+    if (SET_IN_SERIES) {  /* the spin is no number that can be set to zero there                    */
+        const int bearing = s->landing - wheels - s->guards;
+        return bearing >= s->own->rollers_at && bearing < s->own_count && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
+    }
     return 0;
-#endif
 }
 
-#if SET_IS_ACTED_ON
 /* Whether Picard's iteration contracts so slowly that Newton's rule takes over after sweep k: early where this has cheap
  * slopes. One slow sweep alone is the step's length that has moved to an event. */
 ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_before, double tolerance)
 {
     int patience = PATIENT;
-#if SET_GRIPS
-    if (s->turning)
-        patience = PATIENT_IN_TURNS;
-    if (is_blind(s))
-        patience = PATIENT_OF_NU;
-#endif
+    if (SET_GRIPS) {
+        if (s->turning)
+            patience = PATIENT_IN_TURNS;
+        if (is_blind(s))
+            patience = PATIENT_OF_NU;
+    }
     if (k < patience)
         return s->stiff.by_axles && k >= EARLY && ratio > NOT_FAST && missed(s) <= 4*tolerance;
     return !(ratio < SLOW) && !(ratio_before < SLOW);
 }
-#endif
 
 /* What a step whose contacts have not been looked at misses, with their friction; 0 where they have been. The next sweeps do
  * not look at them, unless the step is too long. */
 ALWAYS_INLINE double glance_misses(step_t *s, const int wheels, double allowed)
 {
     double misses = 0;
-#if SET_ROLLS
-    if (s->blind) {
+    if (SET_ROLLS && s->blind) {
         s->blind = 0;
         states_at_nodes(s, wheels);
         look_at_contacts(s, wheels);
         misses = missed(s);
         s->blind = !(misses > allowed);
     }
-#endif
     (void)s, (void)wheels, (void)allowed;
     return misses;
 }
@@ -362,24 +313,21 @@ ALWAYS_INLINE double glance_misses(step_t *s, const int wheels, double allowed)
 /* Whether the second sweep shows already that a step is too long: where friction bends the rates of axles. */
 ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
 {
-#if SET_IS_ACTED_ON
-    return s->stiff.by_axles && missed(s) > MUCH_TOO_LONG*tolerance;
-#else
-    (void)s, (void)tolerance;
+    if (SET_IS_ACTED_ON)
+        return s->stiff.by_axles && missed(s) > MUCH_TOO_LONG*tolerance;
     return 0;
-#endif
 }
 
 /* The next length of a step. Where rates have settled, and an event that has cut it is not in what was left, rounding
  * hides it there: it lies between the two. */
 ALWAYS_INLINE double length_between(const step_t *s, double length, int is_settled, double *cut)
 {
-#if SET_GRIPS
-    if (is_settled && s->landing >= 0 && length < s->h)
-        *cut = fmin(*cut, s->h);
-    else if (s->landing < 0 && *cut < INFINITY)
-        return fmax(s->h, (s->h + *cut)/2);
-#endif
+    if (SET_GRIPS) {
+        if (is_settled && s->landing >= 0 && length < s->h)
+            *cut = fmin(*cut, s->h);
+        else if (s->landing < 0 && *cut < INFINITY)
+            return fmax(s->h, (s->h + *cut)/2);
+    }
     (void)s, (void)is_settled, (void)cut;
     return length;
 }
@@ -387,25 +335,18 @@ ALWAYS_INLINE double length_between(const step_t *s, double length, int is_settl
 /* Whether an iteration that contracts no more changes only what the rounding of slips that have just begun moves. */
 ALWAYS_INLINE int changes_rounding(step_t *s, const int wheels, double change, double ratio, double tolerance)
 {
-#if SET_GRIPS
-    return s->turning && !(ratio < 0.5) && change <= tolerance && directions_are_found(s, wheels);
-#else
-    (void)s, (void)wheels, (void)change, (void)ratio, (void)tolerance;
+    if (SET_GRIPS)
+        return s->turning && !(ratio < 0.5) && change <= tolerance && directions_are_found(s, wheels);
     return 0;
-#endif
 }
 
-#if SET_STANDS_BOTH_WAYS         /* slow_rests.c */
 static void move_nodes(step_t *s, const int wheels, double length);
-#endif
 
 /* Another length of the step. What is known at the nodes goes with them once sweeps contract. */
 ALWAYS_INLINE void change_length(step_t *s, const int wheels, double length, double ratio)
 {
-#if SET_STANDS_BOTH_WAYS
-    if (ratio < 1)
+    if (SET_STANDS && SET_ROLLERS_TURN && ratio < 1)
         move_nodes(s, wheels, length);
-#endif
     s->h = length;
     (void)wheels, (void)ratio;
 }
@@ -418,9 +359,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
     int moves = 0;                      /* how often it has been moved on to where a contact lets go      */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
-#if SET_IS_ACTED_ON
     int stiff_since = 0;
-#endif
     for (int k = 0; k < MOST_SWEEPS; k++) {
         const double change = sweep(s, wheels, !(ratio < RENEW));
         end_of_step(s, wheels);
@@ -429,25 +368,24 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         ratio_before = ratio;
         ratio = change/last;
         (void)ratio_before;
-#if SET_IS_ACTED_ON
-        if (!SET_IS_COUPLED && !s->stiff.on && is_slow(s, k, ratio, ratio_before, tolerance)
-            && change > 100*sweep_tolerance) {              /* it contracts slowly                          */
-            s->stiff.on = 1;
-            stiff_since = k;
-            long_at = k + 2;
-            last = INFINITY;
-            continue;
+        if (SET_IS_ACTED_ON) {
+            if (!SET_IS_COUPLED && !s->stiff.on && is_slow(s, k, ratio, ratio_before, tolerance)
+                && change > 100*sweep_tolerance) {              /* it contracts slowly                          */
+                s->stiff.on = 1;
+                stiff_since = k;
+                long_at = k + 2;
+                last = INFINITY;
+                continue;
+            }
         }
-#endif
         /* What the next sweeps would still change, as a geometric series; the first sweep has no ratio. By Newton's rule
          * with slopes that turn within the step large and small ratios take turns, and the first is the guess's. */
         const double next = SET_IS_COUPLED ? fmax(ratio, k > 1 ? ratio_before : 1) : ratio;
         double rest = last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
         if (rest > sweep_tolerance && changes_rounding(s, wheels, change, ratio, tolerance))
             rest = 0;
-#if SET_IS_ACTED_ON
-        s->rest = rest;
-#endif
+        if (SET_IS_ACTED_ON)
+            s->rest = rest;
         if (rest <= sweep_tolerance && is_near(s, moved)) {
             const int unseen = is_blind(s), near = end_settled(s, wheels, most);
             const int moves_on = near && moves < MOST_MOVES && lets_go_later(s, wheels);
@@ -464,19 +402,18 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return UNSETTLED;
         if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
             return UNSETTLED;
-#if SET_IN_SERIES
-        shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h;
-#endif
+        if (SET_IN_SERIES)
+            shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h;
         last = change > 0 ? change : 1e-300;
         change_length(s, wheels, length, ratio);
         if (k == long_at && glance_misses(s, wheels, 4*tolerance) > 4*tolerance)
             return TOO_LONG;
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))
             return TOO_LONG;
-#if SET_IS_ACTED_ON
-        if (s->stiff.on && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */
-            return missed(s) > 4*tolerance ? TOO_LONG : UNSETTLED;
-#endif
+        if (SET_IS_ACTED_ON) {
+            if (s->stiff.on && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */
+                return missed(s) > 4*tolerance ? TOO_LONG : UNSETTLED;
+        }
     }
     return UNSETTLED;
 }
@@ -512,7 +449,6 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
     return 1;
 }
 
-#if SET_GRIPS
 /* Bounds of a polynomial in the step from its values at the nodes: it is nowhere farther from one of these than LEBESGUE
  * times as far as the others are. */
 ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)
@@ -525,7 +461,6 @@ ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)
     const double away = LEBESGUE*largest_of(&apart);
     *least = middle - away, *most = middle + away;
 }
-#endif
 
 /* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost,
  * or 1. */
@@ -535,7 +470,6 @@ static double turn_outside(const step_t *s, int wheel)
     return turn_beyond(&s->rate_chi[wheel], s->end_rate[wheel], s->h, s->chi[wheel], -edge, edge);
 }
 
-#if SET_IS_ACTED_ON
 /* A guard that is positive inside the step and not at its end: where it is largest, or 1. */
 static double turn_of_guard(const step_t *s, int guard)
 {
@@ -543,30 +477,26 @@ static double turn_of_guard(const step_t *s, int guard)
     return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard.start[guard],
                        -INFINITY, PASSED*s->guard.noise[guard]);
 }
-#endif
 
-#if SET_HOLDS
 /* Rates of what holds, in lengths of the step: of the force and, as its reach changes, of the rollers in contact. */
 typedef struct {
     nodes_t force[3];
-#if SET_ROLLERS_STICK
     nodes_t nearer[MOST_WHEELS];
-#endif
 } holding_rates_t;
 
 static void holding_rates(const step_t *s, const int wheels, holding_rates_t *rates)
 {
     for (int k = 0; k < 3; k++)
         rates->force[k] = times(gauss_slope, &s->force[k]);
-#if SET_ROLLERS_STICK
-    nodes_t nearer[MOST_WHEELS];
-    if (s->sticking->count == s->first_contact)
-        return;
-    for (int b = 0; b < BLOCKS; b++)
-        nearer_at_nodes(s, wheels, s->contact, b, nearer);
-    for (int i = 0; i < wheels; i++)
-        rates->nearer[i] = times(gauss_slope, &nearer[i]);
-#endif
+    if (SET_ROLLERS_STICK) {
+        nodes_t nearer[MOST_WHEELS];
+        if (s->sticking->count == s->first_contact)
+            return;
+        for (int b = 0; b < BLOCKS; b++)
+            nearer_at_nodes(s, wheels, s->contact, b, nearer);
+        for (int i = 0; i < wheels; i++)
+            rates->nearer[i] = times(gauss_slope, &nearer[i]);
+    }
     (void)wheels;
 }
 
@@ -581,13 +511,12 @@ static double turn_of_facet(const step_t *s, const holding_rates_t *rates, const
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] = facet->normal[0]*force_rate[0].lanes[b] + facet->normal[1]*force_rate[1].lanes[b]
             + facet->normal[2]*force_rate[2].lanes[b];
-#if SET_ROLLERS_STICK
-    for (int k = s->first_contact; k < s->sticking->count; k++) {
-        const double per_nearer = fabs(moved_by(s->sticking->rows[k], facet->normal))*s->sticking->bounds[k];
-        for (int b = 0; b < BLOCKS; b++)
-            rate.lanes[b] -= per_nearer*rates->nearer[s->contact_wheel[k - s->first_contact]].lanes[b];
+    if (SET_ROLLERS_STICK) {
+        for (int k = s->first_contact; k < s->sticking->count; k++) {
+            const double per_nearer = fabs(moved_by(s->sticking->rows[k], facet->normal))*s->sticking->bounds[k];
+            for (int b = 0; b < BLOCKS; b++)
+                rate.lanes[b] -= per_nearer*rates->nearer[s->contact_wheel[k - s->first_contact]].lanes[b];
+        }
     }
-#endif
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, FACET_NOISE*rounding);
 }
-#endif

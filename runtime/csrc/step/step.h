@@ -8,11 +8,8 @@
 #define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
 #define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is what is left of other forces */
 #define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (taken)))
-#if defined SET_HAS_CONTACT_SPEEDS || SET_STRIPS
-#define SET_FIRST_DIRECTION 0       /* in which contacts may slip: along the axle, along the rolling direction */
-#else
-#define SET_FIRST_DIRECTION 1
-#endif
+/* In which contacts may slip: 0 along the axle, 1 along the rolling direction. */
+#define SET_FIRST_DIRECTION (!(SET_HAS_CONTACT_SPEEDS || SET_STRIPS))
 #define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS)     /* approach.c */
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
@@ -21,7 +18,6 @@ typedef struct {
     nodes_t rows[MOST_UNKNOWNS*MOST_UNKNOWNS/NODES], *row[MOST_UNKNOWNS];
 } newton_t;
 
-#if SET_IS_COUPLED
 /* How the speeds that are coupled are solved for: those of the core that stand first, then nu. Rows of matrices are those
  * of the rates. */
 typedef struct {
@@ -35,9 +31,7 @@ typedef struct {
     nodes_t *missing;                           /* of all rates: of the core, then of nu          */
     double *reach;                              /* of each wheel where the slopes are from, of its roller's axial speed */
 } coupled_t;
-#endif
 
-#if SET_OWN_BEARINGS
 /* Bearings with rates of their own, which stand together in the core: of free rollers, or of axles. */
 typedef struct {
     lanes_t *sticks, *torque;                   /* 1 or 0; the torque of one that turns, else 0  */
@@ -46,52 +40,40 @@ typedef struct {
     double *late;                               /* what its polynomials lack at the step's end   */
     lanes_t *rate;                              /* scratch                                       */
     int rollers_at;                             /* where those of rollers begin, behind those of axles: in contact, free */
-#if SET_ROLLERS_TURN
     int wheels;
     double *now;                                /* rates at this instant                         */
-#endif
-#if SET_STRIPS
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
     double *takes;                              /* torques of those in own_bearings.c's spins_at_the_most(), else 0 */
     double *scale;                              /* of what stands in the place of their spins, in rad/s */
     lanes_t *load;                              /* of the contacts                               */
     const lanes_t *friction;
-#endif
-#if SET_DISKS_STICK
     lanes_t *dot;                               /* out: accelerations of the rollers' spins      */
     lanes_t *yaw_mass;                          /* out: one number                               */
     double *given, *per_yaw, *bounds;           /* of those at rest: scratch                     */
-#endif
 } own_bearings_t;
 
 ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 {
-#if SET_SPINS_STICK
-    point->free_sticks = own->sticks, point->free_bearing = own->torque, point->free_holding = own->holding;
-#endif
-#if SET_AXLES_STICK
-    point->axle_sticks = own->sticks, point->axle_holding = own->holding;   /* torques are among the inputs */
-#endif
-#if SET_IN_SERIES
-    point->contact_sticks = own->sticks + own->rollers_at;  /* set_slip_spins() tells what holds them       */
-#endif
-#if SET_STRIPS                                  /* but the dynamics does where contacts stick               */
-    point->contact_holding = own->holding + own->rollers_at, point->contact_spin = own->spin;
-#endif
-#if SET_DISKS_STICK
-    const int contact = own->rollers_at, free = contact + own->wheels;
-    point->contact_sticks = own->sticks + contact, point->contact_holding = own->holding + contact;
-    point->free_sticks = own->sticks + free, point->free_holding = own->holding + free;
-    point->free_bearing = own->torque + free;
-    point->contact_spin_dot = own->dot + contact, point->spins_dot = own->dot + free;
-    point->yaw_mass = own->yaw_mass;
-#endif
+    if (SET_SPINS_STICK)
+        point->free_sticks = own->sticks, point->free_bearing = own->torque, point->free_holding = own->holding;
+    if (SET_AXLES_STICK)
+        point->axle_sticks = own->sticks, point->axle_holding = own->holding;   /* torques are among the inputs */
+    if (SET_IN_SERIES)
+        point->contact_sticks = own->sticks + own->rollers_at;  /* set_slip_spins() tells what holds them       */
+    if (SET_STRIPS)  /* but the dynamics does where contacts stick               */
+        point->contact_holding = own->holding + own->rollers_at, point->contact_spin = own->spin;
+    if (SET_DISKS_STICK) {
+        const int contact = own->rollers_at, free = contact + own->wheels;
+        point->contact_sticks = own->sticks + contact, point->contact_holding = own->holding + contact;
+        point->free_sticks = own->sticks + free, point->free_holding = own->holding + free;
+        point->free_bearing = own->torque + free;
+        point->contact_spin_dot = own->dot + contact, point->spins_dot = own->dot + free;
+        point->yaw_mass = own->yaw_mass;
+    }
 }
-#endif
 
-#if SET_STANDS
 /* Wheels that stand, along their axles (way 0) where contact and roller stick, along their rolling directions (way 1)
- * where contact and axle do. */
+ * where contact and axle do. Where rollers do not stick a wheel stands in the latter way alone. */
 typedef struct {
     int count, wheel[MOST_BEARINGS], way[MOST_BEARINGS], bearing[MOST_BEARINGS];    /* the bearing that holds it */
     int stands[2*MOST_WHEELS];                  /* of each wheel and way                                   */
@@ -111,9 +93,7 @@ typedef struct {
 typedef struct {
     double force[3], asked[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
 } asked_t;
-#endif
 
-#if SET_APPROACHES
 /* A step up to a rest, in a clock of its own: approach.c. */
 typedef struct {
     int stretched;                              /* the power of its clock, else 0                           */
@@ -122,9 +102,7 @@ typedef struct {
     double across, fades;                       /* the slip's rate across its direction at the start; the power with
                                                  * which the time to rest takes away what it would make of the slip */
 } approach_t;
-#endif
 
-#if SET_IS_ACTED_ON
 /* A step whose rates are solved for implicitly: stiff.c. */
 typedef struct {
     int on;                                     /* whether the core is                           */
@@ -135,17 +113,14 @@ typedef struct {
     double steepest;                            /* the largest h times slope in the last sweep   */
     nodes_t found_nu[3], slope_nu[9];           /* scratch                                       */
     newton_t newton;                            /* of nu', where it is stiff                     */
-#if SET_CORE_PARTS
     lanes_t *core_slope, *core_chord;           /* scratch                                       */
     nodes_t *found_core, *slope_core, *core_in_nu;
-#endif
 } stiff_t;
 
 /* Guards at the start of a step. */
 typedef struct {
     double start[MOST_GUARDS], noise[MOST_GUARDS], slope[MOST_GUARDS], weights[3*MOST_GUARDS];   /* weights: of nu */
 } guards_t;
-#endif
 
 typedef struct {
     int wheels;
@@ -165,29 +140,18 @@ typedef struct {
     double reach;                               /* at most this part of h                        */
     double unsure;                              /* rounding hides the event's instant for so long */
     long long sweeps;
-#if SET_HAS_HEADING
     double heading;                             /* at the start                                  */
     nodes_t at_heading;
-#endif
-#if SET_INPUTS
-    double input[SET_INPUTS*MOST_WHEELS], input_slope[SET_INPUTS*MOST_WHEELS];
-#endif
-#if SET_CORE_PARTS
+    double input[MOST_INPUTS*MOST_WHEELS], input_slope[MOST_INPUTS*MOST_WHEELS];
     int core;                                   /* how many numbers it has beside nu             */
     const double *start_core;
     double *end_core, *weight;                  /* weight: size of nu over that of each number   */
     nodes_t *rate_core;
     lanes_t *at_core;                           /* at the nodes, vector by vector: core_at()     */
     lanes_t *core_here, *core_dot;              /* scratch                                       */
-#endif
-#if SET_SLIPS
     const double *guard_rows;                   /* of the run                                    */
-#endif
-#if SET_IS_COUPLED
     const coupled_t *coupled;
     int fresh, renewals;                        /* no sweep yet; of its slopes, in this try      */
-#endif
-#if SET_GRIPS
     int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
     int sliding, turning, gripping;             /* whether there are such, with directions, and such as stick */
     int rolls;                                  /* all stick: what is coupled with nu follows from it */
@@ -208,21 +172,11 @@ typedef struct {
     double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
     double end_slip[2*MOST_WHEELS];
-#endif
-#if SET_STRIPS
     int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
-#endif
-#if SET_APPROACHES
     approach_t approach;
-#endif
-#if SET_ACCOUNTS
     nodes_t rate_account[MOST_ACCOUNTS];
-#endif
-#if SET_STICKS
     int held, facets;                           /* bearings that stick; the facets of what they can take */
-#endif
-#if SET_HOLDS
     const facet_t *facet;
     const bearings_t *sticking;                 /* those whose rates follow from nu                */
     double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
@@ -230,64 +184,44 @@ typedef struct {
     nodes_t force[3];                           /* that holds, at the nodes                      */
     double force_start[3], force_size[3], per_force[3];
     double force_late[3];                       /* what its polynomials lack at the step's end   */
-#endif
-#if SET_ROLLERS_STICK
     int first_contact;                          /* place among `sticking` where rollers in contact begin */
     int contact_wheel[MOST_WHEELS];             /* the wheels of these                           */
     const omniroll_bearing_t *contact;          /* the bearings of all rollers in contact        */
     double nearer_start[MOST_BEARINGS], nearer_end[MOST_BEARINGS], nearer_rate[MOST_BEARINGS];
-#endif
-#if SET_OWN_BEARINGS
     int own_count;
     const omniroll_bearing_t *own_bearing;      /* those with rates of their own                 */
     const own_bearings_t *own;
-#endif
-#if SET_STANDS
     const standing_t *standing;
-    lanes_t directions[9], absent[3];           /* of nu                                         */
-    nodes_t force[3], along[2*MOST_WHEELS];     /* what wheels that stand ask for, at nodes      */
+    nodes_t along[2*MOST_WHEELS];               /* what wheels that stand ask for, at nodes */
     asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
-#endif
-#if SET_STANDS_BOTH_WAYS
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
     int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
-#endif
-#if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */
     stiff_t stiff;
     double rest;                                /* what further sweeps would change              */
     double bend_in;                             /* the time until a wheel comes to where rates bend */
     int guards;
     guards_t guard;
-#endif
 } step_t;
 
-#if SET_GRIPS
 /* Whether a contact slips in a direction that turns. */
 ALWAYS_INLINE int may_turn(const step_t *s, int i)
 {
-#if SET_STRIPS
-    return s->slides[i] && !s->corner[i];
-#else
+    if (SET_STRIPS)
+        return s->slides[i] && !s->corner[i];
     return s->slides[i];
-#endif
 }
 
 /* Whether the directions of a contact have been found together with others in the last sweep. */
 ALWAYS_INLINE int turned_together(const step_t *s, int i)
 {
-#if SET_STANDS_BOTH_WAYS
-    return s->turned_together[i];
-#else
-    (void)s, (void)i;
+    if (SET_STANDS)
+        return s->turned_together[i];
     return 0;
-#endif
 }
-#endif
 
-#if SET_CORE_PARTS
 /* The rest of the core in vector b of the nodes, as the kernel reads it. */
 ALWAYS_INLINE lanes_t *core_at(const step_t *s, int b)
 {
@@ -301,7 +235,6 @@ ALWAYS_INLINE const lanes_t *core_to_move(const step_t *s, int b)
         s->core_here[c] = core_at(s, b)[c];
     return s->core_here;
 }
-#endif
 
 /* A try: its length, and its error over that allowed. */
 typedef struct {
@@ -311,18 +244,10 @@ typedef struct {
 /* The arrays of a point. */
 typedef struct {
     lanes_t nu[3], chi[MOST_WHEELS];
-#if SET_INPUTS
-    lanes_t input[SET_INPUTS*MOST_WHEELS];
-#endif
-#if SET_HOLDS || SET_STANDS
+    lanes_t input[MOST_INPUTS*MOST_WHEELS];
     lanes_t held_force[3];
-#endif
-#if SET_GRIPS
     lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
-#endif
-#if SET_STRIPS
     lanes_t ground_yield[MOST_WHEELS];
-#endif
 } arrays_t;
 
 #endif

@@ -11,7 +11,6 @@
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
-#if SET_CORE_PARTS
 /* The core at the step's start, and where what is known of it along the step stands. */
 ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
@@ -22,9 +21,7 @@ ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *w
     s->stiff.found_core = work->found_core, s->stiff.slope_core = work->slope_core;
     s->stiff.core_in_nu = work->core_in_nu;
 }
-#endif
 
-#if SET_HOLDS
 /* Bearings that stick, and the forces that hold them. */
 ALWAYS_INLINE void begin_held_forces(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
@@ -40,9 +37,7 @@ ALWAYS_INLINE void begin_held_forces(const omniroll_run_t *run, const work_t *wo
         s->per_force[k] = run->hold.per_force[k];
     }
 }
-#endif
 
-#if SET_IS_ACTED_ON
 ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int wheels)
 {
     s->guards = all_guards(run);
@@ -54,7 +49,6 @@ ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int 
             s->guard.weights[3*k + m] = guard[2 + m];
     }
 }
-#endif
 
 /* A step as it begins: the state, and what acts. */
 ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
@@ -63,80 +57,69 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
         s->nu[k] = run->nu[k];
     for (int i = 0; i < wheels; i++)
         s->chi[i] = run->chi[i];
-#if SET_HAS_HEADING
-    s->heading = remainder(run->pose[2], TURN);
-#endif
-#if SET_INPUTS
-    const double *slopes = run->inputs + SET_INPUTS*wheels;
-    for (int k = 0; k < SET_INPUTS*wheels; k++) {
-        s->input[k] = input_now(run, k);
-        s->input_slope[k] = slopes[k];
+    if (SET_HAS_HEADING)
+        s->heading = remainder(run->pose[2], TURN);
+    if (SET_INPUTS) {
+        const double *slopes = run->inputs + SET_INPUTS*wheels;
+        for (int k = 0; k < SET_INPUTS*wheels; k++) {
+            s->input[k] = input_now(run, k);
+            s->input_slope[k] = slopes[k];
+        }
     }
-#endif
-#if SET_CORE_PARTS
-    begin_core_of_step(run, work, s);
-#endif
-#if SET_SLIPS
-    s->guard_rows = run->guards;
-#endif
-#if SET_IS_COUPLED
-    s->coupled = &work->coupled_speeds;
-#endif
-#if SET_GRIPS
-    begin_contacts(run, work, s, wheels);
-    s->strays = 0;
-#endif
-#if SET_APPROACHES
-    s->approach.stretched = 0;
-#endif
-#if SET_STICKS
-    s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0;
-    begin_holding(run, work, s);
-#endif
-#if SET_HOLDS
-    begin_held_forces(run, work, s, wheels);
-#endif
-#if SET_IS_ACTED_ON
-    begin_guards(run, s, wheels);
-#endif
+    if (SET_CORE_PARTS)
+        begin_core_of_step(run, work, s);
+    if (SET_SLIPS)
+        s->guard_rows = run->guards;
+    if (SET_IS_COUPLED)
+        s->coupled = &work->coupled_speeds;
+    if (SET_GRIPS) {
+        begin_contacts(run, work, s, wheels);
+        s->strays = 0;
+    }
+    if (SET_APPROACHES)
+        s->approach.stretched = 0;
+    if (SET_STICKS) {
+        s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0;
+        begin_holding(run, work, s);
+    }
+    if (SET_HOLDS)
+        begin_held_forces(run, work, s, wheels);
+    if (SET_IS_ACTED_ON)
+        begin_guards(run, s, wheels);
     (void)work;
 }
 
-#if SET_CORE_PARTS
 ALWAYS_INLINE double size_in_power(double size, int power)
 {
     return power == 2 ? size*size : power ? size : 1;
 }
-#endif
 
 /* The size of nu that errors are measured against; where something acts, the largest up to the end of the step.
  * Sets the weights of the rest of the core. */
 ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot)
 {
     double size = largest3(s->nu);
-#if SET_IS_ACTED_ON
-    const double gained[3] = {s->h*nu_dot[0][0], s->h*nu_dot[1][0], s->h*nu_dot[2][0]};
-    size = fmax(fmax(size, fmin(largest3(gained), 1e300)), fmax(run->fastest, run->speed));
-#endif
-#if SET_CORE_PARTS
-    int c = 0;
-    for (int part = 0; part < SET_CORE_PARTS; part++) {
-        const int end = core_part_end(run->wheels, run->rollers_per_wheel, part);
-        double of_part = run->part_sizes[part]*size_in_power(size, core_part_power(part));
-        for (int k = c; k < end; k++)
-            of_part = larger(of_part, fabs(run->core[k]));
-        for (; c < end; c++)
-            s->weight[c] = of_part > 0 ? size/of_part : 0;
+    if (SET_IS_ACTED_ON) {
+        const double gained[3] = {s->h*nu_dot[0][0], s->h*nu_dot[1][0], s->h*nu_dot[2][0]};
+        size = fmax(fmax(size, fmin(largest3(gained), 1e300)), fmax(run->fastest, run->speed));
     }
-#endif
-#if SET_IS_ACTED_ON
-    s->size = size;
-#endif
+    if (SET_CORE_PARTS) {
+        int c = 0;
+        for (int part = 0; part < SET_CORE_PARTS; part++) {
+            const int end = core_part_end(run->wheels, run->rollers_per_wheel, part);
+            double of_part = run->part_sizes[part]*size_in_power(size, core_part_power(part));
+            for (int k = c; k < end; k++)
+                of_part = larger(of_part, fabs(run->core[k]));
+            for (; c < end; c++)
+                s->weight[c] = of_part > 0 ? size/of_part : 0;
+        }
+    }
+    if (SET_IS_ACTED_ON)
+        s->size = size;
     (void)run, (void)work, (void)nu_dot;
     return size;
 }
 
-#if SET_HAS_SLOPES
 #define NEAR_REST 4                 /* times the small speed below which friction fades: the nodes resolve it there */
 
 /* The time until the first number of the core that friction slows down comes near rest, where its rate bends. A number
@@ -154,9 +137,7 @@ static double time_to_rest(const step_t *s, const int wheels, const point_t *sta
     }
     return time;
 }
-#endif
 
-#if SET_IS_ACTED_ON && !SET_SLIPS
 /* The length of a step from here after which no wheel has passed zero that turns too fast for that: friction with a small
  * named speed bends the rates there. Each step makes a part of the way. */
 static double longest_before_bend(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot,
@@ -176,18 +157,15 @@ static double longest_before_bend(const omniroll_run_t *run, const work_t *work,
     }
     return time;
 }
-#endif
 
 /* The rates where a step starts; those of contacts that all stick have been found with their modes. */
 ALWAYS_INLINE void rates_at_start(const omniroll_run_t *run, const work_t *work, const int wheels, lanes_t *nu_dot)
 {
-#if SET_GRIPS
-    if (run->ground.knows_rates) {
+    if (SET_GRIPS && run->ground.knows_rates) {
         for (int k = 0; k < 3; k++)
             nu_dot[k] = work->nu_dot[k];
         return;
     }
-#endif
     rates_at_this_instant(run, work, wheels, nu_dot);
 }
 
@@ -195,23 +173,21 @@ ALWAYS_INLINE void rates_at_start(const omniroll_run_t *run, const work_t *work,
 ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest, const omniroll_run_t *run,
                                     const work_t *work, const lanes_t *nu_dot, const lanes_t *chi_dot)
 {
-#if SET_HAS_SLOPES
-    instant_t start;
-    at_this_instant(run, work, wheels, &start);
-    if (s->stiff.on)
-        longest = fmin(longest, time_to_rest(s, wheels, &start.point));
-#endif
-#if SET_IS_ACTED_ON && !SET_SLIPS
-    s->bend_in = INFINITY;
-    if (run->bend_rate > 0)
-        longest = fmin(longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
-#endif
-#if SET_GRIPS
-    longest = fmin(longest, longest_before_rest(run, work, s, wheels));
-#endif
-#if SET_STRIPS
-    longest = fmin(longest, longest_in_corners(s, wheels));
-#endif
+    if (SET_HAS_SLOPES) {
+        instant_t start;
+        at_this_instant(run, work, wheels, &start);
+        if (s->stiff.on)
+            longest = fmin(longest, time_to_rest(s, wheels, &start.point));
+    }
+    if (SET_IS_ACTED_ON && !SET_SLIPS) {
+        s->bend_in = INFINITY;
+        if (run->bend_rate > 0)
+            longest = fmin(longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
+    }
+    if (SET_GRIPS)
+        longest = fmin(longest, longest_before_rest(run, work, s, wheels));
+    if (SET_STRIPS)
+        longest = fmin(longest, longest_in_corners(s, wheels));
     (void)s, (void)wheels, (void)run, (void)work, (void)nu_dot, (void)chi_dot;
     return longest;
 }
@@ -219,18 +195,16 @@ ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest,
 /* What the polynomials of what holds lack at the end of a step: nothing is known of it yet. */
 ALWAYS_INLINE void nothing_is_late(step_t *s)
 {
-#if SET_HOLDS
-    for (int k = 0; k < 3; k++)
-        s->force_late[k] = 0;
-#endif
-#if SET_STANDS
-    memset(&s->asked_late, 0, sizeof s->asked_late);
-    s->nearly_used = 0;
-#endif
-#if SET_OWN_BEARINGS
-    for (int k = 0; k < s->own_count; k++)
-        s->own->late[k] = 0;
-#endif
+    if (SET_HOLDS)
+        for (int k = 0; k < 3; k++)
+            s->force_late[k] = 0;
+    if (SET_STANDS) {
+        memset(&s->asked_late, 0, sizeof s->asked_late);
+        s->nearly_used = 0;
+    }
+    if (SET_OWN_BEARINGS)
+        for (int k = 0; k < s->own_count; k++)
+            s->own->late[k] = 0;
     (void)s;
 }
 
@@ -256,33 +230,31 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
     rates_at_start(run, work, wheels, nu_dot);
     wheel_rates_now(run, work, nu, chi_dot);
-#if SET_GRIPS
-    contacts_at_start(run, work, s, wheels);
-#endif
+    if (SET_GRIPS)
+        contacts_at_start(run, work, s, wheels);
     *longest = longest_smooth(s, wheels, *longest, run, work, nu_dot, chi_dot);
     nothing_is_late(s);
     s->h = length_to_joint(s, wheels, *longest, chi_dot);
     /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. The rise over a
      * step that was far shorter is little but rounding. */
-#if SET_IS_COUPLED
-    const lanes_t none[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
-    size_of_state(run, work, s, none);
-    first_guess(s, wheels, nu_dot);
-    return size_of_state(run, work, s, nu_dot);
-#endif
+    if (SET_IS_COUPLED) {
+        const lanes_t none[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
+        size_of_state(run, work, s, none);
+        first_guess(s, wheels, nu_dot);
+        return size_of_state(run, work, s, nu_dot);
+    }
     const double part = s->h < FAR*run->rise_over ? s->h/run->rise_over : 0;
-#if SET_IS_ACTED_ON
-    s->stiff.sweeps = 0;
-    memset(s->stiff.slope_nu, 0, sizeof s->stiff.slope_nu);
-#endif
+    if (SET_IS_ACTED_ON) {
+        s->stiff.sweeps = 0;
+        memset(s->stiff.slope_nu, 0, sizeof s->stiff.slope_nu);
+    }
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
             s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
-#if SET_CORE_PARTS
-    for (int c = 0; c < work->core; c++)
-        for (int b = 0; b < BLOCKS; b++)
-            s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = 0; c < work->core; c++)
+            for (int b = 0; b < BLOCKS; b++)
+                s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
     return size_of_state(run, work, s, nu_dot);
 }
 
@@ -295,10 +267,9 @@ ALWAYS_INLINE void end_late(step_t *s, const int wheels)
     }
     for (int i = 0; i < wheels; i++)
         s->end_chi[i] += s->late*s->end_rate[i];
-#if SET_CORE_PARTS
-    for (int c = first_integrated(s, wheels); c < s->core; c++)
-        s->end_core[c] += s->late*weighted(&s->rate_core[c], &gauss_end);
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = first_integrated(s, wheels); c < s->core; c++)
+            s->end_core[c] += s->late*weighted(&s->rate_core[c], &gauss_end);
 }
 
 /* Where in the step, x in (0, 1), a wheel or a guard is beyond its bound and back at the end; 1 if none is. */
@@ -307,57 +278,50 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     double turned = 1;
     for (int i = 0; i < wheels; i++)
         turned = fmin(turned, turn_outside(s, i));
-#if SET_IS_ACTED_ON
-    for (int k = 0; k < s->guards; k++)
-        turned = fmin(turned, turn_of_guard(s, k));
-#endif
-#if SET_GRIPS
-    turned = fmin(turned, turn_of_contacts(s, wheels));
-#endif
-#if SET_STRIPS
-    turned = fmin(turned, turn_of_corners(s, wheels));
-#endif
-#if SET_HOLDS
-    holding_rates_t rates;
-    if (s->facets)
-        holding_rates(s, wheels, &rates);
-    for (int f = 0; f < s->facets; f++)
-        turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
-#endif
-#if SET_STANDS
-    turned = fmin(turned, turn_of_use(s, wheels));
-#endif
-#if SET_OWN_BEARINGS
-    for (int k = 0; k < s->own_count; k++)
-        turned = fmin(turned, turn_of_own(s, k));
-#endif
+    if (SET_IS_ACTED_ON)
+        for (int k = 0; k < s->guards; k++)
+            turned = fmin(turned, turn_of_guard(s, k));
+    if (SET_GRIPS)
+        turned = fmin(turned, turn_of_contacts(s, wheels));
+    if (SET_STRIPS)
+        turned = fmin(turned, turn_of_corners(s, wheels));
+    if (SET_HOLDS) {
+        holding_rates_t rates;
+        if (s->facets)
+            holding_rates(s, wheels, &rates);
+        for (int f = 0; f < s->facets; f++)
+            turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
+    }
+    if (SET_STANDS)
+        turned = fmin(turned, turn_of_use(s, wheels));
+    if (SET_OWN_BEARINGS)
+        for (int k = 0; k < s->own_count; k++)
+            turned = fmin(turned, turn_of_own(s, k));
     return turned;
 }
 
 /* Elapsed at which a step ends at the latest. */
 ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
 {
-#if SET_IS_ACTED_ON
-    return fmin(run->duration, run->next_time);
-#else
+    if (SET_IS_ACTED_ON)
+        return fmin(run->duration, run->next_time);
     return run->duration;
-#endif
 }
 
 /* Which part of the core the polynomials of the last try miss most: -1 for nu. */
 static int hardest_part(const omniroll_run_t *run, const step_t *s)
 {
     int hardest = -1;
-#if SET_CORE_PARTS
-    double most = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
-    int c = 0;
-    for (int part = 0; part < SET_CORE_PARTS; part++)
-        for (; c < core_part_end(run->wheels, run->rollers_per_wheel, part); c++) {
-            const double missing = s->weight[c]*tail(&s->rate_core[c]);
-            if (missing > most)
-                most = missing, hardest = part;
-        }
-#endif
+    if (SET_CORE_PARTS) {
+        double most = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
+        int c = 0;
+        for (int part = 0; part < SET_CORE_PARTS; part++)
+            for (; c < core_part_end(run->wheels, run->rollers_per_wheel, part); c++) {
+                const double missing = s->weight[c]*tail(&s->rate_core[c]);
+                if (missing > most)
+                    most = missing, hardest = part;
+            }
+    }
     (void)run, (void)s;
     return hardest;
 }
@@ -368,13 +332,11 @@ static int hardest_part(const omniroll_run_t *run, const step_t *s)
  * together log(steps/SHORT_STEPS)/2 times as much. A run that pauses has no duration that is known. */
 ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 {
-#if SET_IS_ACTED_ON
-    const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
-    return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
-#else
-    (void)h;
+    if (SET_IS_ACTED_ON) {
+        const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
+        return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
+    }
     return run->sweep_tolerance;
-#endif
 }
 
 /* The next try after one that was too long: up to where rates bend, if they do. ahead: the length of the step after it
@@ -382,22 +344,20 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, double factor, double error,
                              const tried_t *before, double allowed, double *ahead)
 {
-#if SET_GRIPS
-    if (s->turning && s->rest_in < INFINITY)
+    if (SET_GRIPS && s->turning && s->rest_in < INFINITY)
         return farther_from_rest(s, error, before);
-#endif
-#if SET_IS_ACTED_ON && !SET_IS_COUPLED
-    const bend_t found = bend(s, wheels, allowed);
-    if (found.left < 1 && found.wheel >= 0) {
-        const double rate = BEND_NEARER*fabs(weighted(&s->rate_chi[found.wheel], &gauss_start));
-        run->bend_rate = run->bend_rate > 0 ? fmin(run->bend_rate, rate) : rate;
-        return s->h*found.left*PART_TO_BEND;
+    if (SET_IS_ACTED_ON && !SET_IS_COUPLED) {
+        const bend_t found = bend(s, wheels, allowed);
+        if (found.left < 1 && found.wheel >= 0) {
+            const double rate = BEND_NEARER*fabs(weighted(&s->rate_chi[found.wheel], &gauss_start));
+            run->bend_rate = run->bend_rate > 0 ? fmin(run->bend_rate, rate) : rate;
+            return s->h*found.left*PART_TO_BEND;
+        }
+        if (found.left < 1) {
+            *ahead = 2*s->h*(found.right - found.left);
+            return s->h*found.left;
+        }
     }
-    if (found.left < 1) {
-        *ahead = 2*s->h*(found.right - found.left);
-        return s->h*found.left;
-    }
-#endif
     (void)run, (void)wheels, (void)error, (void)before, (void)allowed, (void)ahead;
     return s->h*fmin(fmax(factor, 0.2), 0.9);
 }
@@ -407,10 +367,10 @@ ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, d
 ALWAYS_INLINE double longer(const omniroll_run_t *run, step_t *s, double factor, double error)
 {
     double step = s->h*fmin(fmax(factor, 1.0), 5.0);
-#if SET_IS_ACTED_ON
-    if (error < EASY && s->h > run->rise_over)      /* the length of the step before                          */
-        step = fmin(step*(s->h/run->rise_over), 5*s->h);
-#endif
+    if (SET_IS_ACTED_ON) {
+        if (error < EASY && s->h > run->rise_over)      /* the length of the step before                          */
+            step = fmin(step*(s->h/run->rise_over), 5*s->h);
+    }
     (void)run, (void)error;
     return step;
 }
@@ -447,11 +407,11 @@ ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int f
     *factor = *error > 0 ? 0.9*pow(*error, -1.0/NODES) : 5;
     const tried_t before = of->last_try;
     of->last_try = (tried_t){s->h, *error};
-#if SET_IS_ACTED_ON
-    /* A shorter step is no better: what decays is far shorter yet. */
-    if ((SET_IS_COUPLED || s->stiff.by_axles) && *error > 0.5*before.error)
-        *factor = fmin(*factor, SET_IS_COUPLED ? 0.25 : 0.6);
-#endif
+    if (SET_IS_ACTED_ON) {
+        /* A shorter step is no better: what decays is far shorter yet. */
+        if ((SET_IS_COUPLED || s->stiff.by_axles) && *error > 0.5*before.error)
+            *factor = fmin(*factor, SET_IS_COUPLED ? 0.25 : 0.6);
+    }
     if (!(*error > 1 || found == TOO_LONG))
         return 0;
     of->most = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
@@ -467,16 +427,16 @@ ALWAYS_INLINE int passes_too_much(step_t *s, const int wheels, lengths_t *of)
         of->most = s->h*turned;
         return 1;
     }
-#if SET_GRIPS
-    if (has_strayed(s, wheels)) {
-        s->strays = 1;
-        return 1;
+    if (SET_GRIPS) {
+        if (has_strayed(s, wheels)) {
+            s->strays = 1;
+            return 1;
+        }
+        if (rests_early(s, wheels)) {
+            of->most = (1 - LEFT)*s->h;
+            return 1;
+        }
     }
-    if (rests_early(s, wheels)) {
-        of->most = (1 - LEFT)*s->h;
-        return 1;
-    }
-#endif
     return 0;
 }
 
@@ -485,17 +445,14 @@ ALWAYS_INLINE int passes_too_much(step_t *s, const int wheels, lengths_t *of)
 ALWAYS_INLINE void put_next_length(omniroll_run_t *run, step_t *s, const lengths_t *of, double factor, double error)
 {
     run->step = fmin(longer(run, s, factor, error), of->ahead);
-#if SET_IS_ACTED_ON && !SET_SLIPS
-    if (s->bend_in < INFINITY && s->h < s->bend_in)
+    if (SET_IS_ACTED_ON && !SET_SLIPS && s->bend_in < INFINITY && s->h < s->bend_in)
         run->step = fmin(run->step, ACROSS_BEND*(s->bend_in - s->h));
-#endif
-#if SET_IS_COUPLED
-    run->first_step = of->after_switch ? s->h : run->first_step;
-    run->step = fmin(run->step, of->slow ? CAUTIOUS*s->h : INFINITY);
-#endif
-#if SET_GRIPS
-    keep_calm_step(run, s, of->calm, error);
-#endif
+    if (SET_IS_COUPLED) {
+        run->first_step = of->after_switch ? s->h : run->first_step;
+        run->step = fmin(run->step, of->slow ? CAUTIOUS*s->h : INFINITY);
+    }
+    if (SET_GRIPS)
+        keep_calm_step(run, s, of->calm, error);
     if (s->landing >= 0)
         run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*of->most);
     else if (run->pauses && s->h >= of->rest)
@@ -511,26 +468,25 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     s->reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &of.most, run, work);
-#if SET_GRIPS
-        run->ground.knows_rates = 0;
-#endif
-#if SET_APPROACHES
-        const double longest = fmin(fmax(of.calm, run->calm_step), of.rest);
-        const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &of.most, size,
-                                                        size*sweep_tolerance(run, s->rest_in)) : NO_APPROACH;
-        if (approach == MISSES_REST)
-            continue;
-        if (approach == APPROACHES) {
-            keep_step_behind(run, s, of.calm);
-            return OMNIROLL_RUN_DONE;
+        if (SET_GRIPS)
+            run->ground.knows_rates = 0;
+        if (SET_APPROACHES) {
+            const double longest = fmin(fmax(of.calm, run->calm_step), of.rest);
+            const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &of.most, size,
+                                                            size*sweep_tolerance(run, s->rest_in)) : NO_APPROACH;
+            if (approach == MISSES_REST)
+                continue;
+            if (approach == APPROACHES) {
+                keep_step_behind(run, s, of.calm);
+                return OMNIROLL_RUN_DONE;
+            }
         }
-#endif
         const int found = settle(s, wheels, of.most, size*run->tolerance, size*sweep_tolerance(run, s->h));
-#if SET_IS_ACTED_ON
-        s->stiff.by_newton = s->stiff.on;
-        s->stiff.on = s->stiff.on && !(found != UNSETTLED && s->stiff.steepest < NOT_STIFF);
-        of.slow = of.slow || found == UNSETTLED;
-#endif
+        if (SET_IS_ACTED_ON) {
+            s->stiff.by_newton = s->stiff.on;
+            s->stiff.on = s->stiff.on && !(found != UNSETTLED && s->stiff.steepest < NOT_STIFF);
+            of.slow = of.slow || found == UNSETTLED;
+        }
         if (found == UNSETTLED) {
             of.most = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
@@ -540,15 +496,14 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         double error, factor;
         if (misses(run, s, wheels, found, size*run->tolerance, &of, &error, &factor) || passes_too_much(s, wheels, &of))
             continue;
-#if SET_ACCOUNTS
-        accounts_at_nodes(s, wheels);
-#endif
+        if (SET_ACCOUNTS)
+            accounts_at_nodes(s, wheels);
         end_late(s, wheels);
         run->step_error = fmax(run->step_error, error*run->tolerance);
-#if SET_IS_ACTED_ON
-        run->sweep_error += size > 0 ? s->rest/size : 0;
-        s->stiff.on = s->stiff.on || (!SET_IS_COUPLED && of.slow && error < EASY);
-#endif
+        if (SET_IS_ACTED_ON) {
+            run->sweep_error += size > 0 ? s->rest/size : 0;
+            s->stiff.on = s->stiff.on || (!SET_IS_COUPLED && of.slow && error < EASY);
+        }
         put_next_length(run, s, &of, factor, error);
         return OMNIROLL_RUN_DONE;
     }
@@ -564,7 +519,6 @@ ALWAYS_INLINE double sum_and_rest(double a, double b, double *rest)
     return sum;
 }
 
-#if SET_IS_ACTED_ON
 /* What acts has been at work for a step. */
 ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const work_t *work, const int wheels)
 {
@@ -573,41 +527,33 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
     for (int i = 0; i < wheels; i++)
         turned = larger(turned, extent_of(&s->at_chi[i], s->chi[i], run->chi[i]));
     run->turned += turned;
-#if SET_CORE_PARTS
-    for (int c = 0; c < first_integrated(s, wheels); c++)
-        work->rise_core[c] = 0;
-    for (int c = first_integrated(s, wheels); c < s->core; c++) {
-        run->core[c] = s->end_core[c];
-        work->rise_core[c] = weighted(&s->rate_core[c], &gauss_end) - weighted(&s->rate_core[c], &gauss_start);
+    if (SET_CORE_PARTS) {
+        for (int c = 0; c < first_integrated(s, wheels); c++)
+            work->rise_core[c] = 0;
+        for (int c = first_integrated(s, wheels); c < s->core; c++) {
+            run->core[c] = s->end_core[c];
+            work->rise_core[c] = weighted(&s->rate_core[c], &gauss_end) - weighted(&s->rate_core[c], &gauss_start);
+        }
     }
-#endif
-#if SET_ACCOUNTS
-    for (int k = 0; k < account_size(wheels); k++)
-        run->accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
-            + s->late*weighted(&s->rate_account[k], &gauss_end);
-#endif
+    if (SET_ACCOUNTS)
+        for (int k = 0; k < account_size(wheels); k++)
+            run->accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
+                + s->late*weighted(&s->rate_account[k], &gauss_end);
     (void)work;
 }
-#endif
 
-#if SET_IS_ACTED_ON
 #define DAMPED 0.01                 /* of a step: over this time deviations of the end of a stiff step decay */
 
-#if SET_CORE_PARTS
 /* The slope of a number of the core's rate, at the step's end: that at the last node, or where friction tells it the
  * chord from rest. Next to rest the friction of a small named speed is steep at the end and not at the last node, whose
  * slope alone would throw a number that has come to rest far off. */
 ALWAYS_INLINE double slope_at_end(const step_t *s, const work_t *work, int c)
 {
     const double at_node = s->stiff.slope_core[c].node[NODES - 1];
-#if SET_HAS_SLOPES
-    return fmin(at_node, work->core_chord[c][0]);
-#else
-    (void)work;
+    if (SET_HAS_SLOPES)
+        return fmin(at_node, work->core_chord[c][0]);
     return at_node;
-#endif
 }
-#endif
 
 /* The polynomials of a stiff step do not damp what decays fast: its deviation, in which rates and polynomials differ,
  * would go on from step to step with changing sign. A step of Euler's implicit method takes it away. */
@@ -616,15 +562,14 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
     const double time = DAMPED*s->h;
     lanes_t nu_dot[3];
     double m[3][4];
-#if SET_GRIPS
-    roll(run, work, 1);
-#endif
+    if (SET_GRIPS)
+        roll(run, work, 1);
     rates_at_this_instant(run, work, wheels, nu_dot);
-#if SET_HAS_SLOPES
-    instant_t end;
-    at_this_instant(run, work, wheels, &end);
-    core_slopes(wheels, &end.point, work->core_slope, work->core_chord);
-#endif
+    if (SET_HAS_SLOPES) {
+        instant_t end;
+        at_this_instant(run, work, wheels, &end);
+        core_slopes(wheels, &end.point, work->core_slope, work->core_chord);
+    }
     for (int k = 0; k < 3; k++) {
         for (int l = 0; l < 3; l++)
             m[k][l] = (k == l) - time*s->stiff.slope_nu[3*k + l].node[NODES - 1];
@@ -639,22 +584,18 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
             m[k][3] -= m[k][l]*m[l][3];
         run->nu[k] += m[k][3] /= m[k][k];
     }
-#if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
-        if (!follows_nu(s, wheels, c))
-            run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
-                /(1 - time*slope_at_end(s, work, c));
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = 0; c < s->core; c++)
+            if (!follows_nu(s, wheels, c))
+                run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
+                    /(1 - time*slope_at_end(s, work, c));
 }
-#endif
 
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
 {
-#if SET_APPROACHES
-    if (s->approach.stretched > 1)
+    if (SET_APPROACHES && s->approach.stretched > 1)
         put_pieces(run, s);
     else
-#endif
         put_step(run, s);
     for (int k = 0; k < 3; k++) {
         run->nu[k] = s->end_nu[k];
@@ -672,29 +613,25 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     for (int k = 0; k < 3; k++)
         run->rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
     run->rise_over = s->h;
-#if SET_APPROACHES
-    if (s->approach.stretched > 1)           /* the rates of its last nodes are not those in time                    */
-        run->rise_over = 0;
-#endif
+    if (SET_APPROACHES) {
+        if (s->approach.stretched > 1)           /* the rates of its last nodes are not those in time                    */
+            run->rise_over = 0;
+    }
     run->step_count++;
-#if SET_IS_ACTED_ON
-    run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
-    take_what_acts(run, s, work, wheels);
-    if (s->stiff.by_newton && DAMPED*s->stiff.steepest > 1 && s->landing < wheels)
-        damp(run, work, s, wheels);
-#endif
-#if SET_STICKS && !SET_STANDS
-    bearings_have_moved(run, work, s);
-#endif
-#if SET_STANDS
-    bearings_have_stuck(run, work);
-#endif
-#if SET_GRIPS
-    contacts_have_moved(run, work, s);
-#endif
-#if SET_STANDS
-    wheels_have_moved(run, work, s);
-#endif
+    if (SET_IS_ACTED_ON) {
+        run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
+        take_what_acts(run, s, work, wheels);
+        if (s->stiff.by_newton && DAMPED*s->stiff.steepest > 1 && s->landing < wheels)
+            damp(run, work, s, wheels);
+    }
+    if (SET_STICKS && !SET_STANDS)
+        bearings_have_moved(run, work, s);
+    if (SET_STANDS)
+        bearings_have_stuck(run, work);
+    if (SET_GRIPS)
+        contacts_have_moved(run, work, s);
+    if (SET_STANDS)
+        wheels_have_moved(run, work, s);
     (void)work;
     put_row(run);
 }

@@ -1,6 +1,5 @@
 /* Where Picard's iteration contracts slowly: Newton's rule for the rates at the nodes, with slopes that friction tells or
  * that are differences. */
-#if SET_IS_ACTED_ON
 #define DIFFERENCE 1e-9             /* of the size of a state, for slopes                                   */
 #define FINE_DIFFERENCE 1e-11       /* the same of nu, which turns wheels that a small named speed holds         */
 /* A slope is stiff where h times its size is large: Picard's iteration contracts by about this factor. */
@@ -8,7 +7,7 @@
 #define NOT_STIFF 0.5                           /* where all are below this, Picard's iteration takes over again */
 #define CHORDS 1                                /* first stiff sweeps, which take chords in the place of tangents */
 #define PATIENCE 4                              /* stiff sweeps without slopes of nu', where the core's may do */
-#define MOST_TABLES (SET_STANDS_BOTH_WAYS && MOST_WHEELS > 3 ? MOST_WHEELS : 3)  /* of nodes in a row of a system */
+#define MOST_TABLES (SET_STANDS && MOST_WHEELS > 3 ? MOST_WHEELS : 3)  /* of nodes in a row of a system */
 
 /* slope has count x count tables, by rows. */
 ALWAYS_INLINE void newton_matrix(newton_t *newton, const nodes_t *slope, const int count, double h)
@@ -90,45 +89,40 @@ static double steepness(const nodes_t *slope, int count, double h)
 #define CORE_FOLLOWS (SET_CORE_PARTS && !SET_HAS_SLOPES)    /* whether it may follow nu at once              */
 #define NEWTON_MOVES_CORE (CORE_FOLLOWS || SET_GRIPS)       /* whether slopes are found in a copy of it      */
 
-#if CORE_FOLLOWS
 /* How far a number of the core follows a change of nu_l by 1 that lasts: at once where its own slope is steep. */
 ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
 {
     const double time = s->h/2;
     return time*s->stiff.core_in_nu[3*c + l].lanes[b]/(1 - time*s->stiff.slope_core[c].lanes[b]);
 }
-#endif
 
 /* The rates of the core that Newton's rule asks for: of a vehicle that rolls where all contacts stick. */
-#if SET_ROLLS
-NEVER_INLINE void newton_rates(const step_t *s, const int wheels, const point_t *point, lanes_t *nu_dot)
+NEVER_INLINE void rates_while_blind(const step_t *s, const int wheels, const point_t *point, lanes_t *nu_dot)
 {
     if (s->blind)
         rolling_rates(wheels, point, nu_dot);
     else
         core_rates(wheels, point, nu_dot);
 }
-#else
+
 ALWAYS_INLINE void newton_rates(const step_t *s, const int wheels, const point_t *point, lanes_t *nu_dot)
 {
-    core_rates(wheels, point, nu_dot);
-    (void)s;
+    if (SET_ROLLS)
+        rates_while_blind(s, wheels, point, nu_dot);
+    else
+        core_rates(wheels, point, nu_dot);
 }
-#endif
 
 /* nu has been moved at a point in vector b of the nodes, or moved back: so have the speeds of contacts that stick. */
 ALWAYS_INLINE void core_sticks(const step_t *s, const int wheels, const arrays_t *at)
 {
-#if SET_GRIPS
-    if (!s->gripping || only_rolls(s, wheels))
-        return;
-    wheels_stick(s, wheels, at->nu, s->core_here);
-#ifdef SET_HAS_CONTACT_SPEEDS
-    rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
-#endif
-#else
-    (void)s, (void)wheels, (void)at;
-#endif
+    if (SET_GRIPS) {
+        if (!s->gripping || only_rolls(s, wheels))
+            return;
+        wheels_stick(s, wheels, at->nu, s->core_here);
+        if (SET_HAS_CONTACT_SPEEDS)
+            rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
+    }
 }
 
 /* The slopes of nu' in nu at a point in vector b of the nodes, by differences. */
@@ -138,46 +132,39 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
         const lanes_t here = at->nu[l];
         lanes_t nu_dot[3];
         at->nu[l] = here + FINE_DIFFERENCE*s->size;
-#if CORE_FOLLOWS
-        for (int c = 0; c < s->core; c++)
-            if (!follows_nu(s, wheels, c))
-                s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
-#endif
+        if (CORE_FOLLOWS)
+            for (int c = 0; c < s->core; c++)
+                if (!follows_nu(s, wheels, c))
+                    s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
         core_sticks(s, wheels, at);
         newton_rates(s, wheels, point, nu_dot);
         for (int k = 0; k < 3; k++)
             s->stiff.slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->stiff.found_nu[k].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
-#if NEWTON_MOVES_CORE
-        for (int c = 0; c < s->core; c++)
-            s->core_here[c] = core_at(s, b)[c];
-#endif
+        if (NEWTON_MOVES_CORE)
+            for (int c = 0; c < s->core; c++)
+                s->core_here[c] = core_at(s, b)[c];
     }
 }
 
 #include "step/axle_slopes.c"
 
-#if SET_CORE_PARTS
 /* Whether a number of the core from `first` to `end` does not follow nu. */
 ALWAYS_INLINE int moves_by_itself(const step_t *s, const int wheels, int first, int end)
 {
-#if SET_GRIPS
-    for (int c = first; c < end; c++)
-        if (!follows_nu(s, wheels, c))
-            return 1;
-    return 0;
-#else
-    (void)s, (void)wheels, (void)first, (void)end;
+    if (SET_GRIPS) {
+        for (int c = first; c < end; c++)
+            if (!follows_nu(s, wheels, c))
+                return 1;
+        return 0;
+    }
     return 1;
-#endif
 }
-#endif
 
-#if SET_HAS_SLOPES
 /* The slopes of the rest of the core's rates at a point in vector b of the nodes, each number's in itself. Friction with
  * a small named speed is steep only next to rest: from elsewhere a tangent leads far to the other side, and a chord from
  * rest does not. */
-ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point)
+ALWAYS_INLINE void slopes_by_friction(step_t *s, const int wheels, int b, const point_t *point)
 {
     if (!moves_by_itself(s, wheels, 0, s->core))
         return;
@@ -185,7 +172,7 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
     for (int c = 0; c < s->core; c++)
         s->stiff.slope_core[c].lanes[b] = s->stiff.sweeps < CHORDS ? s->stiff.core_chord[c] : s->stiff.core_slope[c];
 }
-#elif SET_CORE_PARTS
+
 /* The slopes of the rest of the core's rates, by differences, at a point in vector b of the nodes: each number's in itself,
  * its parts one after the other, and, if asked for, in nu. Returns how many parts have such slopes. */
 ALWAYS_INLINE int slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
@@ -228,7 +215,6 @@ ALWAYS_INLINE int slopes_of_core(step_t *s, const int wheels, int b, const point
     }
     return count;
 }
-#endif
 
 /* The rates of the core at a point in vector b of the nodes. */
 ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t *point, const arrays_t *at)
@@ -237,10 +223,9 @@ ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t 
     newton_rates(s, wheels, point, nu_dot);
     for (int k = 0; k < 3; k++)
         s->stiff.found_nu[k].lanes[b] = nu_dot[k];
-#if SET_CORE_PARTS
-    for (int c = first_found(s); c < s->core; c++)
-        s->stiff.found_core[c].lanes[b] = s->core_dot[c];
-#endif
+    if (SET_CORE_PARTS)
+        for (int c = first_found(s); c < s->core; c++)
+            s->stiff.found_core[c].lanes[b] = s->core_dot[c];
     if (!is_blind(s))
         keep_held_force(s, wheels, b, at);
 }
@@ -256,7 +241,6 @@ ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double we
     return change;
 }
 
-#if SET_CORE_PARTS
 /* Newton's rule for one number of the rest of the core, with its own slopes, for what is missing of its rate. */
 ALWAYS_INLINE lanes_t correct_number(step_t *s, int c, nodes_t *missing, lanes_t change)
 {
@@ -284,9 +268,7 @@ ALWAYS_INLINE lanes_t correct_core(step_t *s, const int wheels, lanes_t change)
     }
     return change;
 }
-#endif
 
-#if SET_GRIPS
 /* What follows nu has no rates to solve for: they are as they have been found. */
 ALWAYS_INLINE void take_rates_of_sticking(step_t *s, const int wheels)
 {
@@ -294,9 +276,7 @@ ALWAYS_INLINE void take_rates_of_sticking(step_t *s, const int wheels)
         if (follows_nu(s, wheels, c))
             s->rate_core[c] = s->stiff.found_core[c];
 }
-#endif
 
-#if CORE_FOLLOWS
 /* The rest of the core goes along with the change of nu' that a sweep has made. */
 ALWAYS_INLINE lanes_t follow_nu(step_t *s, const int wheels, const nodes_t *change_of_nu, lanes_t change)
 {
@@ -315,9 +295,7 @@ ALWAYS_INLINE lanes_t follow_nu(step_t *s, const int wheels, const nodes_t *chan
     }
     return change;
 }
-#endif
 
-#if CORE_FOLLOWS
 /* The first half of a sweep: new rates of the rest of the core, and what it is with them at the nodes. renew: its slopes
  * in nu are new. */
 ALWAYS_INLINE lanes_t correct_core_first(step_t *s, const int wheels, int renew)
@@ -337,7 +315,6 @@ ALWAYS_INLINE lanes_t correct_core_first(step_t *s, const int wheels, int renew)
     s->sweeps += 1 + parts + (renew ? 3 : 0);
     return change;
 }
-#endif
 
 /* Newton's rule for nu'. renew: the slopes are new. missing: out, the change. */
 ALWAYS_INLINE lanes_t correct_nu(step_t *s, int renew, nodes_t *missing, lanes_t change)
@@ -365,21 +342,17 @@ ALWAYS_INLINE void find_rates_and_slopes(step_t *s, const int wheels, int of_nu,
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         point_t point = point_at(s, wheels, b, &at);
-#if NEWTON_MOVES_CORE
-        point.core = core_to_move(s, b);
-#endif
+        if (NEWTON_MOVES_CORE)
+            point.core = core_to_move(s, b);
         find_rates(s, wheels, b, &point, &at);
-#if AXLES
-        if (axles)
-            slopes_by_axles(s, wheels, b, &point, &at, axles);
-#else
-        (void)axles;
-#endif
+        if (AXLES) {
+            if (axles)
+                slopes_by_axles(s, wheels, b, &point, &at, axles);
+        }
         if (of_nu)
             slopes_of_nu(s, wheels, b, &point, &at);
-#if SET_HAS_SLOPES
-        slopes_of_core(s, wheels, b, &point);
-#endif
+        if (SET_HAS_SLOPES)
+            slopes_by_friction(s, wheels, b, &point);
     }
 }
 
@@ -396,35 +369,24 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     states_at_nodes(s, wheels);
     axles_t axles = {.known = 0};
     const int by_axles = AXLES && renew && s->stiff.by_axles;
-#if AXLES
-    if (renew)
+    if (AXLES && renew)
         find_axles(s, wheels, &axles);
-#endif
-#if SET_GRIPS
-    find_directions(s, wheels);
-#endif
-#if CORE_FOLLOWS
-    const int moves = moves_by_itself(s, wheels, 0, s->core);
+    if (SET_GRIPS)
+        find_directions(s, wheels);
+    const int moves = CORE_FOLLOWS && moves_by_itself(s, wheels, 0, s->core);
     if (moves)
         change = correct_core_first(s, wheels, renew);
-#endif
     find_rates_and_slopes(s, wheels, renew && !by_axles, by_axles ? &axles : NULL);
-#if AXLES
-    if (renew && !by_axles)
+    if (AXLES && renew && !by_axles)
         s->stiff.by_axles = axles_make_slopes(s, wheels, &axles);
-#endif
     change = correct_nu(s, renew, missing, change);
-#if CORE_FOLLOWS
     if (moves)
         change = follow_nu(s, wheels, missing, change);
-#elif SET_CORE_PARTS
-    change = correct_core(s, wheels, change);
-#endif
-#if SET_GRIPS
-    take_rates_of_sticking(s, wheels);
-#endif
+    else if (SET_CORE_PARTS && !CORE_FOLLOWS)
+        change = correct_core(s, wheels, change);
+    if (SET_GRIPS)
+        take_rates_of_sticking(s, wheels);
     s->sweeps += by_axles ? 2 : renew ? 4 : 1;
     s->stiff.sweeps++;
     return lanes_largest(change)*s->h;
 }
-#endif
