@@ -279,3 +279,13 @@ def test_what_the_contact_of_a_scene_and_mujoco_do_not_share():
         robot("robot-soccer-kit").vehicle, nu=(1, 0, 0), duration=0.01, effects=[omniroll.Contact(coefficient=5.0)]
     )
     assert any("is viscous, MuJoCo's is Coulomb's" in words for words in left_out(run))
+
+
+def test_a_comparison_says_for_how_much_of_the_time_wheels_are_off_the_ground(capsys, tmp_path):
+    """A vehicle that stands keeps its wheels on the ground; one whose wheels spin hops there."""
+    still = omniroll.simulate(omniroll.Vehicle.paper(), nu=(0, 0, 0), duration=0.05)
+    assert run_in_mujoco(still, np.array([0.0, 0.05]), 1e-3, spheres=5).off_ground < 0.1
+    call = ["compare", "scenes/wheel-spin.toml", "--with", "mujoco", "--duration", "0.3", "--output", str(tmp_path)]
+    assert cli.main(call) == 0
+    assert "they hop, and distances need not fall with the step" in capsys.readouterr().out
+    assert json.loads((tmp_path / "compare.json").read_text())["runs"][0]["off_ground"] > 0.4

@@ -22,6 +22,8 @@ EXAMPLES = (
         "needs pip install 'omniroll[mujoco]'",
     ),
 )
+HOPPING = 0.5  # part of the time off the ground from which wheels are said to hop
+HOPS = ": they hop, and distances need not fall with the step"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -87,7 +89,8 @@ def text(summary: dict[str, Any]) -> str:
     for other in summary["runs"]:
         lines += [
             "",
-            f"step {1e3 * other['step']:g} ms, {other['seconds']:.3g} s",
+            f"step {1e3 * other['step']:g} ms, {other['seconds']:.3g} s; wheels off the ground "
+            f"{other['off_ground']:.1%} of the time" + (HOPS if other["off_ground"] > HOPPING else ""),
             f"{'t, s':>10}{'place, mm':>12}{'heading, mrad':>15}{'speed, mm/s':>13}   apart",
         ]
         rows = zip(*(other[name] for name in ("t", "place", "heading", "speed")), strict=True)

@@ -45,7 +45,9 @@ def to_mjcf(
     A roller is a row of spheres that touch its barrel from inside: each roller touches the plane at one place, where a
     mesh would rest on several vertices, which resists its rolling. Joints are named wheel1, roller1_1 and so on, and
     each wheel has an actuator motor1 that takes a torque. A wheel's joint axis points outward: a positive rate raises
-    chi. Raises InvalidValueError for numbers that are not positive, and as bodies_of does.
+    chi. In skids the wheels of such a model hop: results then need not come nearer with a smaller step.
+
+    Raises InvalidValueError for numbers that are not positive, and as bodies_of does.
     """
     step, friction = validation.positive("step", step), validation.positive("friction", friction)
     if not isinstance(vehicle, Vehicle):

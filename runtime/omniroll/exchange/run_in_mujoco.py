@@ -33,6 +33,7 @@ class MujocoRun:
     wheel_rates  (K, N) in rad/s
     seconds  that it took
     model    the MJCF text
+    off_ground   part of the time that a wheel is off the ground, the mean of all: in skids MuJoCo's wheels hop
     """
 
     step: float
@@ -42,6 +43,7 @@ class MujocoRun:
     wheel_rates: np.ndarray
     seconds: float
     model: str
+    off_ground: float
 
 
 def run_in_mujoco(
@@ -79,6 +81,7 @@ def run_in_mujoco(
     given, lost = _drive(trajectory, np.clip(begin + step * (np.arange(steps) + 0.5), begin, end))
     rows, kept = [], np.unique(np.clip(np.round((times - begin) / step), 0, steps).astype(int))
     began = time.perf_counter()
+    wheel_of, off = _wheel_of_geoms(model, len(dofs)), 0
     for k in range(steps + 1):
         if k == kept[len(rows)]:
             rows.append([*data.qpos[:7], *data.qvel[:6], *data.qvel[dofs]])
@@ -86,12 +89,26 @@ def run_in_mujoco(
                 break
         data.ctrl[:] = given[k] - lost[k] * data.qvel[dofs]
         mujoco.mj_step(model, data)
+        touching = set(wheel_of[data.contact.geom].max(axis=1).tolist()) if data.ncon else ()
+        off += len(dofs) - len(touching)
     seconds = time.perf_counter() - began
     if any(data.warning[int(getattr(mujoco.mjtWarning, name))].number for name in UNSTABLE):
         raise InvalidValueError("step", step, "must be smaller: MuJoCo's simulation became unstable")
     found = np.array(rows)
     pose, nu = _motion(found, trajectory)
-    return MujocoRun(step, np.minimum(begin + step * kept, end), pose, nu, found[:, 13:], seconds, text)
+    moments, share = np.minimum(begin + step * kept, end), off / (steps * len(dofs))
+    return MujocoRun(step, moments, pose, nu, found[:, 13:], seconds, text, share)
+
+
+def _wheel_of_geoms(model: Any, wheels: int) -> np.ndarray:
+    """The number of the wheel that each geom is of, from 0; -1 for the ground and the platform."""
+    of_body = np.full(model.nbody, -1)
+    for wheel in range(wheels):
+        of_body[model.body(f"wheel{wheel + 1}").id] = wheel
+    for body in range(1, model.nbody):  # parents stand before their children
+        if of_body[body] < 0:
+            of_body[body] = of_body[model.body_parentid[body]]
+    return of_body[model.geom_bodyid]
 
 
 def left_out(trajectory: Trajectory) -> list[str]:

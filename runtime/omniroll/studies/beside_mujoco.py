@@ -60,7 +60,7 @@ class Beside:
     def _summary_of(self, other: MujocoRun) -> dict[str, Any]:
         rows = np.unique(np.linspace(0, len(other.t) - 1, SHOWN).round().astype(int))
         columns = dict(zip(COLUMNS, self.distances(other)[rows].T.tolist(), strict=True))
-        return {"step": other.step, "seconds": other.seconds} | columns
+        return {"step": other.step, "seconds": other.seconds, "off_ground": other.off_ground} | columns
 
     def draw(self, path: Path) -> None:
         """Path, heading, speeds, and the distance over time, as PNG. Raises MissingPackageError without matplotlib."""
