@@ -167,7 +167,7 @@ FRICTION_LINKAGE void friction_polish(friction_balls_t *b, int changes)
         for (int round = 0; round < ROUNDS; round++) {
             const double step = improve(b);
             keep_best(b);
-            if (!(step > ROUNDING) || (round > 2 && !(step < before/2)))
+            if (b->least <= ROUNDING || !(step > ROUNDING) || (round > 2 && !(step < before/2)))
                 break;
             before = step;
         }

@@ -191,15 +191,20 @@ static void keep(int count, const double *from, double *to)
         to[k] = from[k];
 }
 
-/* The minimum, in b->force: where nothing reaches its bound it is found at once, else the inside tells the active set,
- * more finely where that has not been enough. Returns the residual. */
-static double minimise(friction_balls_t *b, int *rounds)
+/* The minimum, in b->force: where nothing reaches its bound, which may be so if `at_once`, it is found at once; else the
+ * inside tells the active set, more finely where that has not been enough. Returns the residual. */
+static double minimise(friction_balls_t *b, int at_once, int *rounds)
 {
     static const double targets[] = {1e-5, 1e-8, 1e-11, 1e-14, 1e-17};
     const int count = sizeof targets/sizeof *targets;
     *rounds = 0;
     friction_begin(b);
-    friction_polish(b, 0);
+    if (at_once)
+        friction_polish(b, 0);
+    else {
+        keep(b->rows, b->force, b->inside), keep(b->equalities, b->multiplier, b->inside_multiplier);
+        friction_slopes(b);
+    }
     for (int t = 0; t < count && !(b->least <= (t ? OBEYED : STICKS)); t++) {
         keep(b->rows, b->inside, b->force), keep(b->equalities, b->inside_multiplier, b->multiplier);
         *rounds += friction_go_inside(b, targets[t], MOST_ROUNDS - *rounds);
@@ -270,7 +275,7 @@ static int choose_least_norm(friction_balls_t *b, room_t *room, double residual)
     if (b->system.rank == b->system.size)
         return 0;
     put_norm(&norm, b->size);
-    minimise(&norm, &rounds);
+    minimise(&norm, 1, &rounds);
     keep(b->rows, b->force, b->best);
     for (int i = 0; i < b->dense_balls; i++)
         for (int k = norm.ball[i].first; k < norm.ball[i].first + norm.ball[i].rows; k++)
@@ -357,7 +362,7 @@ FRICTION_LINKAGE int friction_decide(const friction_problem_t *p, void *memory, 
         || !all_finite(p->equalities*p->rows, balls.equality) || !all_finite(p->equalities, balls.wanted))
         return refuse(p, found);
     make_orthonormal(&balls);
-    found->residual = minimise(&balls, &found->iterations);
+    found->residual = minimise(&balls, 1, &found->iterations);
     if (!(found->residual < INFINITY))
         return refuse(p, found);
     found->unique = balls.equalities ? 1 : !choose_least_norm(&balls, &room, found->residual);
@@ -383,7 +388,7 @@ FRICTION_LINKAGE int friction_least_norm(const friction_problem_t *p, void *memo
         || !all_finite(p->rows, balls.given))
         return refuse(&sets, found);
     make_orthonormal(&balls);
-    found->residual = minimise(&balls, &found->iterations);
+    found->residual = minimise(&balls, 1, &found->iterations);
     if (!(found->residual < NOT_GIVEN))
         return refuse(&sets, found);
     found->unique = 1;
@@ -430,7 +435,7 @@ FRICTION_LINKAGE double friction_least_use(const friction_problem_t *p, void *me
     if (!(asked > 0))
         return 0;
     make_orthonormal(&balls);
-    found->residual = minimise(&balls, &found->iterations);
+    found->residual = minimise(&balls, 0, &found->iterations);
     const double times = balls.force[p->rows];
     if (!(found->residual < NOT_GIVEN) || !(times > 0))
         return INFINITY;

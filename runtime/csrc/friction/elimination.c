@@ -47,29 +47,42 @@ static void bring_pivot(friction_system_t *system, int done, int row, int column
     swap(system->row, done, row), swap(system->column, done, column);
 }
 
+/* The pivot that is largest so far: of rows and columns that are still to be done. */
+typedef struct {
+    int row, column;
+    double largest;
+} pivot_t;
+
+/* Look for it in a row, from a column on. */
+static void look_in_row(const double *row, int k, int from, int size, pivot_t *pivot)
+{
+    for (int l = from; l < size; l++)
+        if (fabs(row[l]) > pivot->largest)
+            pivot->largest = fabs(row[l]), pivot->row = k, pivot->column = l;
+}
+
 FRICTION_LINKAGE void friction_factor(friction_system_t *system, double least)
 {
     const int n = system->size;
     double *const m = system->matrix;
+    pivot_t next = {0, 0, 0};
     equilibrate(system);
-    for (int k = 0; k < n; k++)
+    for (int k = 0; k < n; k++) {
         system->row[k] = system->column[k] = k;
+        look_in_row(m + k*n, k, 0, n, &next);
+    }
     for (int done = system->rank = 0; done < n; system->rank = ++done) {
-        int row = done, column = done;
-        double largest = 0;
-        for (int k = done; k < n; k++)
-            for (int l = done; l < n; l++)
-                if (fabs(m[k*n + l]) > largest)
-                    largest = fabs(m[k*n + l]), row = k, column = l;
-        if (!(largest > least))
+        if (!(next.largest > least))
             return;
-        bring_pivot(system, done, row, column);
+        bring_pivot(system, done, next.row, next.column);
         const double *const pivot = m + done*n;
+        next = (pivot_t){done + 1, done + 1, 0};
         for (int k = done + 1; k < n; k++) {
             double *const to = m + k*n;
             const double factor = to[done] /= pivot[done];
             for (int l = done + 1; l < n && factor != 0; l++)
                 to[l] -= factor*pivot[l];
+            look_in_row(to, k, done + 1, n, &next);
         }
     }
 }

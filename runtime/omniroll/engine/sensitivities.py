@@ -231,7 +231,7 @@ class Sweep:
             if reached < end and not self.motion.starts_step[reached]:
                 if not self._jumped(reached):
                     if reached + 1 not in self.switched:
-                        reason = "a slip comes to rest and at once goes on elsewhere, as something else changes its mode"
+                        reason = "a slip comes to rest and at once goes on elsewhere, as something else changes"
                         raise self._no_derivative(self._instant(reached), reason, np.zeros(0, int))
                     self._pass_together(compiled, reached)
                 reached += 1
