@@ -13,7 +13,9 @@ ROOT = Path(__file__).resolve().parents[2]
 FEW = 2  # that are derived where there is little time
 
 
+READ = ("derive.mac", "machinery", "paper", "programs/notation.mac")
 UNPROVED = "prove(name, claim, residual) := 'unproved$\n"
+AS_IT_STANDS = ("map(lambda([f_], in_squares_of(f_, g)), ['sin, 'cos])", "[]")  # no search for the fewest terms
 
 
 def derived(assumptions: list[Assumption], folder: Path, with_proofs: bool) -> list[dict]:
@@ -21,12 +23,16 @@ def derived(assumptions: list[Assumption], folder: Path, with_proofs: bool) -> l
     lines: list[str] = []
     for number, assumption in enumerate(assumptions):
         copy = folder / str(number)
-        shutil.copytree(ROOT / "maxima", copy)
+        for name in READ:
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if (ROOT / "maxima" / name).is_dir() else shutil.copy)(ROOT / "maxima" / name, copy / name)
         file = copy / f"paper/{assumption.file}.mac"
         file.write_text(assumption.applied(file.read_text()))
         if not with_proofs:
             with (copy / "machinery/claims.mac").open("a") as claims:
                 claims.write(UNPROVED)
+            equations = copy / "machinery/equations.mac"
+            equations.write_text(equations.read_text().replace(*AS_IT_STANDS))
         settings = f'display2d: false, only_paper: true, collect_failures: true, output_file: "{copy}.json"'
         lines.append(f'kill(values)$ ({settings}, load("{copy}/derive.mac"))$')
     (folder / "all.mac").write_text("\n".join(lines))
