@@ -66,7 +66,8 @@ def scaled(lines: list[str], rng: np.random.Generator) -> list[str]:
     for place in rng.choice(places, size=min(len(places), rng.integers(1, 4)), replace=False):
         given, _, note = lines[place].partition("#")
         factor = 10 ** rng.uniform(-1, 1)
-        lines[place] = DECIMAL.sub(lambda number: repr(float(number[0]) * factor), given) + (f"#{note}" if note else "")
+        given = DECIMAL.sub(lambda number, by=factor: repr(float(number[0]) * by), given)
+        lines[place] = given + (f"#{note}" if note else "")
     return lines
 
 
