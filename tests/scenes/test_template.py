@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import cli, load_scene
+from omniroll import Vehicle, cli, load_scene, robot
 from omniroll.scenes.schema import SCENE, keys
 from omniroll.scenes.template import GIVEN, template
 
@@ -63,3 +63,14 @@ def test_the_defaults_that_it_shows_are_the_defaults(tmp_path):
 @pytest.mark.parametrize("place", GIVEN)
 def test_what_it_gives_is_in_the_schema(place):
     assert place in {(table.name, key.name) for table, key in keys()}
+
+
+def test_a_scene_may_begin_with_the_wheels_of_a_robot(tmp_path):
+    """They are marked as assumed; the rest stays that of the paper's preset."""
+    path = tmp_path / "mine.toml"
+    path.write_text(template("mine.toml", "robot-soccer-kit"), encoding="utf-8")
+    vehicle, known = load_scene(path).vehicle, robot("robot-soccer-kit").vehicle
+    for name in ("rollers_per_wheel", "wheel_radius", "roller_axis_radius", "wheel_inertia", "roller_inertia"):
+        assert getattr(vehicle, name) == getattr(known, name)
+        assert f"## Assumed: {name} of the wheels of robot-soccer-kit\n{name} = " in path.read_text(encoding="utf-8")
+    assert vehicle.mass == Vehicle.paper(3, 20).mass

@@ -2,9 +2,10 @@
 
 import textwrap
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from omniroll.kinds import Choice, Word
+from omniroll.robots.catalogue import robot
 from omniroll.scenes.page import WAYS
 from omniroll.scenes.schema import SCENE, Table
 from omniroll.vocabulary import Entry
@@ -17,6 +18,7 @@ GIVEN = {  # what the scene says; all the rest is a comment
     ("rollers", "model"): '"free"',
     ("switching", "law"): '"impact"',
 }
+WHEEL = ("rollers_per_wheel", "wheel_radius", "roller_axis_radius", "wheel_inertia", "roller_inertia")
 HEAD = """\
 # A scene: what is simulated, and what is wanted back. Run it, look at it, or ask what it leaves out:
 #     omniroll run {name} --plot
@@ -28,28 +30,39 @@ HEAD = """\
 WIDTH, COLUMN = 116, 34
 
 
-def template(name: str) -> str:
+def template(name: str, wheel: str | None = None) -> str:
     """The text of a scene file.
 
-    name  of the file, for the commands in its first lines
+    name   of the file, for the commands in its first lines
+    wheel  name of a robot of the catalogue whose wheels are assumed; None: those of the paper
+
+    Raises InvalidValueError for a wheel that is not in the catalogue.
     """
-    return "\n".join([HEAD.format(name=name), *(_table(table) for table in SCENE)])
+    of_wheel = {} if wheel is None else _of_wheel(wheel)
+    return "\n".join([HEAD.format(name=name), *(_table(table, of_wheel, wheel) for table in SCENE)])
 
 
-def _table(table: Table) -> str:
+def _of_wheel(name: str) -> dict[tuple[str, str], str]:
+    """The numbers of the wheels of a robot, as a scene says them."""
+    vehicle = robot(name).vehicle
+    return {("vehicle", key): repr(getattr(vehicle, key)) for key in WHEEL}
+
+
+def _table(table: Table, of_wheel: Mapping[tuple[str, str], str], wheel: str | None) -> str:
     is_on = any(place[0] == table.name for place in GIVEN)
     mark = "" if is_on else "# "
     lines = [*_comment(_plain(table.meaning), "## "), f"{mark}[{table.name}]"]
     for title, keys in WAYS if table.name == "vehicle" else ((None, table.keys),):
         lines += [f"## {title}"] if title else []
         for key in keys:
-            lines += _key(table, key)
+            assumed = of_wheel.get((table.name, key.name))
+            lines += [f"## Assumed: {key.name} of the wheels of {wheel}"] if assumed else []
+            lines += _key(table, key, assumed or GIVEN.get((table.name, key.name)))
     return "\n".join(lines) + "\n"
 
 
-def _key(table: Table, key: Entry) -> Iterator[str]:
+def _key(table: Table, key: Entry, given: str | None) -> Iterator[str]:
     """A key with what it means behind it, in as many lines as that needs."""
-    given = GIVEN.get((table.name, key.name))
     value = given or _default(key)
     start = f"{'' if given else '# '}{key.name} = {value}".rstrip()
     about = _about(key, value != _default(key) or not value)
