@@ -27,9 +27,11 @@ DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("coulomb", "massless", "axles"): dict.fromkeys((0, 2), ("derivatives", HEADING)),
     ("coulomb", "massless", "viscous"): dict.fromkeys((2, 4, 5), ("derivatives", HEADING)),
     ("coulomb", "massless", "none"): dict.fromkeys((0, 4, 5), ("derivatives", HEADING)),
-    ("coulomb", "free", "both and viscous"): dict.fromkeys((5, 8), ("derivatives", HEADING)),
-    ("coulomb", "free", "both"): dict.fromkeys((2, 5), ("derivatives", HEADING)) | {4: ("NoDerivativeError", TOGETHER)},
-    ("coulomb", "free", "rollers"): dict.fromkeys((1, 2, 4, 5, 6), ("derivatives", HEADING)),
+    ("coulomb", "free", "both and viscous"): dict.fromkeys((5, 8), ("derivatives", HEADING))
+    | dict.fromkeys((0, 9), ("NoDerivativeError", TOGETHER)),
+    ("coulomb", "free", "both"): {2: ("derivatives", HEADING)} | dict.fromkeys((4, 5), ("NoDerivativeError", TOGETHER)),
+    ("coulomb", "free", "rollers"): dict.fromkeys((1, 4, 5, 6), ("derivatives", HEADING))
+    | {2: ("NoDerivativeError", TOGETHER)},
     ("coulomb", "free", "axles"): dict.fromkeys((1, 5), ("derivatives", HEADING))
     | {0: ("derivatives", FROM_REST), 9: ("NotTold: the law of a contact", JUST_LET_GO)}
     | dict.fromkeys((2, 3), ("derivatives", GOES_ON))
