@@ -86,6 +86,8 @@ class Log:
         if self.readings is not None:
             chosen = validation.sequence("readings", self.readings, "must be a sequence of names of readings")
             put("readings", tuple(validation.choice("readings", name, tuple(ENTRIES)) for name in chosen))
+        if self.drive is not None:
+            validation.choice("drive", self.drive, DRIVES)
         put("data", self._checked(self._chosen(columns_of(self.data))))
         if self.drive is not None:
             validation.choice("drive", self.drive, tuple(name for name in DRIVES if name in self.data))
