@@ -54,7 +54,7 @@ CORNERS = "corner_forces"  # of these beside contacts that stick: where both mov
 # Of a point, beside these, where wheels slip and rollers stick; and of massless ones beside contacts that stick.
 OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
 OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield")
-# Functions that the engine calls where a set has them, with what they take and give: it has neutral ones in their place.
+# Functions that the engine calls where a set has them, with what they take and give; neutral ones stand in their place.
 WHERE_THERE = (
     ("contact_axial", ("nu", "chi"), ("axial",)),
     ("momenta", ("axial",), ("momenta",)),

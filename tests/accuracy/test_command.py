@@ -204,6 +204,15 @@ def test_files_and_tables(tmp_path, capsys, monkeypatch):
     assert page.count("\n| ") == 3 * 2 + len(rows) + len(printed["laws"])  # three tables, each with a head of two lines
 
 
+def test_figures_of_every_kind_of_scene(tmp_path):
+    """With nothing to integrate on the left, and with models that have no colour of their own."""
+    pytest.importorskip("matplotlib")
+    from omniroll.studies.accuracy.figure import draw
+
+    shown = study(load_scene("scenes/driven.toml"), 0.02, peers=PEERS[-1:])
+    assert not shown.points and all(path.stat().st_size > 10_000 for path in draw(shown, tmp_path))
+
+
 def test_what_there_is_no_time_for_is_named(tmp_path, capsys, monkeypatch):
     """The reference tells how far it is; with no time left nothing else is measured, and the page says so."""
     seen = []
@@ -231,6 +240,13 @@ def test_bad_calls(tmp_path, capsys):
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--error", "-1"]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--duration", "0"]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--within", "nan"]) == 2
+
+
+def test_a_motion_that_blew_up_is_shown_and_not_advised(found):
+    lost = replace(found.points[0], end=math.nan, trajectory=math.nan, energy=math.nan, microseconds=1e-9)
+    with_it = replace(found, points=[lost, *found.points[1:]])
+    assert advice(with_it, 1e-2) == advice(replace(found, points=found.points[1:]), 1e-2)
+    assert "nan" not in text(with_it) and "NaN" not in with_it.as_json()
 
 
 def test_no_law_where_errors_do_not_fall(found):
