@@ -42,7 +42,7 @@ def test_energy_from_nowhere(run):
 def test_torques_beyond_use_are_refused(field):
     """They would leave no digits of what holds, or take minutes."""
     numbers = {"wheel_coulomb": 1e-3} | {field: 1e20}
-    with pytest.raises(omniroll.InvalidValueError, match=r"must be at most 1.53e\+10; a torque") as said:
+    with pytest.raises(omniroll.InvalidValueError, match=r"must be at most 1.53e\+10; (a torque|wheel_locked)") as said:
         omniroll.simulate(PAPER, nu=(1, 0, 0), duration=1, effects=[sticking(0.3), omniroll.Bearings(**numbers)])
     assert said.value.field == field
 

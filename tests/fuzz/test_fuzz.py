@@ -54,7 +54,7 @@ RESULTS = {
 def test_wrong_calls(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = Counter(map(try_call, range(COUNT)))
-    assert found["refused"] > COUNT / 5 and found["done"] > COUNT / 5
+    assert found["refused"] > COUNT / 2 and found["done"] > COUNT / 100
 
 
 def test_wrong_scenes(tmp_path):
