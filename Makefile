@@ -28,8 +28,8 @@ say = @printf '\n==> %s\n' "$(1)"
 # One after the other even under -j; each step reads the files that the step before it wrote.
 STEPS := regenerate build show-formulas motions
 all:
-	@printf '%s\n' 'omniroll: derive the equations and prove them (1 to 2 minutes of a processor), compile the kernels (4 minutes of a' \
-	    'processor, on all cores at once), run the paper'"'"'s motions (seconds). make build does without the derivation.'
+	@printf '%s\n' 'omniroll: derive the equations and prove them (90 s of a processor, in two processes), compile the kernels (80 s), run' \
+	    'the paper'"'"'s motions (seconds). make build does without the derivation.'
 	@for step in $(STEPS); do $(MAKE) --no-print-directory $$step || exit 1; done
 
 $(VENV_STAMP):

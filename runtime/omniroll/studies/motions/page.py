@@ -56,13 +56,18 @@ def bullets(lines: Iterable[str]) -> str:
 
 def differences(findings: list[Finding]) -> str:
     """The claims that runs do not bear out: first in the paper's own setting, then in the others."""
-    own = [finding for finding in findings if finding.setting in (PAPER, MASSLESS)]
-    other = [finding for finding in findings if finding not in own]
+    own, other = parted(findings)
     return (
         f"<p>In the paper's own setting ({PAPER.label}; and massless) {count(own)} statements hold."
         f"</p>{difference_list(own)}<p>The paper leaves other roller models and laws to later work. "
         f"Under those its words hold in {count(other)} cases. They differ here:</p>{difference_list(other)}"
     )
+
+
+def parted(findings: list[Finding]) -> tuple[list[Finding], list[Finding]]:
+    """Those in the paper's own setting, and the others."""
+    own = [finding for finding in findings if finding.setting in (PAPER, MASSLESS)]
+    return own, [finding for finding in findings if finding not in own]
 
 
 def count(findings: list[Finding]) -> str:

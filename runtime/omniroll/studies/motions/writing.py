@@ -10,7 +10,7 @@ from omniroll.results.pictures import SHORT
 from omniroll.studies.motions import figures
 from omniroll.studies.motions.cases import LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, Runs, run_all
 from omniroll.studies.motions.claims import Finding, judge
-from omniroll.studies.motions.page import data_name, page
+from omniroll.studies.motions.page import count, data_name, page, parted
 from omniroll.vehicles.vehicle import Vehicle
 
 
@@ -95,7 +95,7 @@ def write_all(folder: Path) -> Path:
     data = [*write_data(folder, runs), write_findings(folder / "findings.csv", findings)]
     index = folder / "index.html"
     index.write_text(page(Vehicle.paper(), runs, findings), encoding="utf-8")
-    held = sum(finding.holds for finding in findings)
-    print(f"  {held} of {len(findings)} statements of the paper hold; the others are listed on the page")
+    own, other = parted(findings)
+    print(f"  {count(own)} statements of the paper hold in its setting, {count(other)} under other models and laws")
     print(f"wrote {len(pictures)} pictures (PNG), {len(data)} tables (CSV) and the page with both:\n{index}")
     return index
