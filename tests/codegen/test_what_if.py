@@ -106,7 +106,7 @@ def test_asked_of_the_paper_alone_the_equations_are_as_committed(asked):
     assert "0 fail" in told and re.search(r"\b0 of \d+ equations change", told)
 
 
-def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path):
+def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path, monkeypatch, capsys):
     """m*_23 gains M R e/Lambda; the motion is that of a vehicle whose centre of mass is beside S."""
     eccentric = "I_S*theta_dot^2)/2 + M*e*theta_dot*(y_dot*cos(theta) - x_dot*sin(theta))$"
     scene = tmp_path / "scene.toml"
@@ -134,6 +134,14 @@ def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path):
             np.testing.assert_allclose(motion.energy[-1], run.energy[-1], rtol=1e-9)
     with pytest.raises(omniroll.InvalidValueError, match="also need e"):
         what_if_study.ChangedVehicle(kernel, vehicle)
+    page = (ROOT / "docs/changing-the-derivation.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```python after-the-command-above\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    shutil.copytree(tex.parent, tmp_path / "out/what-if", ignore=shutil.ignore_patterns("maxima"))
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example, "the page", "exec"), {"__name__": "__main__"})
+    run = omniroll.simulate(replace(vehicle, center_of_mass=(0.02, 0.0)), nu=(1, 0, 1), duration=10)
+    x, y, _ = run.pose[-1]
+    assert f"after 10 s  x {x:.4f} m  y {y:.4f} m  heading" in capsys.readouterr().out
 
 
 @pytest.mark.long

@@ -74,6 +74,7 @@ def test_the_picture_has_lines_or_maps_and_crosses_where_runs_stopped(scene):
         ("start.nu.0=1,2", "count from 1"),
         ("run.accuracy=1e-6,1e-7", "the same for all runs"),
         ("start.nu.1=0:1:2000000", "at most 1000000"),
+        ("start.nu.1=0:1:99999999999", "at most 1000000"),
     ],
 )
 def test_what_cannot_be_varied_is_refused_in_a_sentence(scene, capsys, vary, sentence):

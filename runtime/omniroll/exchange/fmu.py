@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import validation
+from omniroll import durable, validation
 from omniroll.errors import InvalidValueError, OmnirollError
 from omniroll.exchange.plant import Plant, filled
 from omniroll.exchange.units import powers
@@ -257,7 +257,7 @@ def to_fmu(
     files: dict[str, bytes] = {inside: text.encode() for inside, text in mockup.files().items()}
     files |= _binary(mockup, files)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+    with durable.whole_file(path, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for inside, content in files.items():
             archive.writestr(zipfile.ZipInfo(inside, WHEN), content, zipfile.ZIP_DEFLATED)
     return path

@@ -71,7 +71,7 @@ def picture(
     raster.fill(pose[:2] + 0.9 * radius * np.stack([np.cos(around), np.sin(around)], axis=-1), BODY)
     angles = chi - 2 * np.pi / vehicle.rollers_per_wheel * contact  # continuous over a joint
     for place, axle, angle in zip(vehicle.places(), vehicle.wheel_angles, angles, strict=True):
-        along = turn @ np.array([np.sin(axle), -np.cos(axle)])  # whither a positive rate carries the wheel
+        along = turn @ np.array([np.sin(axle), -np.cos(axle)])  # where a positive rate carries the wheel to
         middle = pose[:2] + turn @ place
         raster.line((middle - tall * along, middle + tall * along), 0.35 * tall, WHEEL)
         if np.cos(angle) > 0:  # on the upper half

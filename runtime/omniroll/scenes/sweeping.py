@@ -95,14 +95,17 @@ def _values(text: str, given: str) -> np.ndarray:
     try:
         if ":" in given:
             first, last, count = given.split(":")
-            values = np.linspace(float(first), float(last), int(count))
+            ends, count = [float(first), float(last)], int(count)
         else:
-            values = np.array([float(value) for value in given.split(",")])
+            ends = [float(value) for value in given.split(",")]
+            count = len(ends)
     except ValueError:
         raise InvalidValueError(FIELD, text, FORM) from None
-    if not values.size or not np.isfinite(values).all():
+    if count < 1 or not np.isfinite(ends).all():
         raise InvalidValueError(FIELD, text, "must give at least one value, and finite ones")
-    return values
+    if count > MOST_RUNS:
+        raise InvalidValueError(FIELD, text, f"must give at most {MOST_RUNS} values")
+    return np.linspace(*ends, count) if ":" in given else np.array(ends)
 
 
 def _whole(before: Any, value: float) -> float | int:

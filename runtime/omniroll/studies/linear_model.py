@@ -6,7 +6,7 @@ from os import PathLike
 
 import numpy as np
 
-from omniroll import extras, validation
+from omniroll import durable, extras, validation
 from omniroll.effects.linear_loop import held
 from omniroll.errors import InvalidValueError
 from omniroll.validation import positive
@@ -152,12 +152,14 @@ class LinearModel:
         path = validation.file_path("path", path)
         A, B, C, D = self._one()
         cells = {"StateName": self.states, "InputName": self.inputs, "OutputName": self.outputs}
-        savemat(path, {
+        content = {
             "A": A, "B": B, "C": C, "D": D, "Ts": 0.0 if self.step is None else self.step, "x0": self.state[:, None],
             "u0": self.input[:, None], "f0": self.rates[:, None], "y0": self.outputs_at[:, None],
             **{name: np.array(names, object)[:, None] for name, names in cells.items()},
             **({} if self.hessians is None else {"H": self.hessians}),
-        })  # fmt: skip
+        }  # fmt: skip
+        with durable.whole_file(path, "wb") as file:
+            savemat(file, content)
 
     def _one(self) -> tuple[np.ndarray, ...]:
         if self.A.ndim != 2:
