@@ -310,6 +310,36 @@ def accelerometer(wheels, rollers_per_wheel, platform_radius, yaw_scale, nu, nu_
     return specific_force
 
 
+def tracking_wheel(wheels, rollers_per_wheel, platform_radius, yaw_scale, nu, place, tracking_direction,
+                   tracking_radius):
+    """The rate of a tracking wheel, which rolls along one direction and slides freely across it.
+
+    Equations: section 2. Steps: tracking (maxima/effects/sensors.mac).
+    platform_radius [m]: distance of the wheel centres from S.
+    yaw_scale [1]: nu_3 per yaw rate.
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    place[2] [m]: place of an instrument in the platform's frame.
+    tracking_direction [rad]: direction in which a tracking wheel rolls, in the platform's frame.
+    tracking_radius [m]: radius of a tracking wheel.
+    Returns:
+      tracking_rate [rad/s]: rate of a tracking wheel.
+    Operations: once 3 add, 6 mul, 4 div, 2 sincos. Intermediates: 4.
+    """
+    R = platform_radius
+    Lambda = yaw_scale
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    place_1 = place[0]
+    place_2 = place[1]
+    turning = nu_3/Lambda
+    forward = R*nu_1 - place_2*turning
+    leftward = R*nu_2 + place_1*turning
+    tracked = (forward*cos(tracking_direction) + leftward*sin(tracking_direction))/tracking_radius
+    tracking_rate = tracked
+    return tracking_rate
+
+
 def dead_reckoning(wheels, rollers_per_wheel, platform_radius, yaw_scale, pose, way, chord):
     """The pose after a step on which nu is constant.
 

@@ -5,7 +5,7 @@ and docs/scenes.md take what they say from here. What the derivation knows, an a
 symbol of the paper, has its unit and meaning from maxima/vocabulary.mac by way of generated/data, as the C headers do;
 `derived` adds only what a user must know besides.
 
-N is the number of wheels, n of rollers per wheel, K the number of rows of a table over time.
+N is the number of wheels, n of rollers per wheel, K the number of rows of a table over time, W of tracking wheels.
 """
 
 import math
@@ -41,6 +41,7 @@ THREE = Numbers(shapes=((3,),))
 THREE_OVER_TIME = Numbers(shapes=((3,), ("K", 3)))
 PLACE = Numbers(shapes=((2,),))
 TIMES = Numbers(shapes=(("K",),), increasing=True)
+PER_TRACKING_WHEEL = Numbers(shapes=(("W",),))
 
 WIDTH = 116  # of a docstring's lines
 Documented = TypeVar("Documented", bound=Callable[..., Any])
@@ -575,12 +576,34 @@ MEASUREMENTS = (
     Entry("accelerometer", PLACE, "m/s^2", "acceleration less gravity's in the plane, along the platform's axes"),
     Entry("odometry", THREE, "m, m, rad", "pose by dead reckoning from the encoders' counts"),
     Entry("contact_roller", PER_WHEEL, "1", "number of the roller in contact"),
+    Entry("tracking_angle", PER_TRACKING_WHEEL, "rad", "angle of a tracking wheel since the start"),
+    Entry("tracking_count", PER_TRACKING_WHEEL, "1", "whole counts of a tracking wheel's encoder since the start"),
+    Entry("tracking_rate", PER_TRACKING_WHEEL, "rad/s", "rate of a tracking wheel"),
+    Entry("tracking_odometry", THREE, "m, m, rad", "pose by dead reckoning from tracking wheels' counts"),
 )
-WITH_ERRORS = ("wheel_rate", "net_torque", "motor_current", "motor_voltage", "gyro", "accelerometer")
+WITH_ERRORS = ("wheel_rate", "tracking_rate", "net_torque", "motor_current", "motor_voltage", "gyro", "accelerometer")
 INSTRUMENTS = (
     Entry("counts_per_turn", POSITIVE, "1", "counts of an encoder in one turn of the wheel", "4096"),
     Entry("place", PLACE, "m", "place of the accelerometer in the platform's frame", "(0, 0)"),
     Entry("seed", Whole(0), "", "of the noise", "0", note="The same seed gives the same noise"),
+    Entry(
+        "tracking_places",
+        Numbers(shapes=(("W", 2),)),
+        "m",
+        "places of tracking wheels in the platform's frame",
+        "there are none",
+        optional=True,
+    ),
+    Entry(
+        "tracking_directions",
+        PER_TRACKING_WHEEL,
+        "rad",
+        "directions in which tracking wheels roll, from x",
+        optional=True,
+        note="The rate is positive where the place moves that way",
+    ),
+    derived("tracking_radius", POSITIVE, optional=True),
+    Entry("tracking_counts_per_turn", POSITIVE, "1", "counts of an encoder in one turn of a tracking wheel", "2000"),
 )
 
 KINDS_OF_ERROR = {

@@ -15,6 +15,12 @@ MOTOR = omniroll.Motor(3.0, 0.02, 1.5, gear_ratio=4, current_limit=0.9)
 SLOPE = omniroll.Slope(0.05, 0.3)
 TIMES = np.linspace(0, 1.5, 751)
 PLACE = (0.1, 0.02)
+TRACKING = {
+    "tracking_places": [(0.02, 0.11), (0.0, -0.1), (-0.12, 0.03)],
+    "tracking_directions": [0.1, 0.0, np.pi / 2],
+    "tracking_radius": 0.024,
+    "tracking_counts_per_turn": 1e7,
+}
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +30,7 @@ def run():
 
 @pytest.fixture(scope="module")
 def read(run):
-    return run.measure(TIMES, omniroll.Instruments(counts_per_turn=1e7, place=PLACE))
+    return run.measure(TIMES, omniroll.Instruments(counts_per_turn=1e7, place=PLACE, **TRACKING))
 
 
 @pytest.mark.long
@@ -89,6 +95,45 @@ def test_odometry_follows_the_pose(run, read):
     assert np.abs(few - run.sample(TIMES).pose).max() > 10 * far
 
 
+def test_tracking_wheels_turn_as_their_places_move(run, read):
+    """Chords of each place's path in fixed axes, projected on the wheel's direction half way; nu jumps at switches."""
+
+    def grown(times):
+        x, y, theta = run.sample(times).pose.T
+        middle = run.sample((times[1:] + times[:-1]) / 2).pose[:, 2]
+        found = []
+        for (ahead, left), direction in zip(TRACKING["tracking_places"], TRACKING["tracking_directions"], strict=True):
+            east, north = (
+                x + ahead * np.cos(theta) - left * np.sin(theta), y + ahead * np.sin(theta) + left * np.cos(theta)
+            )  # fmt: skip
+            steps = np.diff(east) * np.cos(middle + direction) + np.diff(north) * np.sin(middle + direction)
+            found.append(steps.sum() / 0.024)
+        return np.array(found)
+
+    coarse, fine = (np.abs(read["tracking_angle"][-1] - grown(np.linspace(0, 1.5, n))).max() for n in (3001, 12001))
+    assert fine < 1e-6 * np.abs(read["tracking_angle"][-1]).max() and coarse > 2 * fine
+    turns = read["tracking_angle"] / (2 * np.pi) * 1e7
+    assert ((turns - 1 < read["tracking_count"]) & (read["tracking_count"] <= turns)).all()
+    step = 1e-5
+    ahead, behind = (run.measure(TIMES[1:-1:50] + way, omniroll.Instruments(**TRACKING)) for way in (step, -step))
+    slopes = (ahead["tracking_angle"] - behind["tracking_angle"]) / (2 * step)
+    assert np.abs(slopes - read["tracking_rate"][1:-1:50]).max() < 1e-3 * np.abs(slopes).max()
+
+
+def test_tracking_wheels_reckon_the_pose(run, read):
+    """Three of them, or two and the gyro; slip of the driven wheels is no matter."""
+    pose = run.sample(TIMES).pose
+    assert np.abs(read["tracking_odometry"] - pose).max() < 1e-5
+    two = TRACKING | {name: TRACKING[name][::2] for name in ("tracking_places", "tracking_directions")}
+    assert np.abs(run.measure(TIMES, omniroll.Instruments(**two))["tracking_odometry"] - pose).max() < 1e-4
+    one = TRACKING | {name: TRACKING[name][:1] for name in ("tracking_places", "tracking_directions")}
+    assert "tracking_odometry" not in run.measure(TIMES, omniroll.Instruments(**one))
+    ground = [omniroll.Torque(0.2), omniroll.Contact(2.0)]
+    slips = omniroll.simulate(VEHICLE, nu=(1, 0.3, 1), duration=1.5, roller_model="massless", effects=ground)
+    found, pose = slips.measure(TIMES, omniroll.Instruments(**TRACKING)), slips.sample(TIMES).pose
+    assert np.abs(found["odometry"] - pose).max() > 0.1 and np.abs(found["tracking_odometry"] - pose).max() < 1e-4
+
+
 def test_errors_are_those_that_are_asked_for(run, read):
     errors = {"noise": {"gyro": 0.1}, "bias": {"wheel_rate": 0.5}, "resolution": {"net_torque": 0.01}}
     found = run.measure(TIMES, omniroll.Instruments(counts_per_turn=1e7, place=PLACE, seed=3, **errors))
@@ -113,6 +158,9 @@ def test_errors_are_those_that_are_asked_for(run, read):
         ({"noise": {"compass": 0.1}}, "noise"),
         ({"noise": {"gyro": -0.1}}, "noise of gyro"),
         ({"bias": {"gyro": "x"}}, "bias of gyro"),
+        ({"tracking_places": [(0, 0.1)]}, "tracking_directions"),
+        (TRACKING | {"tracking_directions": [0.1]}, "tracking_directions"),
+        (TRACKING | {"tracking_radius": 0}, "tracking_radius"),
     ],
 )
 def test_instruments_that_cannot_be(changes, field):
@@ -122,12 +170,12 @@ def test_instruments_that_cannot_be(changes, field):
 
 
 def test_a_session_reads_the_same(run):
-    instruments = omniroll.Instruments(counts_per_turn=1e7, place=PLACE)
+    instruments = omniroll.Instruments(counts_per_turn=1e7, place=PLACE, **TRACKING)
     session = omniroll.Session(VEHICLE, nu=(1, 0.3, 1), accuracy=1e-10, effects=[MOTOR, SLOPE], driven=False)
     for duration in (0.3, 0.0, 0.7):
         session.step(duration)
     found, wanted = session.measure(instruments), run.measure([1.0], instruments)
-    assert set(found) == set(wanted) - {"odometry"}
+    assert set(found) == set(wanted) - {"odometry", "tracking_odometry", "tracking_angle", "tracking_count"}
     for name, value in found.items():
         assert np.allclose(value, wanted[name][0], rtol=1e-6, atol=3 if name == "encoder_count" else 1e-6), name
     saved = session.save()
@@ -150,6 +198,10 @@ counts_per_turn = 1000
 place = [0.1, 0.0]
 gyro_noise = 0.01
 seed = 2
+tracking_places = [[0, "100 mm"], [0, -0.1], [-0.12, 0]]
+tracking_directions = [0, 0, "90 deg"]
+tracking_radius = 0.024
+tracking_rate_noise = 0.1
 """
 
 
@@ -160,11 +212,18 @@ def test_a_scene_writes_them_into_its_samples(tmp_path):
     with (tmp_path / "out/samples.csv").open() as file:
         rows = list(csv.DictReader(file))
     made = omniroll.Trajectory.load(tmp_path / "out/trajectory.npz")
-    instruments = omniroll.Instruments(1000, (0.1, 0.0), 2, noise={"gyro": 0.01})
+    tracking = {"tracking_places": [(0, 0.1), (0, -0.1), (-0.12, 0)], "tracking_directions": [0, 0, np.pi / 2]}
+    errors = {"noise": {"gyro": 0.01, "tracking_rate": 0.1}}
+    instruments = omniroll.Instruments(1000, (0.1, 0.0), 2, **errors, **tracking, tracking_radius=0.024)
     wanted = made.measure(0.1 * np.arange(6), instruments)
     assert [float(row["gyro"]) for row in rows] == wanted["gyro"].tolist()
     assert [float(row["accelerometer_2"]) for row in rows] == wanted["accelerometer"][:, 1].tolist()
     assert [row["encoder_count_3"] for row in rows] == [str(count) for count in wanted["encoder_count"][:, 2]]
+    for name in ("tracking_count", "tracking_rate", "tracking_odometry"):
+        assert [float(row[f"{name}_3"]) for row in rows] == wanted[name][:, 2].tolist()
+    path.write_text(SCENE.replace('[0, 0, "90 deg"]', "[0, 0]"))
+    with pytest.raises(omniroll.SceneError, match=r":14: \[measurements\] tracking_directions = .*must be 3 numbers"):
+        omniroll.load_scene(path)
     path.write_text(SCENE.replace("step = 0.1\n", ""))
     with pytest.raises(omniroll.SceneError, match=r"\[measurements\]: needs \[run\] step or times"):
         omniroll.load_scene(path)

@@ -12,7 +12,9 @@ from omniroll import vocabulary
 VEHICLE = omniroll.Vehicle.paper()
 MOTOR = omniroll.Motor(3.0, 0.02, 1.5, gear_ratio=4)
 TIMES = np.linspace(0, 1, 41)
-INSTRUMENTS = omniroll.Instruments(noise={"gyro": 0.01}, seed=3)
+INSTRUMENTS = omniroll.Instruments(
+    noise={"gyro": 0.01}, seed=3, tracking_places=[(0, 0.1), (0.1, 0)], tracking_directions=[0, 1], tracking_radius=0.02
+)
 
 
 @pytest.fixture(scope="module")

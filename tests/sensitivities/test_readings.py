@@ -9,8 +9,13 @@ from tests.sensitivities.differences import Case
 
 MOTOR = Motor(voltage=((1, 2, 3), (3, 1, -1)), times=(0, 1), torque_constant=0.02, resistance=1.5, gear_ratio=4)
 ACTING = (MOTOR, Bearings(wheel_viscous=1e-3, roller_viscous=1e-5), Slope(0.1, 0.4))
-INSTRUMENTS = Instruments(place=(0.05, -0.02))
-READINGS = ("wheel_angle", "wheel_rate", "net_torque", "motor_current", "motor_voltage", "gyro", "accelerometer")
+INSTRUMENTS = Instruments(
+    place=(0.05, -0.02), tracking_places=[(0.02, 0.1)], tracking_directions=[0.1], tracking_radius=0.02
+)
+READINGS = (
+    "wheel_angle", "wheel_rate", "tracking_angle", "tracking_rate", "net_torque", "motor_current", "motor_voltage",
+    "gyro", "accelerometer",
+)  # fmt: skip
 CHANGES = {
     "mass": 1e-4, "wheel_radius": 1e-7, "platform_radius": 1e-6, "yaw_scale": 1e-5, "nu[0]": 1e-5, "chi[1]": 1e-5,
     "torque_constant": 1e-7, "resistance": 1e-5, "voltage[1][2]": 1e-4, "wheel_viscous": 1e-7, "angle": 1e-5,

@@ -14,8 +14,10 @@ from omniroll.engine.motion import columns_beside
 from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.engine.sensitivities import Followed
 from omniroll.engine.sticking import Sticking
+from omniroll.engine.way_slopes import way_slopes
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
-from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
+from omniroll.results.measurements import ANGLE_OF, Instruments, Moments, measuring_kernel, true_values
+from omniroll.results.tracking import ways_at
 from omniroll.results.trajectory import Trajectory
 
 
@@ -54,15 +56,21 @@ class _Slopes:
             name: with_tangent(value, self._moved(k, name)) for k, (name, value) in enumerate(self.drives.items())
         }
         slipping = (view(self.carrying, "rates"), lambda: self._nu_dot(spins)) if self.motion.plain.slips else ()
-        moments = Moments(nu, chi, pose, passes, spins, drives, passes, *slipping)
-        asked = {"wheel_angle" if name == "encoder_count" else name for name in names} - {"pose"}
+        moments = Moments(nu, chi, pose, passes, spins, drives, passes, *slipping, ways=self._ways)
+        asked = {ANGLE_OF.get(name, name) for name in names} - {"pose"}
         plain = measuring_kernel(run.vehicle, run.roller_model, run.effects, tuple(asked))
         found = true_values(
             run.vehicle, run.roller_model, run.effects, moments, self.instruments, tuple(asked), self._bound(plain)
         )
-        if "encoder_count" in names:
-            found["encoder_count"] = found["wheel_angle"] * (self.instruments.counts_per_turn / (2 * np.pi))
+        for name in ANGLE_OF.keys() & set(names):
+            found[name] = found[ANGLE_OF[name]] * self.instruments.counts_of(name)
         return {name: tangent_of(found[name] if name in found else pose) for name in names}
+
+    def _ways(self) -> np.ndarray:
+        """(1 + P, T, 3) nu integrated since the start."""
+        by_time = self.motion.vector.view(self.y, "nu")[None]
+        slopes = np.concatenate([by_time, way_slopes(self.run, self.followed, self.times)])
+        return with_tangent(ways_at(self.run, self.times), slopes)
 
     def _bound(self, plain) -> TangentKernel:
         """The functions of a kernel for states (1 + P, T)."""

@@ -362,7 +362,7 @@ class Session:
         instruments  Instruments; None: without errors. Their noise depends on their seed and on the time
 
         Arrays (N,), (2,) or (), as `outputs` before this instant's events. There is no odometry, which would depend on
-        when it was read before.
+        when it was read before, and of tracking wheels there are the rates alone.
         """
         instruments = checked_instruments(instruments)
         signals = {name: value[None] for name, value in self._run.signals_now().items() if name in DRIVES}

@@ -17,7 +17,7 @@ from omniroll.identification.log import ENTRIES, Log
 from omniroll.identification.model import NEUTRAL, OF_INSTRUMENT, START, Free, Model, Number, checked_numbers
 from omniroll.identification.prediction import Prediction, Readings
 from omniroll.identification.watching import Ended, Watch
-from omniroll.results.measurements import Instruments
+from omniroll.results.measurements import ANGLE_OF, Instruments
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -187,7 +187,7 @@ def _known_noise(log: Log, instruments: Instruments) -> dict[str, float]:
     rounding = {name: step * HALF_STEP for name, step in instruments.resolution.items() if step}
     own = {name: value for name, value in instruments.noise.items() if value}
     found = {name: float(np.hypot(own.get(name, 0.0), rounding.get(name, 0.0))) for name in {*own, *rounding}}
-    return {"encoder_count": HALF_STEP} | found | dict(log.noise)
+    return dict.fromkeys(ANGLE_OF, HALF_STEP) | found | dict(log.noise)
 
 
 def _estimate(noise: Sequence[dict[str, float]], estimated: Sequence[str], found: Prediction) -> None:

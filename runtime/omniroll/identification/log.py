@@ -17,7 +17,7 @@ from omniroll.errors import InvalidValueError, LogError
 from omniroll.vocabulary import MEASUREMENTS, STATE, TORQUE, by_name
 
 TIME = "t"
-WITHOUT = ("odometry", "contact_roller")  # readings that no model is fitted to
+WITHOUT = ("odometry", "tracking_odometry", "contact_roller")  # readings that no model is fitted to
 ENTRIES = {name: entry for name, entry in by_name(MEASUREMENTS).items() if name not in WITHOUT}
 ENTRIES["pose"] = by_name(STATE)["pose"]  # of a tracker outside
 HEADER = re.compile(r"\s*([A-Za-z_]+?)(?:_(\d+))?\s*(?:[\[(]\s*(.*?)\s*[\])])?\s*")

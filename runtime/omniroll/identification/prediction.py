@@ -18,7 +18,7 @@ from omniroll.identification.exact import exact_slopes
 from omniroll.identification.late import by_delay, read_times
 from omniroll.identification.log import Log
 from omniroll.identification.model import LONGEST_DELAY, Model
-from omniroll.results.measurements import Instruments
+from omniroll.results.measurements import ANGLE_OF, Instruments
 from omniroll.results.trajectory import Trajectory
 
 ACCURACY = 1e-11
@@ -202,10 +202,14 @@ def _read(model: Model, log: Log, run: Trajectory) -> Read:
 
 def _true(run: Trajectory, times: np.ndarray, instruments: Instruments, names: Sequence[str]) -> Readings:
     """What ideal instruments read, and the rollers in contact; counts of encoders before they are made whole."""
-    asked = {"wheel_angle" if name == "encoder_count" else name for name in names} - {"pose"}
-    found = run.measure(times, Instruments(place=instruments.place), (*asked, "contact_roller"))
-    if "encoder_count" in names:
-        found["encoder_count"] = found["wheel_angle"] * (instruments.counts_per_turn / (2 * np.pi)) - HALF_A_COUNT
+    asked = {ANGLE_OF.get(name, name) for name in names} - {"pose"}
+    ideal = replace(instruments, resolution={}, noise={}, bias={})
+    found = run.measure(times, ideal, (*asked, "contact_roller"))
+    for name in asked - found.keys():
+        needed = "a Motor as the only drive" if name.startswith("motor") else "tracking_places of the instruments"
+        raise InvalidValueError("readings", name, f"needs {needed}; `readings` leaves columns alone")
+    for name in ANGLE_OF.keys() & set(names):
+        found[name] = found[ANGLE_OF[name]] * instruments.counts_of(name) - HALF_A_COUNT
     if "pose" in names:
         found["pose"] = run.sample(times).pose
     return found

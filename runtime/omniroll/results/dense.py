@@ -72,6 +72,26 @@ def values_at(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
     return (np.ascontiguousarray(weights.T)[:, None] @ np.ascontiguousarray(coefficients))[:, 0]
 
 
+def integrals_at(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """(T, c) polynomials (T, d + 1, c), each integrated from 0 to its own x (T,): the integral of a polynomial in this
+    form has the running sums of its coefficients, over their number."""
+    sums = np.cumsum(coefficients, axis=1) / coefficients.shape[1]
+    return values_at(np.concatenate([np.zeros_like(sums[:, :1]), sums], axis=1), x)
+
+
+def steps_of(elapsed: np.ndarray, step_rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and lengths (S,) of a run's steps, from the times of its rows and the rows at which steps start."""
+    starts = elapsed[step_rows]
+    return starts, np.append(starts[1:], elapsed[-1]) - starts
+
+
+def places_in_steps(starts: np.ndarray, lengths: np.ndarray, elapsed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The step in which each of the times `elapsed` lies, and which part of it has gone by then."""
+    step = np.clip(np.searchsorted(starts, elapsed, side="right") - 1, 0, len(starts) - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a step may be shorter than the rounding of the time
+        return step, np.where(lengths[step] > 0, (elapsed - starts[step]) / lengths[step], 0.0)
+
+
 def halves(coefficients: Sequence[float]) -> tuple[list[float], list[float]]:
     """The polynomial on [0, 1/2] and on [1/2, 1]."""
     row, left, right = list(coefficients), [coefficients[0]], [coefficients[-1]]

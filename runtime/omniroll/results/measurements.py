@@ -17,10 +17,12 @@ from omniroll.effects.motor import LINEAR, MODES
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results import tracking
 from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = tuple(entry.name for entry in vocabulary.MEASUREMENTS)
+ANGLE_OF = {"encoder_count": "wheel_angle", "tracking_count": "tracking_angle"}  # what encoders count, by the counts
 
 
 @vocabulary.documented(*vocabulary.INSTRUMENTS)
@@ -42,12 +44,17 @@ class Instruments:
     resolution: Mapping[str, float] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
     bias: Mapping[str, float] = field(default_factory=dict)
+    tracking_places: tuple[tuple[float, float], ...] | None = None
+    tracking_directions: tuple[float, ...] | None = None
+    tracking_radius: float | None = None
+    tracking_counts_per_turn: float = 2000.0
 
     def __post_init__(self) -> None:
         for entry in vocabulary.INSTRUMENTS:
             object.__setattr__(self, entry.name, entry.checked(getattr(self, entry.name)))
         for name in vocabulary.KINDS_OF_ERROR:
             object.__setattr__(self, name, _checked(name, getattr(self, name)))
+        tracking.checked_placement(self)
 
     def read(self, true: Mapping[str, np.ndarray], rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Readings by name: bias, noise and resolution in this order.
@@ -71,8 +78,16 @@ class Instruments:
 
         Raises InvalidValueError for what is no such array.
         """
-        angle = validation.real_array("wheel_angle", wheel_angle)
-        return np.floor(angle * (self.counts_per_turn / (2 * math.pi))).astype(np.int64)
+        return _whole(validation.real_array("wheel_angle", wheel_angle), self.counts_per_turn)
+
+    def counts_of(self, reading: str) -> float:
+        """Counts of this name, of ANGLE_OF, in a rad."""
+        per_turn = {"encoder_count": self.counts_per_turn, "tracking_count": self.tracking_counts_per_turn}
+        return per_turn[reading] / (2 * math.pi)
+
+
+def _whole(angle: np.ndarray, per_turn: float) -> np.ndarray:
+    return np.floor(angle * (per_turn / (2 * math.pi))).astype(np.int64)
 
 
 def checked_instruments(given: Any) -> Instruments:
@@ -102,7 +117,8 @@ class Moments:
     the accelerometer needs, the inputs of the drives (T, N) by name, and how often each wheel has passed a joint since
     the start, (T, N).
 
-    Of wheels that may slip also their rates (T, N), and what makes nu' (T, 3)."""
+    Of wheels that may slip also their rates (T, N), and what makes nu' (T, 3). What makes nu integrated since the start
+    (T, 3), for tracking wheels; None where that is not known."""
 
     nu: np.ndarray
     chi: np.ndarray
@@ -113,6 +129,7 @@ class Moments:
     passes: np.ndarray
     rates: np.ndarray | None = None
     nu_dot: Callable[[], np.ndarray] | None = None
+    ways: Callable[[], np.ndarray] | None = None
 
 
 def true_values(
@@ -124,10 +141,10 @@ def true_values(
     wanted: Sequence[str] = NAMES,
     bound: Kernel | None = None,
 ) -> dict[str, np.ndarray]:
-    """What ideal instruments of the wanted names read; without odometry, which depends on the readings before.
+    """What ideal instruments of the wanted names read; without odometries, which depend on the readings before.
 
     bound  the kernel whose functions are taken, as `measuring_kernel` gives it; a TangentKernel of that where the
-           moments carry tangents, which encoder_count does not
+           moments carry tangents, which counts do not
 
     Raises InvalidValueError for wheels that may slip where the moments do not have their rates.
     """
@@ -147,6 +164,8 @@ def true_values(
     if "accelerometer" in wanted:
         found["accelerometer"] = _felt(bound, effects, moments, instruments.place)
     found["contact_roller"] = moments.contact
+    if tracking.is_there(instruments):
+        found |= _tracked(bound, moments, instruments, wanted)
     return {name: value for name, value in found.items() if name in wanted}
 
 
@@ -157,6 +176,16 @@ def measuring_kernel(vehicle: Vehicle, roller_model: str, effects: EffectSet, wa
     """
     also = ("reactions",) if "accelerometer" in wanted and not effects.slips else ()
     return effects.kernel(vehicle, roller_model, "python", also=also)
+
+
+def _tracked(bound: Kernel, moments: Moments, instruments: Instruments, wanted: Sequence[str]) -> dict[str, np.ndarray]:
+    """What the encoders of tracking wheels read; angles and counts where the moments know nu's integral."""
+    found = {"tracking_rate": tracking.rates(bound, moments.nu, instruments)}
+    if moments.ways is not None and {"tracking_angle", "tracking_count"}.intersection(wanted):
+        found["tracking_angle"] = tracking.rates(bound, moments.ways(), instruments)
+        if "tracking_count" in wanted:
+            found["tracking_count"] = _whole(found["tracking_angle"], instruments.tracking_counts_per_turn)
+    return found
 
 
 def _of_drives(
@@ -219,7 +248,21 @@ def reckoned(vehicle: Vehicle, start: np.ndarray, counts: np.ndarray, instrument
     if not axles_tell_all(bound):
         return None
     turns = np.diff(counts, axis=0) * (2 * math.pi / instruments.counts_per_turn)
-    ways = bound.nu_from_wheels(turns)
+    return _along_arcs(vehicle, start, bound.nu_from_wheels(turns))
+
+
+def reckoned_by_tracking(
+    vehicle: Vehicle, start: np.ndarray, times: np.ndarray, read: Mapping[str, np.ndarray], instruments: Instruments
+) -> np.ndarray | None:
+    """(T, 3) the pose by dead reckoning from the tracking wheels' counts, and of the gyro where they alone do not tell
+    all of the motion. None where both together do not."""
+    bound, turns = kernel(vehicle, "massless", "python"), tracking.turns_of(read["gyro"], times)
+    ways = tracking.ways_reckoned(vehicle, bound, read["tracking_count"], turns, instruments)
+    return None if ways is None else _along_arcs(vehicle, start, ways)
+
+
+def _along_arcs(vehicle: Vehicle, start: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """(T, 3) the poses after steps whose nu, integrated over each, is `ways` (T - 1, 3)."""
     chords = np.sinc(ways[:, 2] / vehicle.yaw_scale / (2 * math.pi))  # sinc(x) is sin(pi x)/(pi x)
     poses = [np.asarray(start, float)]
     sizes = vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.yaw_scale

@@ -35,6 +35,10 @@ AXES: Mapping[str, tuple[str, ...]] = {
     "bearing_torque": ("wheel",),
     "accelerometer": ("axis",),
     "odometry": ("coordinate",),
+    "tracking_angle": ("tracking_wheel",),
+    "tracking_count": ("tracking_wheel",),
+    "tracking_rate": ("tracking_wheel",),
+    "tracking_odometry": ("coordinate",),
 }
 OF_ROWS = {  # what rows keep besides, and the derivation does not name
     "ground_load": ("N", "load of a contact; 0 where it is off the ground"),

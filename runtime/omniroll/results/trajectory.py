@@ -15,10 +15,18 @@ from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
-from omniroll.results import on_springs, tables, trajectory_files
-from omniroll.results.dense import values_at
+from omniroll.results import on_springs, tables, tracking, trajectory_files
+from omniroll.results.dense import places_in_steps, steps_of, values_at
 from omniroll.results.ledger import Ledger
-from omniroll.results.measurements import NAMES, Instruments, Moments, checked_instruments, reckoned, true_values
+from omniroll.results.measurements import (
+    NAMES,
+    Instruments,
+    Moments,
+    checked_instruments,
+    reckoned,
+    reckoned_by_tracking,
+    true_values,
+)
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.slipping import Contacts, given_in_rows, rollers_hold
 from omniroll.results.trajectory_content import ARRAYS, Stored
@@ -243,11 +251,11 @@ class Trajectory(MadeOnDemand):
     ) -> dict[str, np.ndarray]:
         """What instruments on the robot read, by the names of omniroll.vocabulary.MEASUREMENTS.
 
-        t            (T,) increasing times within the run, in s; at each of them the odometry goes on
+        t            (T,) increasing times within the run, in s; at each of them odometry goes on
         instruments  Instruments; None: without errors
         names        of the readings that are wanted; the others are not computed
 
-        Arrays (T, N), (T, 2), (T, 3) or (T,). Raises InvalidValueError as `sample` does.
+        Arrays (T, N), (T, W) of W tracking wheels, (T, 2), (T, 3) or (T,). Raises InvalidValueError as `sample` does.
         """
         instruments = checked_instruments(instruments)
         times = np.array(vocabulary.TIMES.checked("t", t))
@@ -255,15 +263,19 @@ class Trajectory(MadeOnDemand):
         moments = Moments(
             samples.nu, samples.chi, samples.pose, samples.contact,
             samples.spins if "accelerometer" in names else None, self.drives_at(times), self._passes(times),
-            *self._slipping_at(times),
+            *self._slipping_at(times), ways=partial(tracking.ways_at, self, times),
         )  # fmt: skip
-        needed = ("encoder_count", *names) if "odometry" in names else names
+        by_tracking = "tracking_odometry" in names and tracking.is_there(instruments)
+        needed = (*names, *("encoder_count",) * ("odometry" in names), *("tracking_count", "gyro") * by_tracking)
         true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments, needed)
         if "odometry" in names:
             odometry = reckoned(self.vehicle, samples.pose[0], true["encoder_count"], instruments)
             true |= {} if odometry is None else {"odometry": odometry}
-            true = {name: value for name, value in true.items() if name in names}
-        return instruments.read(true, np.random.default_rng(instruments.seed))
+        read = instruments.read(true, np.random.default_rng(instruments.seed))
+        if by_tracking:
+            odometry = reckoned_by_tracking(self.vehicle, samples.pose[0], times, read, instruments)
+            read |= {} if odometry is None else {"tracking_odometry": odometry}
+        return {name: value for name, value in read.items() if name in names}
 
     def _slipping_at(self, times: np.ndarray) -> tuple:
         """The rates (T, N) of wheels that may slip, and what makes nu' (T, 3) of the motion; nothing elsewhere."""
@@ -318,11 +330,8 @@ class Trajectory(MadeOnDemand):
         """y (..., 6 + N + E) from the steps' polynomials, at times since the start."""
         if "dense" not in self.in_part and self.dense is None:
             raise InvalidValueError("t", None, "lies between rows, and the dense output was not saved")
-        starts, lengths = self._steps
-        step = np.clip(np.searchsorted(starts, elapsed, side="right") - 1, 0, len(starts) - 1)
-        with np.errstate(divide="ignore", invalid="ignore"):  # a step may be shorter than the rounding of the time
-            x = np.where(lengths[step] > 0, (elapsed - starts[step]) / lengths[step], 0.0)
-        return values_at(self._some("dense", step, len(starts)), x)
+        step, x = places_in_steps(*self._steps, elapsed)
+        return values_at(self._some("dense", step, len(self._steps[0])), x)
 
     def _some(self, name: str, places: np.ndarray, count: int) -> np.ndarray:
         """Some of the `count` rows of an array, which are computed alone where they are few."""
@@ -334,8 +343,7 @@ class Trajectory(MadeOnDemand):
     @cached_property
     def _steps(self) -> tuple[np.ndarray, np.ndarray]:
         """Starts and lengths (S,) of the steps."""
-        starts = self.elapsed[self.step_rows]
-        return starts, np.append(starts[1:], self.elapsed[-1]) - starts
+        return steps_of(self.elapsed, self.step_rows)
 
     def _complete(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> Samples:
         """Samples from y = (nu, chi, pose), where `row` is the last row at or before each time."""

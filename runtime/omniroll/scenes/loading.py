@@ -80,13 +80,7 @@ class Scene:
         """The instruments that the scene asks for, or None."""
         if "measurements" not in self.tables:
             return None
-        given = self.tables["measurements"]
-        plain = {entry.name: given[entry.name] for entry in INSTRUMENTS if entry.name in given}
-        errors = {
-            error: {name: given[f"{name}_{error}"] for name in WITH_ERRORS if f"{name}_{error}" in given}
-            for error in KINDS_OF_ERROR
-        }
-        return Instruments(**plain, **errors)
+        return _instruments(self.tables["measurements"])
 
     def sample_times(self, end: float) -> np.ndarray | None:
         """The times (K,) in s up to `end`, in s, at which the scene asks for samples; None where it asks for none."""
@@ -99,6 +93,15 @@ class Scene:
         else:
             return None
         return times[times <= end]
+
+
+def _instruments(given: dict[str, Any]) -> Instruments:
+    plain = {entry.name: given[entry.name] for entry in INSTRUMENTS if entry.name in given}
+    errors = {
+        error: {name: given[f"{name}_{error}"] for name in WITH_ERRORS if f"{name}_{error}" in given}
+        for error in KINDS_OF_ERROR
+    }
+    return Instruments(**plain, **errors)
 
 
 def load_scene(path: str | PathLike) -> Scene:
@@ -124,8 +127,8 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
     vehicle = vehicle_of(tables["vehicle"], findings) if "vehicle" in tables else None
     _check_samples(tables.get("run", {}), findings)
     _check_memory(tables.get("run", {}), findings)
-    if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
-        findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
+    if "measurements" in tables:
+        _check_instruments(tables, findings)
     said = replay_logs(tables, path.parent, findings)
     said += speeds_as_nu(tables, vehicle, findings)
     options = {
@@ -205,6 +208,16 @@ def _stand_in(vehicle_table: dict[str, Any]) -> Vehicle | None:
     if "N" not in known or known.get("n-1", 0) < 3:
         return None
     return Vehicle.paper(known["N"], known["n-1"] + 1)
+
+
+def _check_instruments(tables: dict[str, Any], findings: Findings) -> None:
+    if not {"step", "times"} & set(tables.get("run", {})):
+        findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
+    if not findings.keys_in("measurements"):
+        try:
+            _instruments(tables["measurements"])
+        except InvalidValueError as error:
+            findings.add("measurements", error.field, error.bound, shown(error.value))
 
 
 def _check_options(vehicle: Vehicle, options: dict[str, Any], findings: Findings) -> None:

@@ -15,7 +15,8 @@ from omniroll.results.measurements import NAMES, Instruments, Moments, measuring
 
 WHOLE = ("encoder_count", "contact_roller")  # readings that jump: they have no slope
 POSE = "odometry"  # that of encoders which count without steps is the pose, where axles tell all of the motion
-READINGS = tuple(name for name in NAMES if name not in WHOLE)
+OF_TRACKING = tuple(name for name in NAMES if name.startswith("tracking_"))  # a linear model has no such wheels
+READINGS = tuple(name for name in NAMES if name not in (*WHOLE, *OF_TRACKING))
 
 
 def readings_near(
