@@ -230,7 +230,8 @@ CALLS = (
     Call("register_effect", lambda name, kind: omniroll.register_effect(name)(kind), {"name": "fuzzed", "kind": Odd}),
     Call("Instruments", omniroll.Instruments, {
         "counts_per_turn": 4096.0, "place": (0.0, 0.0), "seed": 0, "resolution": {"gyro": 0.1}, "noise": {},
-        "bias": {}}),
+        "bias": {}, "tracking_places": ((0, 0.1), (0.1, 0)), "tracking_directions": (0, 1), "tracking_radius": 0.02,
+        "tracking_counts_per_turn": 2000.0}),
     Call("Instruments.counts", omniroll.Instruments().counts, {"wheel_angle": 1.0}),
     Call("linearise", omniroll.linearise, {
         "what": VEHICLE, "nu": (1, 0, 1), "chi": 0, "spins": 0, "pose": (0, 0, 0), "roller_model": "massless",

@@ -16,7 +16,14 @@ from omniroll.engine.sensitivities import Followed
 from omniroll.engine.sticking import Sticking
 from omniroll.engine.way_slopes import way_slopes
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
-from omniroll.results.measurements import ANGLE_OF, Instruments, Moments, measuring_kernel, true_values
+from omniroll.results.measurements import (
+    ANGLE_OF,
+    Instruments,
+    Moments,
+    counts_per_rad,
+    measuring_kernel,
+    true_values,
+)
 from omniroll.results.tracking import ways_at
 from omniroll.results.trajectory import Trajectory
 
@@ -63,14 +70,15 @@ class _Slopes:
             run.vehicle, run.roller_model, run.effects, moments, self.instruments, tuple(asked), self._bound(plain)
         )
         for name in ANGLE_OF.keys() & set(names):
-            found[name] = found[ANGLE_OF[name]] * self.instruments.counts_of(name)
+            found[name] = found[ANGLE_OF[name]] * counts_per_rad(self.instruments, name)
         return {name: tangent_of(found[name] if name in found else pose) for name in names}
 
     def _ways(self) -> np.ndarray:
         """(1 + P, T, 3) nu integrated since the start."""
         by_time = self.motion.vector.view(self.y, "nu")[None]
         slopes = np.concatenate([by_time, way_slopes(self.run, self.followed, self.times)])
-        return with_tangent(ways_at(self.run, self.times), slopes)
+        run = self.run
+        return with_tangent(ways_at(run.elapsed, run.step_rows, run.dense, self.times - run.start_time), slopes)
 
     def _bound(self, plain) -> TangentKernel:
         """The functions of a kernel for states (1 + P, T)."""

@@ -18,7 +18,7 @@ from omniroll.identification.exact import exact_slopes
 from omniroll.identification.late import by_delay, read_times
 from omniroll.identification.log import Log
 from omniroll.identification.model import LONGEST_DELAY, Model
-from omniroll.results.measurements import ANGLE_OF, Instruments
+from omniroll.results.measurements import ANGLE_OF, Instruments, counts_per_rad
 from omniroll.results.trajectory import Trajectory
 
 ACCURACY = 1e-11
@@ -209,7 +209,7 @@ def _true(run: Trajectory, times: np.ndarray, instruments: Instruments, names: S
         needed = "a Motor as the only drive" if name.startswith("motor") else "tracking_places of the instruments"
         raise InvalidValueError("readings", name, f"needs {needed}; `readings` leaves columns alone")
     for name in ANGLE_OF.keys() & set(names):
-        found[name] = found[ANGLE_OF[name]] * instruments.counts_of(name) - HALF_A_COUNT
+        found[name] = found[ANGLE_OF[name]] * counts_per_rad(instruments, name) - HALF_A_COUNT
     if "pose" in names:
         found["pose"] = run.sample(times).pose
     return found

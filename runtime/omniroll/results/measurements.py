@@ -17,12 +17,13 @@ from omniroll.effects.motor import LINEAR, MODES
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
-from omniroll.results import tracking
 from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
+from omniroll.results.tracking import TrackingWheels, turns_of
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = tuple(entry.name for entry in vocabulary.MEASUREMENTS)
 ANGLE_OF = {"encoder_count": "wheel_angle", "tracking_count": "tracking_angle"}  # what encoders count, by the counts
+OF_TRACKING = tuple(entry.name for entry in vocabulary.INSTRUMENTS if entry.name.startswith("tracking_"))
 
 
 @vocabulary.documented(*vocabulary.INSTRUMENTS)
@@ -54,7 +55,7 @@ class Instruments:
             object.__setattr__(self, entry.name, entry.checked(getattr(self, entry.name)))
         for name in vocabulary.KINDS_OF_ERROR:
             object.__setattr__(self, name, _checked(name, getattr(self, name)))
-        tracking.checked_placement(self)
+        tracking_of(self)
 
     def read(self, true: Mapping[str, np.ndarray], rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Readings by name: bias, noise and resolution in this order.
@@ -80,10 +81,18 @@ class Instruments:
         """
         return _whole(validation.real_array("wheel_angle", wheel_angle), self.counts_per_turn)
 
-    def counts_of(self, reading: str) -> float:
-        """Counts of this name, of ANGLE_OF, in a rad."""
-        per_turn = {"encoder_count": self.counts_per_turn, "tracking_count": self.tracking_counts_per_turn}
-        return per_turn[reading] / (2 * math.pi)
+
+def tracking_of(instruments: Instruments) -> TrackingWheels | None:
+    """The tracking wheels; None where there are none. Raises InvalidValueError for some that do not fit together."""
+    given = {name: getattr(instruments, name) for name in OF_TRACKING}
+    there = [name for name in OF_TRACKING[:3] if given[name] is not None]
+    return TrackingWheels(**given) if there else None
+
+
+def counts_per_rad(instruments: Instruments, name: str) -> float:
+    """How many of the counts of this name, one of ANGLE_OF, a rad is."""
+    of = instruments
+    return {"encoder_count": of.counts_per_turn, "tracking_count": of.tracking_counts_per_turn}[name] / (2 * math.pi)
 
 
 def _whole(angle: np.ndarray, per_turn: float) -> np.ndarray:
@@ -164,8 +173,8 @@ def true_values(
     if "accelerometer" in wanted:
         found["accelerometer"] = _felt(bound, effects, moments, instruments.place)
     found["contact_roller"] = moments.contact
-    if tracking.is_there(instruments):
-        found |= _tracked(bound, moments, instruments, wanted)
+    if (wheels := tracking_of(instruments)) is not None:
+        found |= _tracked(bound, moments, wheels, wanted)
     return {name: value for name, value in found.items() if name in wanted}
 
 
@@ -178,13 +187,13 @@ def measuring_kernel(vehicle: Vehicle, roller_model: str, effects: EffectSet, wa
     return effects.kernel(vehicle, roller_model, "python", also=also)
 
 
-def _tracked(bound: Kernel, moments: Moments, instruments: Instruments, wanted: Sequence[str]) -> dict[str, np.ndarray]:
+def _tracked(bound: Kernel, moments: Moments, wheels: TrackingWheels, wanted: Sequence[str]) -> dict[str, np.ndarray]:
     """What the encoders of tracking wheels read; angles and counts where the moments know nu's integral."""
-    found = {"tracking_rate": tracking.rates(bound, moments.nu, instruments)}
+    found = {"tracking_rate": wheels.rates(bound, moments.nu)}
     if moments.ways is not None and {"tracking_angle", "tracking_count"}.intersection(wanted):
-        found["tracking_angle"] = tracking.rates(bound, moments.ways(), instruments)
+        found["tracking_angle"] = wheels.rates(bound, moments.ways())
         if "tracking_count" in wanted:
-            found["tracking_count"] = _whole(found["tracking_angle"], instruments.tracking_counts_per_turn)
+            found["tracking_count"] = _whole(found["tracking_angle"], wheels.tracking_counts_per_turn)
     return found
 
 
@@ -256,8 +265,10 @@ def reckoned_by_tracking(
 ) -> np.ndarray | None:
     """(T, 3) the pose by dead reckoning from the tracking wheels' counts, and of the gyro where they alone do not tell
     all of the motion. None where both together do not."""
-    bound, turns = kernel(vehicle, "massless", "python"), tracking.turns_of(read["gyro"], times)
-    ways = tracking.ways_reckoned(vehicle, bound, read["tracking_count"], turns, instruments)
+    wheels, bound = tracking_of(instruments), kernel(vehicle, "massless", "python")
+    if wheels is None:
+        return None
+    ways = wheels.ways_reckoned(bound, read["tracking_count"], turns_of(read["gyro"], times))
     return None if ways is None else _along_arcs(vehicle, start, ways)
 
 

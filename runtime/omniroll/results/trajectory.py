@@ -15,7 +15,7 @@ from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
-from omniroll.results import on_springs, tables, tracking, trajectory_files
+from omniroll.results import on_springs, tables, trajectory_files
 from omniroll.results.dense import places_in_steps, steps_of, values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.measurements import (
@@ -25,10 +25,12 @@ from omniroll.results.measurements import (
     checked_instruments,
     reckoned,
     reckoned_by_tracking,
+    tracking_of,
     true_values,
 )
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.slipping import Contacts, given_in_rows, rollers_hold
+from omniroll.results.tracking import ways_at
 from omniroll.results.trajectory_content import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
@@ -263,9 +265,9 @@ class Trajectory(MadeOnDemand):
         moments = Moments(
             samples.nu, samples.chi, samples.pose, samples.contact,
             samples.spins if "accelerometer" in names else None, self.drives_at(times), self._passes(times),
-            *self._slipping_at(times), ways=partial(tracking.ways_at, self, times),
+            *self._slipping_at(times), ways=partial(self._ways, times),
         )  # fmt: skip
-        by_tracking = "tracking_odometry" in names and tracking.is_there(instruments)
+        by_tracking = "tracking_odometry" in names and tracking_of(instruments) is not None
         needed = (*names, *("encoder_count",) * ("odometry" in names), *("tracking_count", "gyro") * by_tracking)
         true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments, needed)
         if "odometry" in names:
@@ -284,6 +286,9 @@ class Trajectory(MadeOnDemand):
         y, row = self.state_and_row(times)
         contacts, end = self._contacts_in(y, partial(self._beside, times, y, row)), 3 + self.vehicle.wheels
         return contacts.rates, lambda: contacts.accelerations(y[:, :3], y[:, 3:end])["nu_dot"]
+
+    def _ways(self, times: np.ndarray) -> np.ndarray:
+        return ways_at(self.elapsed, self.step_rows, self.dense, times - self.start_time)
 
     def drives_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
         """(..., N) the inputs of the drives at times (...), which are linear between rows, by name."""
