@@ -11,7 +11,6 @@ import pytest
 import omniroll
 from identification.coverage import GUESS, GUESSED_FRICTION
 from identification.oracle_motion import FRICTION, KNOTS, SCHEDULES, VEHICLE
-from omniroll.engine.sensitivities import Sweep
 from omniroll.identification import exact, prediction
 
 FREE = (
@@ -50,7 +49,6 @@ def test_eight_numbers_take_few_runs_and_fewer_derivatives(monkeypatch):
 
     monkeypatch.setattr(prediction, "run_of", counted_run)
     monkeypatch.setattr(exact, "with_sensitivities", counted_derivatives)
-    monkeypatch.delattr(Sweep, "_run_in_python")  # derivatives are followed in C alone
     fit = fit_to(log())
     whole = {name: sum(end > 9 for end in ends) for name, ends in durations.items()}
     assert fit.differenced == () and 3 <= whole["with_sensitivities"] <= 6 and whole["run_of"] <= 20, whole

@@ -1,99 +1,35 @@
-"""Deviations followed in C against the reference in Python, which differentiates the generated functions by the complex
-step; and what they cost."""
-
+"""Deviations followed in C: with how many nodes, what is made for them and how often, and what they cost."""
 
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Vehicle, simulate
-from omniroll.engine import sensitivities
+from omniroll import Vehicle, simulate
+from omniroll.engine import compiled_variations
 from omniroll.engine.compiled_variations import Models, library_of
+from omniroll.engine.deviations import Deviations
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.variations import Deviations
 from omniroll.kernels import sets
 from omniroll.kernels.tangent_kernel import TangentKernel
 from tests.costs import counting
 from tests.sensitivities.costs import task
-from tests.sensitivities.differences import Case, derivative
+from tests.sensitivities.differences import Case
 
 NAMES = ("nu[0]", "chi[1]", "pose[2]", "mass", "wheel_radius", "platform_radius", "wheel_angles[1]")
-EVERY = ("yaw_inertia", "wheel_inertia", "roller_inertia", "roller_axis_radius", "yaw_scale")
-PLAIN = [Case(model, law, duration=4.0) for model in ("massless", "locked", "free") for law in ("impact", "smooth")]
-FADING, RUBBING = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5), Bearings(roller_coulomb=2e-5, roller_speed=0.5)
-ROUNDINGS = 1e-11  # of the largest derivative; both solve the same equations at the same nodes, in other orders
-
-
-def far_from_rest(run):
-    """(T,) bool: rows in which no slip is about to come to rest, or has just begun. The direction of one turns faster
-    and faster on its way to rest, and turns roundings as well; where it rests nothing is left of that."""
-    contacts = Motion(run).contacts
-    if contacts is None:
-        return np.ones(len(run), bool)
-    return (run.sticks | (np.linalg.norm(run.slip, axis=-1) > 1e-5)).all(axis=1)
-
-
-def parts_of(run, names, times):
-    """{number: its derivatives in the rows, at the end with the spins, and of nu at some times}."""
-    rows = run.followed.rows[far_from_rest(run)]
-    assert len(rows) >= len(run) / 3
-    return {
-        name: (rows[..., k], derivative(run, name), run.sensitivity(name, times).nu) for k, name in enumerate(names)
-    }
-
-
-def apart(one, other):
-    """{number: how far its derivatives are apart, by part}."""
-    return {name: np.array([np.abs(a - b).max() for a, b in zip(one[name], other[name], strict=True)]) for name in one}
-
-
-def runs_in_c_and_python(case, names, monkeypatch, others=(), **options):
-    """The run with its derivatives in C and in Python, and what `others` make of it, in Python."""
-    own = case.run(sensitivities=names, **options)
-    with monkeypatch.context() as context:
-        context.setattr(sensitivities, "library_of", lambda motion: None)
-        runs = [case.run(sensitivities=names, **options), *(other(case.run()) for other in others)]
-    assert own.followed.compiled is not None and all(run.followed.compiled is None for run in runs)
-    return own, *runs
-
-
-def in_c_and_python(case, names, monkeypatch, others=(), switches=2):
-    """The derivatives of the run in C and in Python, and those in Python of what `others` make of it."""
-    times, runs = np.linspace(0, case.duration, 23), runs_in_c_and_python(case, names, monkeypatch, others)
-    assert len(runs[0].switches) >= switches
-    with monkeypatch.context() as context:
-        context.setattr(sensitivities, "library_of", lambda motion: None)
-        reference = [parts_of(run, names, times) for run in runs[1:]]
-    return parts_of(runs[0], names, times), *reference
-
-
-def sizes_of(parts):
-    """{number: the sizes of its derivatives, by part}; between rows that of the rows."""
-    sizes = {name: [np.abs(part).max() for part in own] for name, own in parts.items()}
-    return {name: np.array([rows, max(rows, end), rows]) for name, (rows, end, _) in sizes.items()}
-
-
-def same_as_in_python(case, names, monkeypatch, bound=ROUNDINGS, switches=2):
-    own, reference = in_c_and_python(case, names, monkeypatch, switches=switches)
-    differences, sizes = apart(own, reference), sizes_of(reference)
-    for name in names:
-        assert (differences[name] <= bound * sizes[name]).all(), name
-
-
-@pytest.mark.parametrize("case", PLAIN, ids=lambda case: f"{case.roller_model} {case.switching}")
-def test_it_gives_what_the_reference_gives(case, monkeypatch):
-    same_as_in_python(case, NAMES + EVERY + (("spins[1][2]",) if case.roller_model == "free" else ()), monkeypatch)
 
 
 def test_from_row_to_row_fewer_nodes_are_as_exact_as_the_run(monkeypatch):
     """At 1e-9, where steps are as long as the accuracy lets them be; between rows there are as many nodes as before."""
     for case in (Case("free", duration=4.0), Case("locked", "smooth", duration=4.0)):
         run = case.run(sensitivities=NAMES, accuracy=1e-9)
-        exact = sensitivities.Followed.along(run, NAMES, 24)
-        size = np.abs(exact.rows).max(axis=(0, 1))
+        with monkeypatch.context() as context:
+            context.setattr(compiled_variations, "FEWER", compiled_variations.NODES)
+            exact = case.run(sensitivities=NAMES, accuracy=1e-9)
+        assert exact.followed.compiled.nodes == compiled_variations.NODES
+        size = np.abs(exact.followed.rows).max(axis=(0, 1))
         times = np.linspace(0, case.duration, 101)
-        assert (np.abs(run.followed.rows - exact.rows).max(axis=(0, 1)) <= 1e-10 * size).all()
+        assert (np.abs(run.followed.rows - exact.followed.rows).max(axis=(0, 1)) <= 1e-10 * size).all()
         for name, own in zip(NAMES, size, strict=True):
-            apart = run.sensitivity(name, times).pose - exact.at(run, name, times).pose
+            apart = run.sensitivity(name, times).pose - exact.sensitivity(name, times).pose
             assert np.abs(apart).max() <= 1e-9 * own
 
 
@@ -106,6 +42,17 @@ def test_a_run_that_is_asked_for_no_derivative_needs_none_of_it(monkeypatch):
     assert run.followed is None
     with pytest.raises(AssertionError):
         library_of(Motion(run))
+
+
+def test_the_derivatives_by_many_numbers_at_the_same_times_need_one_look():
+    names = ("nu[0]", "nu[1]", "mass")
+    run = Case("locked").run(sensitivities=names)
+    times = np.linspace(0, 1, 50)
+    found = [run.sensitivity(name, times) for name in names]
+    look = run.followed.look
+    assert all(run.sensitivity(name, list(times)).t is look.times for name in names)
+    one = Case("locked").run(sensitivities=names).sensitivity("nu[1]", times)
+    assert np.array_equal(found[1].nu, one.nu) and np.array_equal(found[1].pose, one.pose)
 
 
 @pytest.mark.parametrize("kind", ["massless", "free", "massless, coulomb, axles stick, no drive"])

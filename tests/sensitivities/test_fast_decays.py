@@ -10,7 +10,6 @@ from scipy.linalg import expm
 
 import omniroll
 from omniroll import Bearings, Contact, TorqueTable, Vehicle
-from omniroll.engine import sensitivities
 
 VEHICLE = Vehicle.paper()
 AT_REST = {"nu": (0.0, 0.0, 0.0), "chi": (0.1, -0.2, 0.15)}
@@ -69,29 +68,22 @@ def wrong_by(run, name, followed, t):
     return max(found)
 
 
-@pytest.fixture(params=[False, True], ids=["compiled", "python"])
-def in_python(request, monkeypatch):
-    if request.param:
-        monkeypatch.setattr(sensitivities, "library_of", lambda motion: None)
-    return request.param
-
-
 @pytest.mark.parametrize("decay", DECAYS)
 @pytest.mark.parametrize("name", ["massless", "free"])
-def test_at_rest_they_are_those_of_the_matrix_exponential(name, decay, in_python):
-    is_exact(name, decay, in_python)
+def test_at_rest_they_are_those_of_the_matrix_exponential(name, decay):
+    is_exact(name, decay)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("decay", DECAYS)
 @pytest.mark.parametrize("name", list(SCENES)[2:])
 def test_with_other_effects_too(name, decay):
-    is_exact(name, decay, in_python=False)  # contacts that stick have derivatives in C alone
+    is_exact(name, decay)
 
 
-def is_exact(name, decay, in_python):
+def is_exact(name, decay):
     run = run_of(name, decay)
-    assert len(run.step_rows) == 1 and (run.followed.compiled is None) == in_python
+    assert len(run.step_rows) == 1
     anew = pickle.loads(pickle.dumps(run.followed))  # which looks again at what is too fast
     for followed in (run.followed, anew):
         assert wrong_by(run, name, followed, run.t[-1]) <= 1e-10
@@ -100,7 +92,7 @@ def is_exact(name, decay, in_python):
 
 
 @pytest.mark.parametrize("first", [41, 103])
-def test_longer_steps_behind_a_first_one_that_is_cut_are_exact_too(first, in_python):
+def test_longer_steps_behind_a_first_one_that_is_cut_are_exact_too(first):
     name, decay = "massless", 1000
     knot = duration_of(name, first)
     run = run_of(name, decay, TorqueTable((0.0, knot, 1.0), ((0.0,) * 3,) * 3))

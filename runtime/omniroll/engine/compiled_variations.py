@@ -5,22 +5,23 @@ asked for none needs none.
 """
 
 from collections.abc import Mapping
-from functools import cache, lru_cache
+from dataclasses import dataclass
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from omniroll.codegen.along import SUFFIX
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import ContactModes
+from omniroll.engine.deviations import Deviations
 from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.pieces_of_steps import most_wrong
 from omniroll.engine.roller_modes import FREE, IN_CONTACT
 from omniroll.engine.sticking import Sticking
-from omniroll.engine.variations import NO_ANGLE, Deviations, gauss
 from omniroll.engine.workspace import NODES
-from omniroll.errors import KernelsMissingError
+from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.dense import weights_at
@@ -31,19 +32,66 @@ ALIGNMENT = 128  # bytes
 # faster than the run: the last of Legendre's polynomials makes at most this part of them in a step.
 FEWER, FINE, MOST_LAST = 12, 1e-8, 1e-5
 MANY = 16  # steps that ask for more
+NO_ANGLE = 1e-6  # rad, of a wheel's angle, where a number changes by its own size: nothing
+LEAST_WRONG = 1e-10  # of the deviations of speeds: what they may be off by behind a step in which rates are fast,
+ACCURACIES = 3.0  # or so many times the run's accuracy
+
+
+@dataclass(frozen=True)
+class Gauss:
+    """Gauss's nodes on [0, 1] and what integrates the polynomial through values there.
+
+    nodes    (s,)
+    weights  (s,) of the integral from 0 to 1
+    """
+
+    nodes: np.ndarray
+    weights: np.ndarray
+
+    def integrals(self, x: np.ndarray) -> np.ndarray:
+        """(..., s) weights of the integral from 0 to x (...)."""
+        s = len(self.nodes)
+        to_series = legendre.legvander(2 * self.nodes - 1, s - 1).T * self.weights
+        of_series = legendre.legvander(2 * np.asarray(x) - 1, s)
+        falling = np.concatenate([-np.ones_like(of_series[..., :1]), of_series[..., : s - 1]], axis=-1)
+        return (of_series[..., 1:] - falling) / 2 @ to_series
+
+    @property
+    def last(self) -> np.ndarray:
+        """(s,) weights of the last coefficient of the polynomial through values there, in Legendre's."""
+        s = len(self.nodes)
+        return (2 * s - 1) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 1)[:, -1]
+
+    @property
+    def before_last(self) -> np.ndarray:
+        """(s,) the same of the coefficient before it."""
+        s = len(self.nodes)
+        return (2 * s - 3) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 2)[:, -1]
+
+    @cached_property
+    def to_nodes(self) -> np.ndarray:
+        """(s, s) the same, from 0 to each node."""
+        return self.integrals(self.nodes)
+
+
+@cache
+def gauss(count: int) -> Gauss:
+    x, weights = legendre.leggauss(count)
+    return Gauss((1 + x) / 2, weights / 2)
 
 
 def library_of(motion: Motion):
-    """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
+    """`ffi` and `lib` for the deviations of a run. Raises KernelsMissingError where they cannot be had."""
     plain, deviations = motion.plain, motion.deviations
+    own = plain.base, plain.effects, plain.wheels, plain.sharp
     try:
-        found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
-    except KernelsMissingError:
-        return None
-    states, inputs = _names(plain.base, plain.effects, plain.wheels, plain.sharp)
-    drives = _drives(deviations)
-    fits = tuple(deviations.rates)[3:] == states and drives == inputs
-    return found if fits else None
+        found = sets.variations(*own)
+    except KernelsMissingError as problem:
+        text = f"derivatives of runs are computed in C: install a C compiler (cc); {problem}"
+        raise KernelsMissingError(text) from None
+    if (tuple(deviations.rates)[3:], _drives(deviations)) != _names(*own):
+        raise InvalidValueError("sensitivities", plain.set_name, "effects with further numbers are not followed")
+    return found
 
 
 def _drives(deviations: Deviations) -> tuple[str, ...]:
@@ -130,7 +178,6 @@ class CompiledVariations:
 
     def __init__(
         self,
-        module,
         motion: Motion,
         columns: Columns,
         rows: np.ndarray,
@@ -139,7 +186,8 @@ class CompiledVariations:
         holds: HoldDeviations | None,
         sticking: Sticking | None,
     ):
-        self.module, self.motion, self.columns = module, motion, columns
+        self.module = module = library_of(motion)
+        self.motion, self.columns = motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
         self.models = _models_of(columns, module.ffi, module.lib)
         self.struct = module.ffi.new("omniroll_variations_t *")
@@ -287,7 +335,7 @@ class CompiledVariations:
         run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
         run.impact = trajectory.switching == "impact"
         run.rows = len(trajectory)
-        run.most_wrong = most_wrong(trajectory.accuracy)
+        run.most_wrong = max(LEAST_WRONG, ACCURACIES * trajectory.accuracy)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
         dense = trajectory.dense
         run.row_size, run.degree = dense.shape[2], dense.shape[1] - 1

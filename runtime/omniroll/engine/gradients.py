@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
 from omniroll.engine.motion import Motion, columns_beside
 from omniroll.engine.sensitivities import Followed, Sweep
@@ -78,6 +77,7 @@ class Chain(Sweep):
         self.maps: list[np.ndarray] = []  # (W, W + P) of each phase's start, by the start of that before it
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
+        """(m, W + P) the unit deviations with which a phase begins; what it is handed is kept."""
         self.maps.append(self._handed_on(moved, axial))
         unit = np.eye(self.handed_on, len(self.columns))
         ends = np.cumsum(list(self.sizes.values()))
@@ -85,10 +85,13 @@ class Chain(Sweep):
         for sampler, own_sum, own_output in zip(self.drives.samplers, rest[::2], rest[1::2], strict=True):
             sampler.sum = with_tangent(sampler.sum.real, own_sum.T)
             sampler.output = with_tangent(sampler.output.real, own_output.T)
-        return super()._begin(phase, unit[: ends[0]], None if axial is None else unit[ends[0] : ends[1]])
+        if axial is not None:
+            own = unit[ends[0] : ends[1]].T
+            self.axial[phase] = own.reshape(-1, *self.axial.shape[2:])
+        return unit[: ends[0]]
 
-    def _put_start(self, compiled: CompiledVariations) -> None:
-        super()._put_start(compiled)
+    def _put_start(self) -> None:
+        super()._put_start()
         self._phase_begun(0)
 
     def _samples(self) -> np.ndarray:

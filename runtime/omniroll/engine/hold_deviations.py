@@ -39,14 +39,14 @@ Inputs = Callable[[], np.ndarray]
 class HoldDeviations:
     """The deviations of one run in P columns, where its bearings come to rest and break away.
 
-    in_c  what a library computes in the place of generated functions in Python; None where there is none
+    in_c  what the run's library computes for it; the caller gives it
     """
 
     def __init__(self, motion: Motion, columns: Columns):
         self.motion, self.columns, self.holds = motion, columns, motion.holds
         self.trajectory, self.plain = motion.trajectory, motion.plain
         self.wheels = motion.plain.wheels
-        self.in_c: InC | None = None
+        self.in_c: InC
 
     # What numbers do to the rows G, to the directions A, and to the torques
 
@@ -66,7 +66,7 @@ class HoldDeviations:
     @cached_property
     def turning_rows(self) -> np.ndarray:
         """(P, B, 3) dG, where chi is 0."""
-        if self.in_c is None or self.holds.names != (AXLES,):
+        if self.holds.names != (AXLES,):
             return tangent_of(self._rows(self.columns.kernel, np.zeros(self.wheels)))
         found = np.zeros((len(self.columns), self.wheels, 3))
         found[self.columns.numbered] = self.in_c.turning_rows()
@@ -93,14 +93,6 @@ class HoldDeviations:
             names = ", ".join(np.array(self.columns.names)[left[k]])
             raise self._none(row, f"what sticks together would leave other directions; by {names}", holds.sets[k])
         return found
-
-    def held(self, rows: np.ndarray) -> tuple[Mapping, Mapping]:
-        """What generated functions take of the sets in rows (k,), by name; and the same with the tangents of the Q
-        numbers that these functions know, (Q, k, ...)."""
-        found = self.holds.at(rows)
-        turning = self.turning[self.holds.which[rows]][:, self.columns.numbered]
-        turned = with_tangent(found["directions"], np.moveaxis(turning.reshape(*turning.shape[:2], 9), 1, 0))
-        return found, found | {"directions": turned}
 
     @cached_property
     def tables(self) -> np.ndarray:
@@ -174,8 +166,6 @@ class HoldDeviations:
     @cached_property
     def rates(self) -> np.ndarray:
         """(T, m) the rates of what deviates, in those rows and in the ones before them."""
-        if self.in_c is None:
-            return self.motion.rates
         rows = np.unique(np.concatenate([self.meets, self.meets - 1]).clip(min=0))
         found = np.zeros((len(self.trajectory), len(self.motion.deviations.state)))
         found[rows] = self.in_c.rates(rows)

@@ -1,6 +1,5 @@
 """A run as its sensitivities see it: its rows and rates, and the numbers beside which it is looked at."""
 
-from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -9,12 +8,12 @@ from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
+from omniroll.engine.deviations import Deviations
 from omniroll.engine.events_beside import JUMPS
 from omniroll.engine.holds import Holds
 from omniroll.engine.massless_modes import MasslessModes, StripModes
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing import Standing
-from omniroll.engine.variations import NO_ANGLE, Deviations, Held, Variations
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
@@ -213,13 +212,9 @@ class Columns:
     They depend on effects, kernel and names alone: all runs that have these share them (columns_beside).
 
     plain  Kernel of the run, with Python's functions
-    nodes  inside each step where deviations are computed; None: as many as the run's polynomials ask for
     """
 
-    def __init__(
-        self, effects: EffectSet, plain: Kernel, names: tuple[str, ...], others: int = 0, nodes: int | None = None
-    ):
-        self.nodes = nodes
+    def __init__(self, effects: EffectSet, plain: Kernel, names: tuple[str, ...], others: int = 0):
         self.effects, self.plain = effects.effects, plain
         self.columns: tuple[Column, ...] = (Column(""),) * others + columns_of(names, self.plain, self.effects)
         shapes = {name: value.shape for name, value in values_of(self.plain, self.effects).items()}
@@ -262,30 +257,13 @@ class Columns:
         """The functions on (P,) states, each with the deviation of its own number."""
         return TangentKernel(self.plain, self.constants, (len(self),))
 
-    def behind(self, units: int) -> TangentKernel:
-        """The functions on (units + Q,) states: the numbers of `numbered` deviate, behind others in which none does."""
-        padded = {
-            name: np.concatenate([np.zeros((units, *tangent.shape[1:])), tangent[self.numbered]])
-            for name, tangent in self.constants.items()
-        }
-        return TangentKernel(self.plain, padded, (units + len(self.numbered),))
-
     def single(self, column: int) -> TangentKernel:
         """The functions with the deviation of one number, for states of any leading axes."""
         return TangentKernel(self.plain, {name: tangents[column] for name, tangents in self.constants.items()})
 
-    def variations(self, motion: Motion, held: Held | None = None) -> Variations:
-        numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
-        return Variations(
-            motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
-            held, NO_ANGLE / self.sizes,
-        )  # fmt: skip
 
-
-def columns_beside(
-    trajectory: Trajectory, names: tuple[str, ...], others: int = 0, nodes: int | None = None
-) -> Columns:
+def columns_beside(trajectory: Trajectory, names: tuple[str, ...], others: int = 0) -> Columns:
     """The columns of a run by the numbers of these names."""
     effects = trajectory.effects
     plain = effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
-    return effects.made(Columns, plain, names, others, nodes)
+    return effects.made(Columns, plain, names, others)

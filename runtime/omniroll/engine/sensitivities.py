@@ -1,6 +1,6 @@
 """How a run depends on its start and on its numbers: deviations followed through steps, switches and what acts.
 
-Between two events a deviation follows the variational equations (variations.py). Where a wheel passes to its next
+Between two events a deviation follows the variational equations (csrc/deviations). Where a wheel passes to its next
 roller, the rule of the switch is differentiated as it stands, on numbers that carry tangents, and the deviation of the
 time at which it happens is in it: with the map g of the switch and the rates f,
 
@@ -21,32 +21,30 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.engine.columns import check_are_names
-from omniroll.engine.compiled_variations import CompiledVariations, library_of
+from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.events_beside import TOGETHER
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion, columns_beside
-from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
+from omniroll.engine.passages import Instant, Passage, Phase, grazing
 from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
 from omniroll.engine.sticking import Sticking
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.engine.variations import Variations
-from omniroll.errors import KernelsMissingError, NoDerivativeError, OneSidedWarning
+from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.state import State, by_roller
 
 
-def with_sensitivities(trajectory: Trajectory, names: Sequence[str], nodes: int | None = None) -> Trajectory:
+def with_sensitivities(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
     """The same trajectory, which now has the derivatives of its motion by the numbers of these names.
 
-    nodes  inside each step: fewer are faster and less exact; None: as many as the run's polynomials ask for
-
-    Raises InvalidValueError for names that have none, and NoDerivativeError where the motion has none.
+    Raises InvalidValueError for names that have none, NoDerivativeError where the motion has none, and
+    KernelsMissingError where the library that follows them is neither there nor can be compiled.
     """
-    followed = Followed.along(trajectory, tuple(names), nodes)
+    followed = Followed.along(trajectory, tuple(names))
     object.__setattr__(trajectory, "followed", followed)  # its other fields stay frozen
     return trajectory
 
@@ -55,7 +53,7 @@ def check_names(task: Task, names: Sequence[str]) -> None:
     """Raises InvalidValueError for names and effects that have no sensitivities."""
     plain = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")
     check_are_names(names)
-    task.effects.made(Columns, plain, tuple(names), 0, None)
+    task.effects.made(Columns, plain, tuple(names), 0)
     refuse_what_is_not_followed(task.effects.effects, plain)
 
 
@@ -86,8 +84,7 @@ class Followed:
     inputs  (S, F, P) of what drives the steps: inputs, how fast these change, and numbers
     phases  (K,) the row at which each phase between two switches starts
     axial   (K, P, N, n) deviations of the rollers' axial speeds there, by physical roller; None but for free rollers
-    nodes   inside each step, or None
-    look, variations   what was computed last, for whoever asks again
+    look, compiled  what was computed last, for whoever asks again
     """
 
     names: tuple[str, ...]
@@ -95,14 +92,12 @@ class Followed:
     inputs: np.ndarray
     phases: np.ndarray
     axial: np.ndarray | None
-    nodes: int | None = None
     look: "Look | None" = None
-    variations: Variations | None = None
     compiled: CompiledVariations | None = None
 
     @classmethod
-    def along(cls, trajectory: Trajectory, names: tuple[str, ...], nodes: int | None = None) -> "Followed":
-        sweep = Sweep(Motion(trajectory), columns_beside(trajectory, names, nodes=nodes))
+    def along(cls, trajectory: Trajectory, names: tuple[str, ...]) -> "Followed":
+        sweep = Sweep(Motion(trajectory), columns_beside(trajectory, names))
         sweep.run()
         return sweep.followed()
 
@@ -130,7 +125,7 @@ class Followed:
         look = self.look
         if look is not None and look.rows == (t is None) and np.array_equal(look.times, times):
             return look
-        motion, columns = Motion(trajectory), columns_beside(trajectory, self.names, nodes=self.nodes)
+        motion, columns = Motion(trajectory), columns_beside(trajectory, self.names)
         y, row = (motion.y, np.arange(len(trajectory))) if t is None else trajectory.state_and_row(times)
         moved = np.array(self.rows[row])  # a copy: at one time alone it would be a view
         between = trajectory.t[row] < times
@@ -140,7 +135,7 @@ class Followed:
         return self.look
 
     def __getstate__(self) -> dict:
-        return vars(self) | {"look": None, "variations": None, "compiled": None}
+        return vars(self) | {"look": None, "compiled": None}
 
     def since_row(self, motion: "Motion", columns: "Columns", row: np.ndarray, times: np.ndarray) -> np.ndarray:
         """(k, m, P) what the deviations have come to since the rows (k,)."""
@@ -150,18 +145,12 @@ class Followed:
         starts = trajectory.elapsed[trajectory.step_rows[step]]
         lengths = trajectory.elapsed[trajectory.step_rows[step] + 1] - starts
         x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
-        if compiled is not None:
-            return compiled.since_rows(step, self.phase_of(trajectory.step_rows[step]), x)
-        holds = hold_deviations(motion, columns)
-        variations = self.variations or columns.variations(motion, None if holds is None else holds.held)
-        return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
+        return compiled.since_rows(step, self.phase_of(trajectory.step_rows[step]), x)
 
-    def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
-        if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
+    def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations:
+        if self.compiled is None:
             holds, sticking = hold_deviations(motion, columns), Sticking.of(motion, columns)
-            self.compiled = CompiledVariations(
-                module, motion, columns, self.rows, self.inputs, self.axial, holds, sticking
-            )
+            self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, holds, sticking)
         return self.compiled
 
 
@@ -182,38 +171,20 @@ class Sweep:
         plain = self.motion.plain
         shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
         self.axial = np.zeros(shape) if plain.has_spins else None
-        module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
         self.holds, self.sticking = hold_deviations(motion, columns), Sticking.of(motion, columns)
-        if self.sticking is not None and module is None and len(self.inputs):
-            raise KernelsMissingError(
-                "derivatives through friction of wheels that may slip are computed in C: install a C compiler (cc)"
-            )
-        self.compiled: CompiledVariations | None = None
-        if module is not None:
-            self.compiled = CompiledVariations(
-                module, motion, columns, self.rows, self.inputs, self.axial, self.holds, self.sticking
-            )
-        self.variations: Variations | None = None
-        self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
+        self.compiled = CompiledVariations(
+            motion, columns, self.rows, self.inputs, self.axial, self.holds, self.sticking
+        )
 
     def followed(self) -> Followed:
-        return Followed(
-            self.columns.names, self.rows, self.inputs, self.motion.phases, self.axial, self.columns.nodes,
-            variations=self.variations, compiled=self.compiled,
-        )  # fmt: skip
+        columns = self.columns.names
+        return Followed(columns, self.rows, self.inputs, self.motion.phases, self.axial, compiled=self.compiled)
 
     def run(self) -> None:
-        """Fill the rows: in C where its library is there."""
-        if self.compiled is not None:
-            self._run_compiled(self.compiled)
-        else:
-            self._run_in_python()
-
-    def _run_compiled(self, compiled: CompiledVariations) -> None:
-        """In C from one row to the next at which something is left to Python, and up to switches that are not plain, or
-        changes of contacts' modes that are not."""
-        last, row, given = len(self.trajectory) - 1, 0, 0
-        self._put_start(compiled)
+        """Fill the rows: in C from one row to the next at which something is left to Python, and up to switches that
+        are not plain, or changes of contacts' modes that are not."""
+        compiled, last, row, given = self.compiled, len(self.trajectory) - 1, 0, 0
+        self._put_start()
         stops = np.append(np.flatnonzero(self._stops()), last)
         samples = np.append(np.flatnonzero(self._samples()), last)
         while row < last:
@@ -233,7 +204,7 @@ class Sweep:
                     if reached + 1 not in self.switched:
                         reason = "a slip comes to rest and at once goes on elsewhere, as something else changes"
                         raise self._no_derivative(self._instant(reached), reason, np.zeros(0, int))
-                    self._pass_together(compiled, reached)
+                    self._pass_together(reached)
                 reached += 1
             row = reached
             self._phase_begun(row)
@@ -254,7 +225,7 @@ class Sweep:
     def _samples(self) -> np.ndarray:
         """(T,) bool: rows at which samples are due, up to which it is known what drives give."""
         found, trajectory = np.zeros(len(self.trajectory), bool), self.trajectory
-        if self.moving:
+        if self.moving and len(trajectory.step_rows):
             first = trajectory.step_rows
             times = self.drives.samples(trajectory.elapsed[-1])
             found[first[np.unique(np.searchsorted(trajectory.elapsed[first], times)).clip(max=len(first) - 1)]] = True
@@ -271,7 +242,7 @@ class Sweep:
                 moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
             if self.holds.enters[row]:
                 moved[:] = self.holds.entered(row, moved)
-        if self.compiled is not None and self.compiled.turns[row]:  # which C has not passed
+        if self.compiled.turns[row]:  # which C has not passed
             self.sticking.refuse(row)
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
@@ -279,7 +250,7 @@ class Sweep:
     def _enters_in_c(self, row: int) -> bool:
         """Whether a library passes what happens as a step begins, where it goes on from this row."""
         behind_step = row > 0 and self.motion.starts_step[row - 1]
-        return self.compiled is not None and self.holds.left_to_do[row] > 0 and not behind_step
+        return self.holds.left_to_do[row] > 0 and not behind_step
 
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
@@ -326,7 +297,7 @@ class Sweep:
         found[: self.moving, 1:] += length * self.inputs[step, size : size + self.moving]
         return found
 
-    def _put_start(self, compiled: CompiledVariations) -> None:
+    def _put_start(self) -> None:
         places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
         if plain.slips:
             self.rows[0], axial = self._start()
@@ -338,69 +309,19 @@ class Sweep:
                 self.rows[0, places[name]] = given[name].T
         if plain.has_spins:
             still = np.zeros((len(self.columns), plain.wheels, plain.rollers_per_wheel - 1))
-            compiled.deviate(given.get("spins", still))
+            self.compiled.deviate(given.get("spins", still))
 
-    def _pass_together(self, compiled: CompiledVariations, row: int) -> None:
+    def _pass_together(self, row: int) -> None:
         """A switch of several wheels, or of one that grazes its joint."""
         self.phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
         self.began = self.rows[self.motion.phases[self.phase]]
         found = self._passed_apart(row, self.rows[row])
         if found is None:
-            compiled.follow(row, row + 1, self.phase, as_one=True)
+            self.compiled.follow(row, row + 1, self.phase, as_one=True)
             return
         self.rows[row + 1], axial = found
         if axial is not None:
             self.axial[self.phase + 1] = axial.T.reshape(self.axial.shape[1:])
-
-    def _run_in_python(self) -> None:
-        motion, trajectory = self.motion, self.trajectory
-        step_of = {int(row): step for step, row in enumerate(trajectory.step_rows)}
-        switch_of = {int(row) - 1: switch for switch, row in enumerate(motion.switched)}
-        self.switches = SwitchMaps(motion, self.columns)
-        if "momenta" in self.deviations.inputs:
-            self.momenta_maps = momenta_maps(motion, self.columns)
-        maps, given = self._maps(), self.deviations.input_size + self.moving
-        driven = maps[:, :, self.size :] @ self.inputs  # of what is known beforehand: the numbers
-        moved = self.rows[0] = self._begin(0, *self._start())
-        for row in range(len(trajectory) - 1):
-            if row in step_of:
-                step = step_of[row]
-                self._enter(row, moved)
-                self.rows[row] = start = moved
-                grown = maps[step]
-                moved = grown[:, : self.size] @ moved + driven[step]
-                if given:
-                    if self.momenta_maps is not None:
-                        self.inputs[step, self.deviations.places["momenta"].ravel() - self.size] = self.momenta
-                    self._give(row, row + 1)
-                    moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
-                if self.variations.pieces.are_asked(step, start, self.inputs[step], moved):
-                    moved = self.variations.pieces.moved(step, 1.0, start, self.inputs[step])
-            elif row in switch_of:
-                switch = switch_of[row]
-                moved = self._begin(switch + 1, *self._switched(switch, row, moved))
-            elif (found := self._after_jump(row, moved)) is not None:
-                moved = found
-            self.rows[row + 1] = moved
-
-    def _maps(self) -> np.ndarray:
-        """(S, m, m + F) the maps of the steps: what comes out, by the deviations at the start and by what is given."""
-        if not len(self.trajectory.step_rows):
-            return np.zeros((0, self.size, self.size + self.inputs.shape[1]))
-        held = None if self.holds is None else self.holds.held
-        self.variations = self.columns.variations(self.motion, held)
-        return self.variations.maps()
-
-    def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
-        """(m, P) the deviations with which a phase starts; `axial` (A, P) are those of the axial speeds."""
-        self.phase, self.began = phase, moved
-        if axial is not None:
-            shape = (self.motion.plain.wheels, self.motion.plain.rollers_per_wheel)
-            self.axial[phase] = axial.T.reshape(-1, *shape)
-        if self.momenta_maps is not None:
-            by_axial, by_numbers = self.momenta_maps
-            self.momenta = by_axial[phase] @ axial + by_numbers[phase]
-        return moved
 
     def _start(self) -> tuple[np.ndarray, np.ndarray | None]:
         """(m, P) and (A, P) the deviations at the start."""
@@ -469,25 +390,14 @@ class Sweep:
         motion = self.motion
         return Instant(self.trajectory.elapsed[[row]], motion.y[[row]], motion.rates[[row]])
 
-    def _switched(self, switch: int, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """(m, P) and (A, P) the deviations after the switch between this row and the next.
-
-        Wheels that switch together still do where a number grows by its own size, or they do not.
-        """
-        self._refuse_rests(row)
-        if self.switches.together[switch] or self.switches.grazed[switch]:
-            found = self._passed_apart(row, moved)
-            if found is not None:
-                return found
-        return self.switches.through(switch, moved, self._axial_of_phase(), self.began)
-
     def _refuse_rests(self, row: int) -> None:
         """Raises NoDerivativeError where something comes to rest just as a wheel switches, behind a row."""
         if self.sticking is not None:
             self.sticking.refuse_rests(row)
 
     def _passed_apart(self, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None] | None:
-        """The same where the wheels do not switch as one in the motions beside the run; None where they do."""
+        """(m, P) and (A, P) the deviations after the switch between this row and the next, where the wheels do not
+        switch as one in the motions beside the run; None where they do."""
         before, wheels = self._instant(row), np.flatnonzero(self.motion.directions[row + 1])
         times = self._time_deviations(before, moved, wheels)
         apart = self.columns.sizes * np.ptp(times, axis=0)
@@ -498,10 +408,6 @@ class Sweep:
         if self.sticking is not None:
             self.sticking.refuse_orders(row, wheels)
         return self._one_after_the_other(row, moved, times)
-
-    def _axial_of_phase(self) -> np.ndarray | None:
-        """(A, P) the deviations of the axial speeds at the start of the phase."""
-        return None if self.axial is None else self.axial[self.phase].reshape(len(self.columns), -1).T
 
     def _refuse_impacts(self, before: Instant, parted: np.ndarray, wheels: np.ndarray) -> None:
         plain = self.motion.plain

@@ -108,19 +108,13 @@ class _PieceSweep(Sweep):
         if drives is not None:
             self.drives = drives
 
-    def _put_start(self, compiled) -> None:
+    def _put_start(self) -> None:
         if self.reached is None:
-            super()._put_start(compiled)
+            super()._put_start()
             return
         self.rows[0] = self.reached.moved
         if self.axial is not None:
             self.axial[0] = self.reached.axial
-
-    def _start(self) -> tuple[np.ndarray, np.ndarray | None]:
-        if self.reached is None:
-            return super()._start()
-        axial = self.reached.axial
-        return self.reached.moved, None if axial is None else axial.reshape(len(axial), -1).T
 
     def inputs_at(self, row: int) -> np.ndarray:
         before = self.reached is not None and not (self.trajectory.step_rows < row).any()

@@ -7,9 +7,9 @@ tangents, as they do for the sensitivities of runs.
 import numpy as np
 
 from omniroll.effects.effect_set import EffectRun, EffectSet
-from omniroll.engine.slopes import Slopes
-from omniroll.engine.variations import Deviations
+from omniroll.engine.deviations import Deviations
 from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.studies.linear_rates import Layout, RatesNear, settled, torque_per_signal
 from omniroll.vehicles.state import State
 
@@ -38,7 +38,7 @@ def slipping_near(
     given = signals if axial is None else signals | {"momenta": bound.momenta(axial)}
     inputs = deviations.joined(given)
     rates = deviations.rates_of(bound, y, inputs)
-    slopes = Slopes(deviations, None, bound).at(y[None], inputs[None])[0]
+    slopes = _slopes(deviations, bound, y, inputs)
     parts = {name: vector.view(y, name).copy() for name in deviations.rates}
     parts |= {name: given[name] for name in CONSTANT if name in deviations.inputs}
     layout, places = Layout(parts), deviations.places
@@ -49,6 +49,15 @@ def slipping_near(
     of_parts = np.append(rates, np.zeros(layout.size - len(rates)))
     found = {name: of_parts[place].reshape(parts[name].shape) for name, place in layout.items()}
     return RatesNear(parts, found, A, B, signals, modal)
+
+
+def _slopes(deviations: Deviations, bound: Kernel, y: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """(m, m + U) the slopes of the rates by what deviates and by what a phase is given."""
+    size = len(y)
+    places = np.append(deviations.state, size + np.arange(len(inputs)))
+    along = np.eye(size + len(inputs))[places]
+    moving = with_tangent(y, along[:, :size]), with_tangent(inputs, along[:, size:])
+    return tangent_of(deviations.rates_of(TangentKernel(bound), *moving)).T
 
 
 def _begun(run: EffectRun, nu: np.ndarray, chi: np.ndarray, pose: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
