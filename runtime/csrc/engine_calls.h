@@ -57,7 +57,6 @@ typedef struct {
     int resting;                /* whether its rate is zero                                             */
     int mode;                   /* 0 where it sticks, else the sign of its rate                         */
     int released;               /* the sign with which it has been let go at this instant, else 0       */
-    int broken;                 /* whether it has broken away in the rounds of this instant             */
     double torque;              /* at this instant; out                                                 */
 } omniroll_bearing_t;
 

@@ -15,14 +15,13 @@
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define MOST_GUARDS 256
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
-#define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 /* Times an input's rounding: of torques that hold. On wheels that stand the ground's part may be far less than the bearing's,
  * which it is rounded with. */
 #define HELD_ROUNDINGS (SET_STANDS ? 16 : 64)
 
 #include "parts.c"
 #include "linear.c"
-#define SET_DECIDES (SET_GRIPS || SET_HOLDS || SET_DISKS_STICK)     /* what rests may stick */
+#define SET_DECIDES (SET_GRIPS || SET_STICKS)   /* what rests may stick */
 #define FRICTION_LINKAGE static inline
 #include "friction/elimination.c"
 #include "friction/balls.c"
@@ -44,16 +43,17 @@
 #include "run/rows.c"
 #include "run/instant.c"
 #include "bearings/own_bearings.c"
-#include "bearings/spins.c"
-#include "bearings/sticking.c"
 #include "bearings/rollers_in_series.c"
+#include "run/delassus.c"
+#include "run/decisions.c"
+#include "bearings/sticking.c"
 #include "bearings/slipping_axles.c"
 #include "bearings/slipping_rollers.c"
-#include "bearings/modes.c"
 #include "ground/standing_sets.c"
 #include "ground/grip.c"
+#include "ground/strips.c"
 #include "ground/standing.c"
-#include "ground/standing_decisions.c"
+#include "bearings/modes.c"
 #include "run/transitions.c"
 #include "run/inputs.c"
 #include "run/distance.c"

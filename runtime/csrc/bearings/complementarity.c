@@ -1,7 +1,5 @@
-/* Which bearings at rest stick and which break away: the complementarity problem of the set-valued law of friction.
- *
- * runtime/omniroll/effects/complementarity.py says what is solved here.  Bearings turn at rates rows nu, and take
- * torques up to their bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
+/* What bearings of wheels that roll can hold together. Bearings turn at rates rows nu, and take torques up to their
+ * bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
 #define MOST_BEARINGS (2*MOST_WHEELS)
 #define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
 #define SAME_TORQUE 1e-7            /* of its bound: by so much a torque may differ that is found in another form */
@@ -293,96 +291,4 @@ static void least_torques(const bearings_t *bearings, const double *force, eleme
     const friction_problem_t norm = problem_of(problem, &found);
     friction_least_norm(&norm, problem->memory, &found);
     take_least(bearings, force, problem, torques);
-}
-
-/* L with L L^T = mass, lower; a pivot that rounding has left without its smallest part is that rounding. */
-static void root_of(const vector3_t *mass, vector3_t *root)
-{
-    memset(root, 0, 3*sizeof *root);
-    for (int k = 0; k < 3; k++)
-        for (int l = 0; l <= k; l++) {
-            double left = mass[k][l];
-            for (int m = 0; m < l; m++)
-                left -= root[k][m]*root[l][m];
-            root[k][l] = l < k ? left/root[l][l] : sqrt(fmax(left, EPS*mass[k][k]));
-        }
-}
-
-/* L^-1 a, and L^-T a. */
-ALWAYS_INLINE void under_root(const vector3_t *root, const double *a, double *to)
-{
-    for (int k = 0; k < 3; k++) {
-        to[k] = a[k];
-        for (int l = 0; l < k; l++)
-            to[k] -= root[k][l]*to[l];
-        to[k] /= root[k][k];
-    }
-}
-
-ALWAYS_INLINE void behind_root(const vector3_t *root, const double *a, double *to)
-{
-    for (int k = 2; k >= 0; k--) {
-        to[k] = a[k];
-        for (int l = k + 1; l < 3; l++)
-            to[k] -= root[l][k]*to[l];
-        to[k] /= root[k][k];
-    }
-}
-
-/* nu' where M nu' = force + rows^T torques obeys the law with one bound for rest and motion, and such torques. The
- * problem has the free rollers at rest already, apart: their accelerations where nu' is zero. */
-static void nearest_force(const vector3_t *mass, const double *force, const bearings_t *bearings, elements_t *problem,
-                          double *nu_dot, double *torques)
-{
-    const int count = bearings->count;
-    const vector3_t third = {0, 0, 1};
-    vector3_t root[3], rows[MOST_BEARINGS], pushed, yaw, unheld;
-    root_of(mass, root);
-    under_root((const vector3_t *)root, force, pushed);
-    under_root((const vector3_t *)root, third, yaw);
-    behind_root((const vector3_t *)root, pushed, unheld);
-    problem->count = count, problem->wide = 0, problem->yaw_yaw = dot3(yaw, yaw);
-    for (int i = 0; i < count; i++) {
-        under_root((const vector3_t *)root, bearings->rows[i], rows[i]);
-        problem->given[i] = dot3(rows[i], pushed), problem->yaw_rows[i] = dot3(rows[i], yaw);
-        problem->reach[i] = bearings->bounds[i];
-    }
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < count; k++)
-            problem->matrix[i*count + k] = dot3(rows[i], rows[k]);
-    for (int k = 0; k < problem->apart; k++)
-        problem->apart_given[k] += problem->yaw[k]*unheld[2];
-    decide_elements(problem);
-    for (int i = 0; i < count; i++) {
-        torques[i] = problem->force[i];
-        add3(pushed, torques[i], rows[i]);
-    }
-    for (int k = 0; k < problem->apart; k++)
-        add3(pushed, problem->yaw[k]*problem->force[count + k], yaw);
-    behind_root((const vector3_t *)root, pushed, nu_dot);
-}
-
-/* Free rollers at rest on their disks: their accelerations are torque/inertia - (per_yaw nu_3' + given). */
-typedef struct {
-    int count;
-    double inertia;
-    const double *per_yaw, *given, *bounds;
-} spinning_t;
-
-/* The torque of a roller's bearing where nu_3' is this: what takes it along, up to its bound; whether that is more. */
-ALWAYS_INLINE double torque_of_spin(const spinning_t *spins, int k, double yaw, int *turns)
-{
-    const double asked = spins->inertia*(spins->per_yaw[k]*yaw + spins->given[k]);
-    *turns = fabs(asked) > spins->bounds[k];
-    return clipped(asked, spins->bounds[k]);
-}
-
-/* They stand apart in the problem. */
-static void put_spins(const spinning_t *spins, elements_t *problem)
-{
-    problem->apart = spins->count;
-    for (int k = 0; k < spins->count; k++) {
-        problem->mobility[k] = 1/spins->inertia, problem->bound[k] = spins->bounds[k];
-        problem->yaw[k] = -spins->per_yaw[k], problem->apart_given[k] = -spins->given[k];
-    }
 }

@@ -51,3 +51,17 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
     else
         slipping_bearings_have_moved(run, work, s);
 }
+
+/* Which elements stick from now on. */
+static void settle_modes(omniroll_run_t *run, const work_t *work)
+{
+    if (SET_STANDS) {
+        settle_all(run, work);
+        return;
+    }
+    if (SET_GRIPS)
+        run->ground.knows_rates &= !run->hold.undecided;
+    settle_bearings(run, work);
+    if (SET_GRIPS && run->ground.undecided)
+        decide_contacts(run, work);
+}

@@ -12,6 +12,12 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
+/* How many bearings have rates that follow from nu. */
+ALWAYS_INLINE int rows_count(const omniroll_run_t *run)
+{
+    return run->bearing_count - run->own_count;
+}
+
 #define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
 
 /* The ground's forces on wheels that are rigid, and what would hold their rollers then. */
@@ -146,7 +152,7 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
         work->own.now[k] = work->own.rate[k][0];
 }
 
-/* The rate of a bearing at this instant, and what it changes by, in a lane or in all. */
+/* The rate of a bearing at this instant, and what it changes by. */
 ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int k)
 {
 #if SET_ROLLERS_TURN
@@ -158,18 +164,16 @@ ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int
 #endif
 }
 
-ALWAYS_INLINE double own_acceleration_in_lane(const omniroll_run_t *run, const work_t *work, int k, int lane)
+ALWAYS_INLINE lanes_t own_acceleration_lanes(const omniroll_run_t *run, const work_t *work, int k)
 {
-#if SET_DISKS_STICK
-    if (k >= work->own.rollers_at)
-        return work->own.dot[k][lane];
-#endif
-    return work->core_dot[own_rates_at(run->wheels) + k][lane];
+    if (SET_DISKS_STICK && k >= work->own.rollers_at)
+        return work->own.dot[k];
+    return work->core_dot[own_rates_at(run->wheels) + k];
 }
 
 ALWAYS_INLINE double own_acceleration(const omniroll_run_t *run, const work_t *work, int k)
 {
-    return own_acceleration_in_lane(run, work, k, 0);
+    return own_acceleration_lanes(run, work, k)[0];
 }
 
 /* Changes the rate of a bearing; of a roller that turns on its disk, its axial speed. */
@@ -255,11 +259,11 @@ static void find_own_torques(const omniroll_run_t *run, const work_t *work)
             own_bearings(run)[k].torque = work->own.holding[k][0];
 }
 
-/* Those from `first` on that stick and are asked for more than they take have broken away. Returns how many there are. */
-static int release_own(const omniroll_run_t *run, int first)
+/* Those that stick and are asked for more than they take have broken away. Returns how many there are. */
+static int release_own(const omniroll_run_t *run)
 {
     int count = 0;
-    for (int k = first; k < run->own_count; k++) {
+    for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         if (!holds_no_more(bearing))
             continue;

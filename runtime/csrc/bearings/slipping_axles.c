@@ -1,7 +1,5 @@
 /* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
  * runtime/omniroll/effects/slipping_axles.py. */
-#define NEAR_BOUND 0.999            /* of its bound a torque is at it, where a step has ended there         */
-
 /* A run begins: nothing sticks so far. */
 static void clear_slipping_bearings(const omniroll_run_t *run, const work_t *work)
 {
@@ -77,25 +75,22 @@ static void begin_torques(omniroll_run_t *run, const work_t *work)
 
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
 
-/* Rules 3 and 4: the mode of an axle that has been let go, whose torque is what would hold it. */
-static void let_axle_go(omniroll_bearing_t *axle)
+/* Which of those at rest stick. */
+static void decide_own(omniroll_run_t *run, const work_t *work)
 {
-    const double asked = axle->torque, torque = fmax(fmin(asked, axle->sliding), -axle->sliding), rate = torque - asked;
-    if (fabs(rate) > MOVES*(fabs(asked) + axle->sliding))
-        axle->mode = rate > 0 ? 1 : -1;
-    else
-        axle->mode = -axle->released*asked >= NEAR_BOUND*axle->sliding ? axle->released : 0;
+    int overdone = 0;
+    hold_axles(run, work);
+    for (int k = 0; k < count_deciding(run, work); k++)
+        overdone |= own_bearings(run)[k].resting && (own_bearings(run)[k].released || holds_no_more(own_bearings(run) + k));
+    for (int round = 0; overdone && round <= run->own_count; round++) {
+        decide_at_rest(run, work);
+        turn_own(run, work, 1);
+        hold_axles(run, work);
+        overdone = release_own(run);
+    }
 }
 
-/* Those among the bearings that are axles. */
-ALWAYS_INLINE int axles_among(const omniroll_run_t *run)
-{
-    return SET_ROLLERS_TURN ? run->axle_count : run->own_count;
-}
-
-static void decide_rollers(const omniroll_run_t *run, const work_t *work);
-
-/* Which axles stick in the phase that starts now, and which rollers. */
+/* Which bearings stick in the phase that starts now. */
 static void decide_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
     int resting = 0;
@@ -110,16 +105,7 @@ static void decide_slipping_bearings(omniroll_run_t *run, const work_t *work)
 #if SET_HAS_MOMENTA
         wheel_momenta(run, work);
 #endif
-        hold_axles(run, work);
-#if SET_DISKS_STICK
-        decide_rollers(run, work);
-#endif
-        release_own(run, 0);
-        for (int k = 0; k < axles_among(run); k++)
-            if (own_bearings(run)[k].resting && own_bearings(run)[k].released)
-                let_axle_go(own_bearings(run) + k);
-        turn_own(run, work, 1);
-        find_own_torques(run, work);
+        decide_own(run, work);
     }
 #if SET_IN_SERIES
     find_own_rates(run, work);
@@ -137,7 +123,7 @@ ALWAYS_INLINE void settle_slipping_bearings(omniroll_run_t *run, const work_t *w
  * are, with the one whose mode a step has ended, which is told once. */
 static int pass_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
-    int count = run->hold.ended + release_own(run, 0) + stop_own(run, work);
+    int count = run->hold.ended + release_own(run) + stop_own(run, work);
 #if SET_IN_SERIES
     count += stop_in_series(run, work);
 #endif

@@ -1,13 +1,5 @@
 /* Bearings that stick: a mode for each axle and each roller in contact, and what holds those that stick. The numbered
  * rules are in runtime/omniroll/effects/sticking.py and sticking_bearings.py. */
-#define AT_BOUND 1e-9               /* a torque is at its bound that is nearer to it than this part of it   */
-
-/* How many bearings have rates that follow from nu. */
-ALWAYS_INLINE int rows_count(const omniroll_run_t *run)
-{
-    return run->bearing_count - run->own_count;
-}
-
 ALWAYS_INLINE double *bearing_input(const omniroll_run_t *run, int bearing)
 {
     const int of_axle = bearing < run->axle_count;
@@ -163,9 +155,6 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     turn_own(run, work, 0);
 #endif
     find_held_force(run, work);
-#if SET_SPINS_STICK
-    keep_given_accelerations(run, work);
-#endif
     for (int k = 0; k < 3; k++)
         held->size[k] = fabs(held->force[k]), force[k] = -held->force[k];
     for (int i = 0; i < rows_count(run); i++) {
@@ -224,75 +213,9 @@ static void release(omniroll_run_t *run, const int *signs)
         if (signs[i])
             run->bearings[i].released = signs[i] > 0 ? 1 : -1;
 #if SET_SPINS_STICK
-    release_own(run, 0);
+    release_own(run);
 #endif
     run->hold.undecided = 1;
-}
-
-/* What nu' could be at most: forces and bounds that all act together. */
-static void most_acceleration(const vector3_t *mass, const double *most, double *reached)
-{
-    vector3_t inverse[3];
-    for (int k = 0; k < 3; k++)
-        cross3(mass[(k + 1)%3], mass[(k + 2)%3], inverse[k]);
-    const double determinant = dot3(mass[0], inverse[0]);
-    for (int k = 0; k < 3; k++)
-        reached[k] = (fabs(inverse[k][0])*most[0] + fabs(inverse[k][1])*most[1] + fabs(inverse[k][2])*most[2])
-            / fabs(determinant);
-}
-
-/* The mode of a bearing at rest from the last round. */
-static void take_mode_at_rest(omniroll_bearing_t *bearing, int moves, double rate, double torque)
-{
-    const double bound = bearing->broken ? bearing->sliding : bearing->holding;
-    const int at_bound = -bearing->released*torque >= bound*(1 - AT_BOUND);
-    bearing->mode = moves ? (rate > 0) - (rate < 0) : at_bound ? bearing->released : 0;
-}
-
-/* Modes of the resting bearings by rounds; those that have been released have broken away before the first. */
-static void decide_in_rounds(omniroll_run_t *run, const work_t *work, const vector3_t *mass, const double *force)
-{
-    bearings_t resting;
-    int places[MOST_BEARINGS], moves[MOST_BEARINGS], further;
-    double torques[MOST_BEARINGS], rates[MOST_BEARINGS];
-    const int count = bearings_of(run, 0, 0, &resting, places);
-    vector3_t nu_dot, reached;
-    for (int i = 0; i < run->bearing_count; i++)
-        run->bearings[i].broken = run->bearings[i].resting && run->bearings[i].released;
-    do {
-        vector3_t most = {fabs(force[0]), fabs(force[1]), fabs(force[2])};
-        for (int k = 0; k < count; k++) {
-            const omniroll_bearing_t *const bearing = run->bearings + places[k];
-            resting.bounds[k] = bearing->broken ? bearing->sliding : bearing->holding;
-            for (int m = 0; m < 3; m++)
-                most[m] += fabs(resting.rows[k][m])*resting.bounds[k];
-        }
-#if SET_SPINS_STICK
-        const spinning_t spins = spins_at_rest(run, work);
-        most[2] += reach_of_spins(&spins);
-        put_spins(&spins, work->problem);
-#endif
-        nearest_force(mass, force, &resting, work->problem, nu_dot, torques);
-        most_acceleration(mass, most, reached);
-        further = 0;
-        for (int k = 0; k < count; k++) {
-            omniroll_bearing_t *const bearing = run->bearings + places[k];
-            const vector3_t row = {fabs(resting.rows[k][0]), fabs(resting.rows[k][1]), fabs(resting.rows[k][2])};
-            rates[k] = dot3(resting.rows[k], nu_dot);
-            moves[k] = fabs(rates[k]) > MOVES*dot3(row, reached);
-            further |= moves[k] && !bearing->broken;
-            bearing->broken |= moves[k];
-        }
-#if SET_SPINS_STICK
-        further |= break_spins_away(run, &spins, nu_dot[2], reached[2]);
-#endif
-    } while (further);
-    for (int k = 0; k < count; k++)
-        take_mode_at_rest(run->bearings + places[k], moves[k], rates[k], torques[k]);
-#if SET_SPINS_STICK
-    const spinning_t spins = spins_at_rest(run, work);
-    take_modes_of_spins(run, &spins, nu_dot[2], reached[2]);
-#endif
 }
 
 /* The guards of turning bearings: where their rates pass zero. They stand after those of the effects. */
@@ -329,13 +252,16 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
 #endif
     mass_at_this_instant(run, work, mass);
     find_forces(run, work, force);
+    list_at_rest(run, work);
+    put_problem_of_rolling(run, work, (const vector3_t *)mass, force);
     for (int i = 0; i < run->bearing_count; i++)
         released |= run->bearings[i].released;
     hold(run, work, (const vector3_t *)mass);
     find_held_force(run, work);
     int overdone = released || bounds_passed(run, work, signs);
     for (int round = 0; overdone && round <= run->bearing_count; round++) {
-        decide_in_rounds(run, work, (const vector3_t *)mass, force);
+        list_at_rest(run, work);
+        decide_list(run, work);
         hold(run, work, (const vector3_t *)mass);
         find_held_force(run, work);
         overdone = bounds_passed(run, work, signs);

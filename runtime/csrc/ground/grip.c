@@ -1,8 +1,5 @@
 /* Contacts that stick on the ground or slip on it under Coulomb's friction: a mode for each. The numbered rules are in
  * runtime/omniroll/effects/ground.py. */
-#define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
-#define AT_EDGE (SET_STANDS && SET_ROLLERS_TURN ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
-#define TOGETHER 1e-12              /* the same of one beside others whose friction is used up at this instant */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
 #define MOST_LEFT 0.2               /* and at most                                                           */
@@ -144,160 +141,15 @@ static void put_modes(omniroll_run_t *run)
     }
 }
 
-/* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks. */
-static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push, lanes_t *nu_dot)
-{
-    instant_t now;
-    at_this_instant(run, work, run->wheels, &now);
-    for (int i = 0; i < run->wheels && free; i++)
-        now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
-    memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
-    core_rates_there(run->wheels, &now.point, nu_dot);
-}
-
-/* What forces on some contacts do to the rates of their slips, beside the forces `given`: rows and columns of `matrix`
- * are the components of these contacts, and their rates without further forces are `without`. `free`: as above. */
-static void find_response(const omniroll_run_t *run, const work_t *work, const int *contacts, int count, int free,
-                          const lanes_t *given, double *matrix, double *without)
-{
-    const double typical = run->ground.typical;
-    const int width = 2 - SET_FIRST_DIRECTION, size = count*width;
-    for (int first = 0; first < size; first += LANES - 1) {
-        lanes_t push[2*MOST_WHEELS], nu_dot[3];
-        memcpy(push, given, sizeof *push*2*(size_t)run->wheels);
-        for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
-            const int k = first + lane - 1;
-            push[2*contacts[k/width] + SET_FIRST_DIRECTION + k%width][lane] += typical;
-        }
-        push_contacts(run, work, free, push, nu_dot);
-        for (int j = 0; j < size; j++) {
-            const lanes_t rate = work->slip_dot[2*contacts[j/width] + SET_FIRST_DIRECTION + j%width];
-            without[j] = rate[0];
-            for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
-                matrix[j*size + first + lane - 1] = (rate[lane] - rate[0])/typical;
-        }
-    }
-}
-
-/* What free rollers at rest can take of the yaw together. */
-static double taken_of_yaw_at_most(const elements_t *problem)
-{
-    double taken = 0;
-    for (int k = 0; k < problem->apart; k++)
-        taken += fabs(problem->yaw[k])*problem->bound[k];
-    return taken;
-}
-
-/* The power that all forces could give one of them. */
-static double power_apart(const elements_t *problem, int k, double taken)
-{
-    double yaw = problem->yaw_yaw*taken;
-    for (int j = 0; j < forces_at(problem->wide, problem->width, problem->count); j++)
-        yaw += fabs(problem->yaw_rows[j])*problem->reach[j];
-    return problem->bound[k]
-        *(fabs(problem->apart_given[k]) + problem->mobility[k]*problem->bound[k] + fabs(problem->yaw[k])*yaw);
-}
-
-/* Whether a power of a contact of the problem is more than this part of what the forces could give it. */
-static int is_more_than(const elements_t *problem, int k, double given, double part)
-{
-    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
-    const double taken = taken_of_yaw_at_most(problem);
-    double power = 0;
-    if (k >= problem->count)
-        return given > part*power_apart(problem, k - problem->count, taken);
-    for (int j = forces_at(wide, width, k); j < forces_at(wide, width, k + 1); j++) {
-        power += fabs(problem->given[j])*problem->reach[j];
-        for (int l = 0; l < size; l++)
-            power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
-        if (problem->apart)
-            power += problem->reach[j]*fabs(problem->yaw_rows[j])*taken;
-    }
-    return given > part*power;
-}
-
-/* The same of that with which it is pulled. */
-ALWAYS_INLINE int is_pulled(const elements_t *problem, int k, double part)
-{
-    return is_more_than(problem, k, problem->pull[k], part);
-}
-
-/* Whether a contact of the problem slips, and not by rounding. */
-static int begins_to_slip(const elements_t *problem, int k)
-{
-    return is_pulled(problem, k, BEGINS);
-}
-
-/* The mode of a contact from the last round, and where it goes if it slips. `edge`: it slips even where that is too
- * little for a pull that is not rounding if so little of its friction is left; 0 of one that only a pull moves. */
-static void take_mode(omniroll_grip_t *grip, const elements_t *problem, int k, int slips, double edge)
-{
-    const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
-    const double *const reach = problem->reach + k*problem->width;
-    double taken = 0, begun[2] = {0, 0}, size = 0;
-    for (int j = 0; j < problem->width; j++) {
-        const double friction = reach[j]/grip->load;
-        taken += force[j]/reach[j]*(force[j]/reach[j]);
-        begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
-        size += begun[j]*begun[j];
-    }
-    grip->sticks = !slips && !(edge > 0 && sqrt(taken) >= 1 - edge);
-    if (grip->sticks)
-        return;
-    grip->towards[0] = 0;
-    for (int j = 0; j < problem->width; j++)
-        grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
-}
-
-/* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
-static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
-{
-    elements_t problem = *work->problem;
-    lanes_t given[2*MOST_WHEELS];
-    int contacts[MOST_WHEELS] = {0}, broken[MOST_WHEELS], slips[MOST_WHEELS], further;
-    int count = 0;
-    const int width = 2 - SET_FIRST_DIRECTION;
-    for (int i = 0; i < run->wheels; i++)
-        if (run->grips[i].resting)
-            contacts[count++] = i;
-    problem.count = problem.wide = count, problem.width = width;
-    forces_now(run, work, given);               /* resting contacts stick so far                        */
-    find_response(run, work, contacts, count, 1, given, problem.matrix, problem.given);
-    for (int j = 0; j < count*width; j++)
-        for (int l = 0; l < j; l++)
-            problem.matrix[j*count*width + l] = problem.matrix[l*count*width + j]
-                = (problem.matrix[j*count*width + l] + problem.matrix[l*count*width + j])/2;
-    for (int k = 0; k < count; k++)
-        broken[k] = run->grips[contacts[k]].released;
-    do {
-        for (int j = 0; j < count*width; j++) {
-            const omniroll_grip_t *const grip = run->grips + contacts[j/width];
-            const double *const friction = broken[j/width] ? grip->sliding : grip->staying;
-            problem.reach[j] = grip->load*friction[SET_FIRST_DIRECTION + j%width];
-        }
-        decide_elements(&problem);
-        further = 0;
-        for (int k = 0; k < count; k++) {
-            slips[k] = begins_to_slip(&problem, k);
-            further |= slips[k] && !broken[k];
-            broken[k] |= slips[k];
-        }
-    } while (further);
-    for (int k = 0; k < count; k++) {
-        const int ends = run->grips[contacts[k]].released || beyond[contacts[k]];
-        take_mode(run->grips + contacts[k], &problem, k, slips[k], ends ? AT_EDGE : TOGETHER);
-    }
-}
-
 /* The modes of all contacts in the phase that begins now. */
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
-    int released = 0, resting = 0, slipping = 0, too_much = 0, beyond[MOST_WHEELS];
+    int released = 0, resting = 0, slipping = 0, too_much = 0;
     run->ground.knows_rates = 0;
     find_resting_contacts(run, work);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
-        grip->sticks = grip->resting, beyond[i] = 0;
+        grip->sticks = grip->resting;
         resting |= grip->resting, slipping |= grip->carries && !grip->resting, released |= grip->released;
     }
     put_modes(run);
@@ -307,13 +159,17 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
         for (int i = 0; i < run->wheels; i++)
             if (run->grips[i].sticks) {
                 const double taken = taken_now(run, work, i);
-                too_much |= beyond[i] = taken > GRIP_PASSED*GRIP_NOISE(taken);
+                const int beyond = taken > GRIP_PASSED*GRIP_NOISE(taken);
+                run->grips[i].released = beyond ? IS_BEYOND : 0;
+                too_much |= beyond;
             }
     }
     if (resting && (released || too_much)) {
-        decide_contacts_in_rounds(run, work, beyond);
+        decide_at_rest(run, work);
         put_modes(run);
     }
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].released = run->grips[i].released == HAS_ENDED;
     run->ground.knows_rates &= resting && !slipping && !released && !too_much;
     run->ground.undecided = 0;
 }
@@ -433,10 +289,14 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     if (s->sliding)
         slips_now(run, work, s->slip_start);
     if (s->turning) {
+        const at_rest_t slipping = {.contacts = s->responding, .count = s->responding, .which = contacts};
+        elements_t response = *work->problem;
         lanes_t given[2*MOST_WHEELS];
+        response.matrix = work->response, response.given = without, response.width = 2 - SET_FIRST_DIRECTION;
+        response.count = response.wide = s->responding;
         forces_now(run, work, given);
         put_corners_now(run, work, given);
-        find_response(run, work, contacts, s->responding, 0, given, work->response, without);
+        find_response(run, work, &slipping, 0, given, &response);
     }
 }
 

@@ -1,10 +1,5 @@
-/* Contacts, axles and rollers that may all stick: wheels that stand, and what they ask for. standing_decisions.c says
- * which of those at rest stick. */
-#define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
-
-static void stop_in_modes(const omniroll_run_t *run, const work_t *work);
-static void find_resting_pairs(omniroll_run_t *run, const work_t *work);
-static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked);
+/* Contacts, axles and rollers that may all stick: wheels that stand, and what they ask for. decisions.c says which of
+ * those at rest stick. */
 
 /* The bearing that holds a wheel in a way; null where it has none that may stick. */
 ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, int way)
@@ -348,4 +343,47 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
         bearings[landed].released = work->own.holding[landed][0] > 0 ? -1 : 1;
     else
         bearings[landed].resting = 1;
+}
+
+/* ---- decisions ------------------------------------------------------------------------------------------------ */
+
+/* The modes of contacts and axles, and what they are asked for then. */
+static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
+{
+    int released = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        run->grips[i].sticks = run->grips[i].resting;
+        released |= run->grips[i].released;
+    }
+    for (int k = 0; k < run->own_count; k++)
+        released |= own_bearings(run)[k].released != 0;
+    if (released)
+        decide_at_rest(run, work);
+    for (int turn = 0; turn <= 2*run->wheels; turn++) {
+        lanes_t nu_dot[3];
+        stand(run, work);
+        rates_at_this_instant(run, work, run->wheels, nu_dot);
+        asked_now(run, work, now);
+        if (!overdone(run, work, now))
+            break;
+        decide_at_rest(run, work);
+    }
+}
+
+/* The modes of all contacts and axles in the phase that begins now. */
+static void decide_all(omniroll_run_t *run, const work_t *work)
+{
+    asked_t now;
+    put_all_to_rest(run, work);
+    decide_modes(run, work, &now);
+    find_all_torques(run, work, &now);
+    size_all(run, work);
+    run->hold.undecided = run->ground.undecided = 0;
+}
+
+/* Which bearings and contacts stick from now on, where that must be decided anew. */
+static void settle_all(omniroll_run_t *run, const work_t *work)
+{
+    if (run->hold.undecided || run->ground.undecided)
+        decide_all(run, work);
 }

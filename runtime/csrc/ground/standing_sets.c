@@ -2,8 +2,6 @@
  * runtime/omniroll/effects/ground_with_axles.py. */
 #define FROM_REST 1e6               /* s: see ground_with_axles.py                                          */
 
-static const double any_motion[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-
 /* The rates of the wheels for each of nu. */
 static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
 {

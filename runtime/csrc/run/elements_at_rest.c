@@ -1,22 +1,21 @@
 /* Contacts and bearings at rest, decided together by friction/: which of them stick and which give way. */
 
-/* Contacts and bearings at rest, as parts of one problem: contacts first. `which`: wheels, or places among the
- * bearings. */
+/* The list of elements at rest: contacts that rest both ways, contacts that rest along the rolling direction alone, and
+ * bearings. `which`: wheels, or places among the bearings. */
 typedef struct {
-    int contacts, count;
+    int contacts, rolls, count;     /* of the first kind, of the second, of all                              */
     int *which, *broken, *slips;    /* broken: those that have broken away slide                            */
-    int rolls;                      /* contacts that rest along the rolling direction alone, behind those that rest
-                                     * both ways                                                            */
-    int *turned, *turns;            /* rollers of the latter: have broken away, and turn                    */
-} parts_at_rest_t;
+    int *turned, *turns;            /* of the first kind: massless rollers that have broken away, and that turn */
+    double *arm;                    /* of each wheel: of its massless roller, in m                          */
+} at_rest_t;
 
-/* Parts at rest as elements of friction: the first `wide` have `width` components, all others one. */
+/* The same as elements of friction: the first `wide` have `width` components, all others one. */
 typedef struct {
     int count, wide, width;
-    double *matrix, *given;         /* the Delassus matrix, and rates without forces of these parts         */
+    double *matrix, *given;         /* the Delassus matrix, and rates without these forces                  */
     double *reach;                  /* half-axes of what they can take                                      */
     double *force, *rate;           /* out                                                                  */
-    double *pull;                   /* out: how strongly a part slips, >= 0                                 */
+    double *pull;                   /* out: how strongly an element slips, >= 0                             */
     int unique;                     /* out: whether no other forces obey the law                            */
     double *strip;                  /* the largest first components of the forces                           */
     double *yields;                 /* out: how strongly what is behind a strip gives way                   */
@@ -30,19 +29,19 @@ typedef struct {
     void *memory;
 } elements_t;
 
-/* Where the forces of a part begin, and how many components they have. */
-ALWAYS_INLINE int forces_at(int wide, int width, int part)
+/* Where the forces of an element begin, and how many components they have. */
+ALWAYS_INLINE int forces_at(int wide, int width, int element)
 {
-    return part > wide ? wide*width + (part - wide) : part*width;
+    return element > wide ? wide*width + (element - wide) : element*width;
 }
 
-ALWAYS_INLINE int width_of(int wide, int width, int part)
+ALWAYS_INLINE int width_of(int wide, int width, int element)
 {
-    return part >= wide ? 1 : width;
+    return element >= wide ? 1 : width;
 }
 
-/* The part whose force stands at a place. */
-ALWAYS_INLINE int part_of(int wide, int width, int place)
+/* The element whose force stands at a place. */
+ALWAYS_INLINE int element_at(int wide, int width, int place)
 {
     return place >= wide*width ? wide + (place - wide*width) : place/width;
 }
@@ -52,16 +51,16 @@ ALWAYS_INLINE double length_of(const double *vector, int width)
     return width == 1 ? fabs(vector[0]) : sqrt(vector[0]*vector[0] + vector[1]*vector[1]);
 }
 
-/* What a part can take. */
-ALWAYS_INLINE friction_element_t element_of(const elements_t *c, int part)
+/* What an element can take. */
+ALWAYS_INLINE friction_element_t element_of(const elements_t *c, int i)
 {
-    const int first = forces_at(c->wide, c->width, part), width = width_of(c->wide, c->width, part);
+    const int first = forces_at(c->wide, c->width, i), width = width_of(c->wide, c->width, i);
     friction_element_t element = {
         .kind = width == 1 ? FRICTION_INTERVAL : FRICTION_ELLIPSE, .first = first, .rows = width,
         .size = {c->reach[first], width == 1 ? 0 : c->reach[first + 1]}, .strip = INFINITY,
     };
-    if (SET_STRIPS && part < c->wide)
-        element.strip = c->strip[part];
+    if (SET_STRIPS && i < c->wide)
+        element.strip = c->strip[i];
     return element;
 }
 

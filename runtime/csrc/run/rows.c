@@ -20,11 +20,9 @@ typedef struct {
     facet_t *facets;                /* of what the bearings that stick can take                              */
     bearings_t *sticking;           /* these, where chi is 0                                                 */
     standing_t *standing;
-    parts_at_rest_t parts, *at_rest;    /* contacts and bearings, at an instant                              */
+    at_rest_t list, *at_rest;       /* contacts and bearings, at an instant                                  */
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
     own_bearings_t own;
-    double *carried;                /* accelerations that nothing gives the free rollers                     */
-    double *per_yaw, *given, *bounds;   /* of those at rest: scratch                                         */
 } work_t;
 
 /* Room for contacts and `bearings` at rest, and free rollers `apart`, as elements of friction. */
@@ -44,18 +42,16 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
         .element = numbers_part(parts, count*((long long)sizeof(friction_element_t)/doubles + 1)),
         .memory = numbers_part(parts, (long long)friction_memory(forces, count, apart, held)/doubles + 1),
     };
-    if (SET_STANDS) {
-        const int parts_most = count + apart;
-        parts_at_rest_t rest = {
-            .which = numbers_part(parts, parts_most), .broken = numbers_part(parts, parts_most),
-            .slips = numbers_part(parts, parts_most),
-        };
-        if (SET_STRIPS) {
-            rest.turned = numbers_part(parts, count), rest.turns = numbers_part(parts, count);
-            problem.strip = numbers_part(parts, count), problem.yields = numbers_part(parts, count);
-        }
-        work->parts = rest, work->at_rest = &work->parts;
+    at_rest_t list = {
+        .which = numbers_part(parts, count + apart), .broken = numbers_part(parts, count + apart),
+        .slips = numbers_part(parts, count + apart),
+    };
+    if (SET_STRIPS) {
+        list.turned = numbers_part(parts, count), list.turns = numbers_part(parts, count);
+        list.arm = numbers_part(parts, contacts);
+        problem.strip = numbers_part(parts, count), problem.yields = numbers_part(parts, count);
     }
+    work->list = list, work->at_rest = &work->list;
     work->elements = problem, work->problem = &work->elements;
     if (SET_STANDS && work->standing)
         work->standing->problem = work->problem;
@@ -132,11 +128,6 @@ static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rolle
         }
         work->own.now = numbers_part(parts, own);
     }
-    if (SET_DISKS_STICK) {
-        work->own.given = numbers_part(parts, own);
-        work->own.per_yaw = numbers_part(parts, own);
-        work->own.bounds = numbers_part(parts, own);
-    }
     if (SET_STANDS) {
         int *const has_part = numbers_part(parts, own);
         if (work->standing)
@@ -174,13 +165,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     } else if (SET_HOLDS)
         lay_out_at_rest(work, &parts, 0, SET_BEARINGS*wheels, SET_SPINS_STICK ? (int)axial : 0);
     else if (SET_DECIDES)
-        lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, SET_DISKS_STICK ? (int)axial + wheels : 0);
-    if (SET_SPINS_STICK) {
-        work->per_yaw = numbers_part(&parts, axial);
-        work->given = numbers_part(&parts, axial);
-        work->bounds = numbers_part(&parts, axial);
-        work->carried = numbers_part(&parts, axial);
-    }
+        lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, (int)most_own_bearings(wheels, rollers));
     return parts.used;
 }
 

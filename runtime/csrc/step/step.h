@@ -49,7 +49,6 @@ typedef struct {
     const lanes_t *friction;
     lanes_t *dot;                               /* out: accelerations of the rollers' spins      */
     lanes_t *yaw_mass;                          /* out: one number                               */
-    double *given, *per_yaw, *bounds;           /* of those at rest: scratch                     */
 } own_bearings_t;
 
 ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)

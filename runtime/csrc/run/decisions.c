@@ -1,0 +1,313 @@
+/* Which of the elements at rest stick: contacts, axles, rollers in contact, free rollers, one list for every set, decided
+ * together by friction/. What moves has broken away and slides: where static friction is above sliding friction they are
+ * decided in rounds. */
+#define BEGINS 1e-10                /* an element moves that gets more than this part of the power that forces could give */
+/* Of its bound: nearer to it an element gives way that has come there at this instant. On ground that is stiff its torque
+ * at the end of a step is not its bound to rounding. */
+#define AT_EDGE (SET_IS_COUPLED ? 1e-3 : SET_STANDS && SET_ROLLERS_TURN ? 1e-6 : 1e-9)
+#define TOGETHER 1e-12              /* the same of one beside others that have come there at this instant */
+/* What `released` of a contact says: its step has ended there, or it is asked for more than it takes if all stick. */
+enum { HAS_ENDED = 1, IS_BEYOND = 2 };
+#define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
+
+/* ---- the list --------------------------------------------------------------------------------------------------- */
+
+ALWAYS_INLINE void list_element(at_rest_t *rest, int which, int broken)
+{
+    rest->broken[rest->count] = broken;
+    rest->which[rest->count++] = which;
+}
+
+/* Contacts at rest: those whose massless rollers turn rest along the rolling direction alone. */
+static void list_contacts(const omniroll_run_t *run, const work_t *work, at_rest_t *rest)
+{
+    for (int rolls = 0; rolls <= SET_STRIPS; rolls++) {
+        for (int i = 0; SET_GRIPS && i < run->wheels; i++) {
+            omniroll_grip_t *const grip = run->grips + i;
+            grip->sticks = grip->resting;
+            if (!grip->resting || (SET_STRIPS && rolls == in_series(run, work)[i].resting))
+                continue;
+            if (SET_STRIPS)
+                rest->turned[rest->count] = in_series(run, work)[i].released != 0;
+            list_element(rest, i, grip->released == HAS_ENDED);
+        }
+        if (!rolls)
+            rest->contacts = rest->count;
+    }
+    rest->rolls = rest->count - rest->contacts;
+}
+
+/* Bearings that are elements by themselves: massless rollers are parts of their contacts. */
+ALWAYS_INLINE int count_deciding(const omniroll_run_t *run, const work_t *work)
+{
+    return SET_IN_SERIES ? work->own.rollers_at : run->bearing_count;
+}
+
+/* All that rests, which sticks so far. */
+static void list_at_rest(const omniroll_run_t *run, const work_t *work)
+{
+    at_rest_t *const rest = work->at_rest;
+    elements_t *const problem = work->problem;
+    rest->count = problem->apart = 0;
+    list_contacts(run, work, rest);
+    for (int k = 0; k < run->bearing_count; k++) {
+        omniroll_bearing_t *const bearing = run->bearings + k;
+        const int decides = k < count_deciding(run, work);
+        if (bearing->resting && (decides || SET_STRIPS))
+            bearing->mode = 0;
+        if (!bearing->resting || !decides)
+            continue;
+        problem->apart += k >= first_apart(run, work);
+        list_element(rest, k, bearing->released != 0);
+    }
+    problem->count = rest->count - problem->apart;
+    problem->width = 2 - SET_FIRST_DIRECTION, problem->wide = rest->contacts;
+    if (SET_STRIPS) {
+        double per_chi[MOST_WHEELS];
+        find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, rest->arm, per_chi);
+    }
+}
+
+/* ---- bounds ------------------------------------------------------------------------------------------------------- */
+
+/* What the ground takes of a contact at most along the rolling direction, whose roller turns: `taken` along the axle. */
+static double left_beside_bearing(const omniroll_grip_t *grip, const double *friction, double taken)
+{
+    const double most = grip->load*friction[0];
+    return sqrt(fmax((most - taken)*(most + taken), 0))*friction[1]/friction[0];
+}
+
+/* What a contact takes at most, with its roller. */
+static void put_bound_of_contact(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, int element,
+                                 elements_t *problem)
+{
+    const int i = rest->which[element];
+    const omniroll_grip_t *const grip = run->grips + i;
+    const double *const friction = rest->broken[element] ? grip->sliding : grip->staying;
+    double *const reach = problem->reach + forces_at(problem->wide, problem->width, element);
+    if (element >= rest->contacts) {
+        reach[0] = left_beside_bearing(grip, friction, in_series(run, work)[i].sliding/rest->arm[i]);
+        return;
+    }
+    for (int c = 0; c < problem->width; c++)
+        reach[c] = grip->load*friction[SET_FIRST_DIRECTION + c];
+    if (SET_STRIPS) {
+        const omniroll_bearing_t *const roller = in_series(run, work) + i;
+        problem->strip[element] = (rest->turned[element] ? roller->sliding : roller->holding)/rest->arm[i];
+    }
+}
+
+/* What the elements take at most: those that have broken away slide. */
+static void put_bounds(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, elements_t *problem)
+{
+    const int size = forces_at(problem->wide, problem->width, rest->count);
+    double most = 0;
+    for (int e = 0; e < rest->count; e++) {
+        const omniroll_bearing_t *const bearing = run->bearings + rest->which[e];
+        if (e < contacts_among(rest))
+            put_bound_of_contact(run, work, rest, e, problem);
+        else
+            problem->reach[forces_at(problem->wide, problem->width, e)]
+                = rest->broken[e] ? bearing->sliding : bearing->holding;
+    }
+    for (int j = 0; j < size; j++)
+        most = fmax(most, problem->reach[j]);
+    for (int j = 0; j < size; j++)
+        problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*most);
+    for (int e = 0; SET_STRIPS && e < rest->contacts; e++)
+        problem->strip[e] = fmax(problem->strip[e], LEAST_REACH*problem->reach[2*e]);
+    for (int k = 0; k < problem->apart; k++)
+        problem->bound[k] = problem->reach[size - problem->apart + k];
+}
+
+/* ---- rounds ----------------------------------------------------------------------------------------------------- */
+
+/* What elements apart can take of the yaw together. */
+static double taken_of_yaw_at_most(const elements_t *problem)
+{
+    double taken = 0;
+    for (int k = 0; k < problem->apart; k++)
+        taken += fabs(problem->yaw[k])*problem->bound[k];
+    return taken;
+}
+
+/* The power that all forces could give one of them. */
+static double power_apart(const elements_t *problem, int k, double taken)
+{
+    double yaw = problem->yaw_yaw*taken;
+    for (int j = 0; j < forces_at(problem->wide, problem->width, problem->count); j++)
+        yaw += fabs(problem->yaw_rows[j])*problem->reach[j];
+    return problem->bound[k]
+        *(fabs(problem->apart_given[k]) + problem->mobility[k]*problem->bound[k] + fabs(problem->yaw[k])*yaw);
+}
+
+/* Whether a power of an element is no rounding: more than a part of what the forces could give it. */
+static int is_no_rounding(const elements_t *problem, int k, double given)
+{
+    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
+    const double taken = taken_of_yaw_at_most(problem);
+    double power = 0;
+    if (k >= problem->count)
+        return given > BEGINS*power_apart(problem, k - problem->count, taken);
+    for (int j = forces_at(wide, width, k); j < forces_at(wide, width, k + 1); j++) {
+        power += fabs(problem->given[j])*problem->reach[j];
+        for (int l = 0; l < size; l++)
+            power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
+        if (problem->apart)
+            power += problem->reach[j]*fabs(problem->yaw_rows[j])*taken;
+    }
+    return given > BEGINS*power;
+}
+
+/* What gives way in a round; whether something does that has not before. */
+static int give_way(const elements_t *problem, at_rest_t *rest)
+{
+    int further = 0;
+    for (int e = 0; e < rest->count; e++) {
+        rest->slips[e] = is_no_rounding(problem, e, problem->pull[e]);
+        further |= rest->slips[e] && !rest->broken[e];
+        rest->broken[e] |= rest->slips[e];
+    }
+    for (int e = 0; SET_STRIPS && e < rest->contacts; e++) {
+        rest->turns[e] = is_no_rounding(problem, e, problem->yields[e]);
+        further |= rest->turns[e] && !rest->turned[e];
+        rest->turned[e] |= rest->turns[e];
+    }
+    return further;
+}
+
+/* Massless rollers stop whose contacts give way beside them where sliding friction is no more than their bearings take;
+ * whether there are such. */
+static int stop_rollers(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest)
+{
+    int count = 0;
+    for (int e = rest->contacts; e < contacts_among(rest); e++) {
+        const int i = rest->which[e];
+        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_bearing_t *const roller = in_series(run, work) + i;
+        if (!rest->broken[e] || left_beside_bearing(grip, grip->sliding, roller->sliding/rest->arm[i]) > 0)
+            continue;
+        grip->towards[0] = roller->mode, grip->towards[1] = 0;
+        grip->resting = grip->sticks = 0;
+        roller->resting = 1, roller->mode = 0, roller->size = 0;
+        count++;
+    }
+    return count;
+}
+
+/* ---- modes ------------------------------------------------------------------------------------------------------ */
+
+/* How near to its bound an element gives way that nothing pulls: one that has come to it, and one that is there together
+ * with such an element, if no other forces would do. */
+ALWAYS_INLINE double edge_of(const elements_t *problem, int released)
+{
+    return released ? AT_EDGE : problem->unique ? TOGETHER : 0;
+}
+
+/* A contact goes in this direction if it slips. */
+static void take_way(omniroll_grip_t *grip, int sticks, double axle, double rolling)
+{
+    const double size = hypot(axle, rolling);
+    grip->sticks = sticks;
+    if (!sticks)
+        grip->towards[0] = axle/size, grip->towards[1] = rolling/size;
+}
+
+/* A contact without a massless roller that sticks. */
+static void take_contact(omniroll_grip_t *grip, const elements_t *problem, int k, int slips)
+{
+    const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
+    const double *const reach = problem->reach + k*problem->width;
+    const double edge = edge_of(problem, grip->released);
+    double taken = 0, begun[2] = {0, 0}, size = 0;
+    for (int j = 0; j < problem->width; j++) {
+        const double friction = reach[j]/grip->load;
+        taken += force[j]/reach[j]*(force[j]/reach[j]);
+        begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
+        size += begun[j]*begun[j];
+    }
+    grip->sticks = !slips && !(edge > 0 && sqrt(taken) >= 1 - edge);
+    if (grip->sticks)
+        return;
+    grip->towards[0] = 0;
+    for (int j = 0; j < problem->width; j++)
+        grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
+}
+
+/* A contact that rests both ways, with its massless roller. */
+static void take_pair(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, const elements_t *problem,
+                      int e)
+{
+    const double *const force = problem->force + 2*e, *const reach = problem->reach + 2*e;
+    omniroll_grip_t *const grip = run->grips + rest->which[e];
+    omniroll_bearing_t *const roller = in_series(run, work) + rest->which[e];
+    const double place[2] = {force[0]/reach[0], force[1]/reach[1]};
+    const int used = grip->released && length_of(place, 2) >= 1 - USED;
+    const int at_edge = fabs(force[0]) >= problem->strip[e]*(1 - USED);
+    const int turns = rest->turns[e] || (roller->released && at_edge);
+    double begun[2];
+    for (int k = 0; k < 2; k++)
+        begun[k] = rest->slips[e] ? problem->rate[2*e + k] : -place[k]/reach[k];
+    roller->mode = turns ? (force[0] < 0) - (force[0] > 0) : 0;
+    take_way(grip, !rest->slips[e] && !used, turns ? 0 : begun[0], begun[1]);
+}
+
+/* A contact whose roller turns. */
+static void take_rolling(omniroll_grip_t *grip, const elements_t *problem, int e, int slips)
+{
+    const int j = forces_at(problem->wide, problem->width, e);
+    const int used = grip->released && fabs(problem->force[j]) >= problem->reach[j]*(1 - USED);
+    take_way(grip, !slips && !used, 0, slips ? problem->rate[j] : -problem->force[j]);
+}
+
+static void take_bearing(omniroll_bearing_t *bearing, const elements_t *problem, int e, int slips)
+{
+    const int j = forces_at(problem->wide, problem->width, e);
+    const double force = problem->force[j], edge = edge_of(problem, bearing->released);
+    const int way = bearing->released ? bearing->released : force < 0 ? 1 : -1;
+    const int at_bound = edge > 0 && -way*force >= problem->reach[j]*(1 - edge);
+    bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? way : 0;
+}
+
+/* The modes of all elements, from the last round. */
+static void take_modes(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, const elements_t *problem)
+{
+    for (int e = 0; e < rest->count; e++)
+        if (e >= contacts_among(rest))
+            take_bearing(run->bearings + rest->which[e], problem, e, rest->slips[e]);
+        else if (e >= rest->contacts)
+            take_rolling(run->grips + rest->which[e], problem, e, rest->slips[e]);
+        else if (SET_STRIPS)
+            take_pair(run, work, rest, problem, e);
+        else
+            take_contact(run->grips + rest->which[e], problem, e, rest->slips[e]);
+}
+
+/* Decides the elements of the list, whose problem is known. Returns 0 where rollers that stop have changed it. */
+static int decide_list(const omniroll_run_t *run, const work_t *work)
+{
+    at_rest_t *const rest = work->at_rest;
+    elements_t *const problem = work->problem;
+    do {
+        if (SET_STRIPS && stop_rollers(run, work, rest))
+            return 0;
+        put_bounds(run, work, rest, problem);
+        decide_elements(problem);
+    } while (give_way(problem, rest));
+    take_modes(run, work, rest, problem);
+    return 1;
+}
+
+/* The modes of all that rests, where wheels may slip. */
+static void decide_at_rest(omniroll_run_t *run, const work_t *work)
+{
+    do {
+        list_at_rest(run, work);
+        if (work->at_rest->count == 0)
+            return;
+        if (SET_GRIPS)
+            put_problem_on_ground(run, work);
+        else
+            put_problem_of_bearings(run, work);
+    } while (!decide_list(run, work));
+}
