@@ -134,8 +134,10 @@ docs: build $(MATHJAX_STAMP) ## build the documentation as a site, out/site/inde
 	@$(MAKE) --no-print-directory $(DOCS_STAMP)
 	$(call say,pictures -> out/pictures/)
 	@$(BIN)/python docs/site/pictures.py out/pictures
+	$(call say,notebooks of the tutorials -> out/notebooks/)
+	@$(BIN)/python docs/site/notebooks.py out/notebooks
 	$(call say,docs -> out/site/index.html)
-	@$(DOCS_VENV)/bin/python docs/site/assemble.py out/site-sources out/pictures
+	@$(DOCS_VENV)/bin/python docs/site/assemble.py out/site-sources out/pictures out/notebooks
 	@$(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going -c docs/site out/site-sources out/site
 
 pictures: build ## draw the pictures of the pages anew, into docs/

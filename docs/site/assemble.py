@@ -1,4 +1,4 @@
-"""Puts the sources of the site together: python assemble.py FOLDER [PICTURES].
+"""Puts the sources of the site together: python assemble.py FOLDER [PICTURES [NOTEBOOKS]].
 
 The pages are those of docs/, which are read on their own, too, and what codegen has written of formulas and symbols.
 The reference of functions, commands and C headers is made from what the package says of itself. Links between pages
@@ -51,8 +51,9 @@ GROUPS = {  # of the reference; what belongs to none stands behind them
 }  # fmt: skip
 
 
-def main(folder: Path, drawn: Path | None = None) -> None:
-    """Write the sources into a new folder, with the pictures of `drawn` in the place of those in docs/."""
+def main(folder: Path, drawn: Path | None = None, notebooks: Path | None = None) -> None:
+    """Write the sources into a new folder, with the pictures of `drawn` in the place of those in docs/, and with
+    `notebooks` to download from the tutorials that they have the names of."""
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(SITE, folder)
     files: set[str] = set()
@@ -67,12 +68,23 @@ def main(folder: Path, drawn: Path | None = None) -> None:
     for place in filter(None, (ROOT / "docs", drawn)):
         for picture in place.glob("*.png"):
             shutil.copy(picture, folder / picture.name)
+    if notebooks is not None:
+        add_notebooks(folder, notebooks)
     for name, text in made().items():
         place = folder / f"{name}.md"
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(text, encoding="utf-8")
     contents = (folder / "index.md").read_text(encoding="utf-8")
     (folder / "index.md").write_text(with_further(contents, [*pages().values()]), encoding="utf-8")
+
+
+def add_notebooks(folder: Path, notebooks: Path) -> None:
+    """Copy notebooks into the sources, each with a link from its page."""
+    (folder / "files/notebooks").mkdir(parents=True, exist_ok=True)
+    for notebook in sorted(notebooks.glob("*.ipynb")):
+        shutil.copy(notebook, folder / "files/notebooks" / notebook.name)
+        with (folder / "tutorials" / f"{notebook.stem}.md").open("a", encoding="utf-8") as page:
+            page.write(f"\n[This page as a notebook of Jupyter](path:/files/notebooks/{notebook.name})\n")
 
 
 def with_further(contents: str, every: list[str]) -> str:
@@ -206,5 +218,6 @@ if __name__ == "__main__":
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("folder", type=Path)
     arguments.add_argument("pictures", type=Path, nargs="?", help="pictures that take the places of those in docs/")
+    arguments.add_argument("notebooks", type=Path, nargs="?", help="notebooks of the tutorials, to download")
     given = arguments.parse_args()
-    sys.exit(main(given.folder, given.pictures))
+    sys.exit(main(given.folder, given.pictures, given.notebooks))

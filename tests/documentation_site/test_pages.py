@@ -1,6 +1,7 @@
 """The sources of the documentation's site: every page and every public name is there, no link is dead."""
 
 import importlib.util
+import json
 import re
 from pathlib import Path
 
@@ -19,13 +20,16 @@ def tool(name: str):
     return module
 
 
-assemble, rendering = tool("assemble"), tool("rendering")
+assemble, rendering, notebooks = tool("assemble"), tool("rendering"), tool("notebooks")
 
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory) -> dict[str, str]:
     folder = tmp_path_factory.mktemp("site")
-    assemble.main(folder)
+    made = tmp_path_factory.mktemp("notebooks")
+    (made / "first-vehicle.ipynb").write_text("{}")
+    assemble.main(folder, None, made)
+    assert (folder / "files/notebooks/first-vehicle.ipynb").read_text() == "{}"
     return {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in folder.rglob("*.md")}
 
 
@@ -33,6 +37,27 @@ def test_every_page_has_a_place_in_the_contents(sources):
     contents = re.findall(r"^```{toctree}\n(?::[^\n]*\n)*\n(.*?)^```", sources["index.md"], re.MULTILINE | re.DOTALL)
     listed = [f"{name}.md" for block in contents for name in block.split()]
     assert sorted([*listed, "index.md"]) == sorted(sources) and len(contents) == 4
+
+
+def test_a_tutorial_is_a_notebook_to_download(sources):
+    link = "[This page as a notebook of Jupyter](path:/files/notebooks/first-vehicle.ipynb)\n"
+    assert sources["tutorials/first-vehicle.md"].endswith(link)
+    page = "# A\n\nSee [b](c.md).\n\n```python\nx = 2\nprint(x)\n```\n\n```text\n3\n```\n\n"
+    page += "End.\n\n```python\nx += 1\n```\n"
+    title, first, end, second = notebooks.executed([*notebooks.cells_of(page)])
+    assert title["source"] == f"# A\n\nSee b.\n\n{notebooks.NEEDS}" and end["source"] == "End."
+    assert [cell["execution_count"] for cell in (first, second)] == [1, 2] and second["outputs"] == []
+    assert first["outputs"] == [{"output_type": "stream", "name": "stdout", "text": "2\n"}]
+
+
+@pytest.mark.long
+def test_notebooks_print_what_the_tutorials_say(tmp_path):
+    made = notebooks.main(tmp_path)
+    assert len(made) == 3
+    for path in made:
+        page = (ROOT / "docs/tutorials" / f"{path.stem}.md").read_text(encoding="utf-8")
+        printed = [out["text"] for cell in json.loads(path.read_text())["cells"] for out in cell.get("outputs", ())]
+        assert "".join(printed) == "".join(re.findall(r"^```text\n(.*?)^```", page, re.MULTILINE | re.DOTALL))
 
 
 def test_a_page_that_nobody_has_placed_stands_behind_the_how_tos():
