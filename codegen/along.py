@@ -5,17 +5,21 @@ are further arguments, and further fields of the model, named after it: `chi` an
 fields from the slopes of its own arguments.
 
 A set is asked for this by the effect "derivatives_along". It has such functions alone: they give what the function
-gives, and then the slopes.
+gives, and then the slopes. Beside "derivatives" a set has a few of them for a model that stays as it is: those of a
+switch, and with "second_derivatives" those of the derivatives.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from .expressions import Canonical, Order, Symbol, symbols
 from .programs import CONSTANTS, Array, Element, Function, Loop, Step, steps, without_dead_steps
 from .tangents import Body, Column, Rules, Tangents, in_order, slope_name
 
-ALONG = "derivatives_along"
+ALONG, SECOND = "derivatives_along", "second_derivatives"
+IMPACT = "impact"
+BEFORE_IMPACT = ("contact_axial", "wheel_rates")  # how the rollers at the ground spin: the first that there is
+FIRST = ("forward_dynamics_derivatives", "rate_derivatives", "momenta_derivatives")
 SUFFIX = "_along"
 SHARP = "_sharp"
 
@@ -34,17 +38,20 @@ def moved(array: Array) -> Array:
 class Along:
     """The functions of a set with their slopes in a direction.
 
-    rules  of slopes
-    known  steps by name that a rule may read and the function lacks, since it does not need them itself
+    rules     of slopes
+    known     steps by name that a rule may read and the function lacks, since it does not need them itself
+    is_fixed  whether the model stays as it is
     """
 
     rules: Rules
     known: Mapping[str, Step]
+    is_fixed: bool = False
 
     @classmethod
-    def of(cls, rules: Rules, functions: Iterable[Function]) -> "Along":
+    def of(cls, rules: Rules, functions: Iterable[Function], is_fixed: bool = False) -> "Along":
         """Where a rule may read what one of these functions computes."""
-        return cls(rules, {step.name: step for f in functions for step in steps(f.body) if step.kind == "let"})
+        known = {step.name: step for f in functions for step in steps(f.body) if step.kind == "let"}
+        return cls(rules, known, is_fixed)
 
     def functions(
         self, functions: Sequence[Function], fields: tuple[Array, ...]
@@ -52,15 +59,25 @@ class Along:
         extended = (*fields, *map(moved, fields))
         return [self.function(f, extended) for f in functions], extended
 
+    def beside(self, functions: Sequence[Function], present: Collection[str]) -> list[Function]:
+        """What a set that was asked for derivatives has of such functions, beside its own."""
+        there = {f.name for f in functions}
+        wanted = {*(FIRST if SECOND in present else ())}
+        if "derivatives" in present and IMPACT in there:
+            wanted |= {IMPACT, next(name for name in BEFORE_IMPACT if name in there)}
+        return [self.function(f, f.fields) for f in functions if f.name.removesuffix(SHARP) in wanted]
+
     def function(self, function: Function, fields: tuple[Array, ...]) -> Function:
         there = {*function.elements, *CONSTANTS}
         body = self._with_what_rules_read(function.body, there)
         names = [*function.elements, *(step.name for step in steps(body)), *CONSTANTS]
         tangents = Tangents(Canonical(Order(names)), self.rules)
         column = Column("along", {}, lambda e: Element(moved(e.array), e.index))
-        seeds = {symbol: Symbol(slope_name(symbol, column)) for symbol in function.elements}
+        held = {field.name for field in fields} if self.is_fixed else set()
+        moving = {symbol: e for symbol, e in function.elements.items() if e.array.name not in held}
+        seeds = {symbol: Symbol(slope_name(symbol, column)) for symbol in moving}
         body = tangents.carried(body, [replace(column, seeds=seeds)])
-        elements = {slope_name(symbol, column): column.target(e) for symbol, e in function.elements.items()}
+        elements = {slope_name(symbol, column): column.target(e) for symbol, e in moving.items()}
         inputs, outputs = function.inputs, function.outputs
         return without_dead_steps(replace(
             function, name=function.name if function.prepares else along_name(function.name), body=body, fields=fields,

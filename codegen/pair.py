@@ -29,7 +29,9 @@ CONTENTS = {  # what a reader looks for, and the functions that do it; a set may
     "Velocity of the vehicle from the wheels' rates (odometry)": ("nu_from_wheels", "nu_from_contacts"),
     "Rates of the wheels from the velocity of the vehicle": ("wheel_speeds",),
     "Twist in m/s and rad/s, and what an encoder's angle says of the contact": (
-        "twist_from_nu", "nu_from_twist", "contact_from_angle",
+        "twist_from_nu",
+        "nu_from_twist",
+        "contact_from_angle",
     ),
     "Accelerations from torques (forward dynamics)": ("forward_dynamics", "accelerations"),
     "Forces and torques from accelerations (inverse dynamics)": ("inverse_dynamics", "wheel_torques"),
@@ -184,7 +186,7 @@ def _checked(model: Model, prefix: str, has_motion: bool) -> list[tuple[str, str
     ]
 
 
-def _motion_prototypes(prefix: str, inputs: Sequence[Array], has_derivatives: bool) -> dict[str, str]:
+def _motion_prototypes(prefix: str, inputs: Sequence[Array], has_derivatives: bool, has_impact: bool) -> dict[str, str]:
     """The declarations of the functions that pass joints, by name."""
     model, state = f"const {prefix}_model *model", f"{prefix}_state *state"
     given = [f"const {prefix}_inputs *inputs"] if inputs else []
@@ -208,14 +210,24 @@ def _motion_prototypes(prefix: str, inputs: Sequence[Array], has_derivatives: bo
         ),
     }  # fmt: skip
     if has_derivatives:
-        real, known = f"{prefix}_real", f"const {prefix}_state *state"
-        parameters["step_derivatives"] = (
-            "int", [model, *given, f"{real} h", known, f"{real} *derivatives", f"{real} *work"]
-        )
-        parameters["slopes_of_rates"] = (
-            "static void",
-            [model, *given, known, f"const {real} *x", f"{real} *rates", f"{real} *scratch", f"{real} *slopes"],
-        )
+        real, known, along = f"{prefix}_real", f"const {state}", f"{prefix}_along *along"
+        acting, space = [model, "int law", *given, f"{real} h", state], [f"{real} *derivatives", f"{real} *work"]
+        before = ["int law", f"const {real} *nu"] if has_impact else []
+        parameters |= {
+            "step_derivatives": ("int", [*acting, *space]),
+            # within the source file
+            "steps": ("static int", [*acting, along]),
+            "start_along": ("static void", [model, f"{real} *rows", f"{real} *work", along]),
+            "slopes_of_rates": (
+                "static void",
+                [model, *given, known, f"const {real} *x", f"const {along}", f"{real} *rates", f"{real} *slopes"],
+            ),
+            "follow_rates": ("static void", [model, *given, known, along]),
+            "move_time": ("static void", [f"const {along}", "int column", f"{real} time"]),
+            "carry": ("static void", [f"const {along}", f"{real} h", f"{real} h_moved"]),
+            "follow_phase": ("static void", [model, *given, known, f"{real} length", along]),
+            "follow_switch": ("static void", [model, *before, known, along]),
+        }  # fmt: skip
     return {name: prototype(result, f"{prefix}_{name}", taken) for name, (result, taken) in parameters.items()}
 
 
@@ -270,7 +282,8 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     inputs = [a for a in dynamics.inputs if a.name not in stage]
     derivatives = {} if carried else _derivatives(named)
     return {
-        "motion": True, "prototypes": _motion_prototypes(prefix, inputs, bool(derivatives)), "inputs": inputs,
+        "motion": True, "prototypes": _motion_prototypes(prefix, inputs, bool(derivatives), "impact" in named),
+        "inputs": inputs,
         "derivatives": derivatives,
         "free": "momenta" in named, "impact": "impact" in named,
         "carried": carried, "carried_size": per_wheel, "work": _work(carried),
@@ -289,18 +302,25 @@ def _derivatives(named: dict[str, Function]) -> dict:
         parts.append((a.name, place))
         place = f"{a.name} + {times(*(COUNT_OF.get(size, size) for size in a.shape))}"
     known = {"nu": "x", "chi": "x + 6", "heading": "x[5]", "momenta": "state->momenta", "nu_dot": "rates"}
-    given = {a.name: known.get(a.name, f"inputs->{a.name}") for a in dynamics.inputs}
+    given_to = {a.name: known.get(a.name, f"inputs->{a.name}") for a in dynamics.inputs}
     outputs = [known.get(a.name, a.name) for a in dynamics.outputs]
     torque = any(a.name == "nu_dot_by_torque" for a in kept)
-    columns = "(size + wheels)" if torque else "size"
+    free = "momenta" in named
+    moving, columns, given = "(6 + (wheels))", ["6 + (wheels)"], ["6 + (wheels)"]
+    if free:
+        columns.append("(wheels)*((rollers_per_wheel) - 1)")
+        given.append("2*(wheels)")
+    size = " + ".join(columns)
+    if torque:
+        columns.append("(wheels)")
+        given.append("(wheels)")
+    stages = f"(4*{moving} + 2)*({' + '.join(given)})"
     scratch = sum(prod(size for size in a.shape if isinstance(size, int)) for a in kept if "N" not in a.shape)
     each = sum(prod(size for size in a.shape if isinstance(size, int)) for a in kept if "N" in a.shape)
-    wheels = "(6 + 2*(wheels))" if torque else "(6 + (wheels))"
     return {
-        "parts": parts, "dynamics": [*given.values(), *outputs], "torque": torque,
-        "heading": any(a.name == "nu_dot_by_heading" for a in kept), "columns": columns,
-        "columns_text": "6 + 2*wheels" if torque else "6 + wheels",
-        "work": f"(4*{wheels} + 2)*(6 + (wheels)) + {wheels} + {scratch} + {each}*(wheels)",
+        "parts": parts, "dynamics": [*given_to.values(), *outputs], "torque": torque,
+        "heading": any(a.name == "nu_dot_by_heading" for a in kept), "size": size, "columns": " + ".join(columns),
+        "work": f"{' + '.join(columns)} + {stages} + 7*{moving} + {scratch} + {each}*(wheels)",
     }  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from .along import ALONG, Along
+from .along import ALONG, SECOND, Along
 from .derivatives import REQUEST, Derivatives, putting
 from .expressions import Canonical, Expression, Number, Order, Symbol, symbols
 from .programs import (
@@ -99,12 +99,12 @@ class Registry:
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
         """The effects and what they need, in the registry's order. ContractError for one that it does not know."""
-        asked = sorted({name for name in effects if name.startswith(REQUEST) or name == ALONG})
+        asked = sorted({name for name in effects if name.startswith(REQUEST) or name in (ALONG, SECOND)})
         unknown = sorted({*effects} - self.neutral.keys() - {*asked})
         if unknown:
             raise ContractError(f"unknown effects: {', '.join(unknown)}")
-        by_numbers = any(name.startswith(REQUEST) for name in asked)
-        own = {*effects, *([REQUEST.removesuffix("_by_")] if by_numbers else [])} - {*asked}
+        needs = any(name.startswith(REQUEST) or name == SECOND for name in asked)
+        own = {*effects, *([REQUEST.removesuffix("_by_")] if needs else [])} - {*asked}
         wanted = {*own, *(needed for name in own for needed in self.needs[name])}
         return (*(name for name in self.neutral if name in wanted), *asked)
 
@@ -164,6 +164,7 @@ def specialised(
         functions, fields = Along.of(derivatives.rules, base.functions).functions(functions, fields)
     else:
         functions, fields = derivatives.added(functions, fields, present)
+        functions += Along.of(derivatives.rules, base.functions, is_fixed=True).beside(functions, present)
     return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
 
 

@@ -5,9 +5,8 @@
  * every tenth one also the pose from a camera; encoders tell it the wheels' angles without noise. What it does not know
  * are torques at the axles, others at each step.
  *
- * Between two readings omniroll_step moves the estimate through all joints, and omniroll_step_derivatives its covariance.
- * Readings come in one by one, each a number with a row of
- * derivatives, so that no matrix is inverted.
+ * Between two readings omniroll_step_derivatives moves the estimate and its covariance through all joints. Readings come
+ * in one by one, each a number with a row of derivatives, so that no matrix is inverted.
  *
  * Prints: the mean of (reading - expected)^2 over its variance, which is 1 where a filter knows how well it knows; then
  * root mean square errors, of the filter, of what is read, and of odometry. */
@@ -65,13 +64,15 @@ static int move(vehicle *moved, const omniroll_real *torque)
  * pose, and by the torques */
 static int predict(filter *own, const omniroll_real *torque)
 {
-    static omniroll_real slopes[SIZE + 2*WHEELS][SIZE + WHEELS], space[OMNIROLL_DERIVATIVES_WORK(WHEELS)];
+    static omniroll_real slopes[SIZE + 2*WHEELS][SIZE + WHEELS], space[OMNIROLL_DERIVATIVES_WORK(WHEELS, ROLLERS)];
     omniroll_real FP[SIZE][SIZE];
     static omniroll_inputs inputs;
     int status;
     inputs.torque = torque;
     inputs.damping = damping;
-    status = omniroll_step_derivatives(model, &inputs, STEP, &own->estimate.state, slopes[0], space);
+    status = omniroll_step_derivatives(model, OMNIROLL_IMPACT, &inputs, STEP, &own->estimate.state, slopes[0], space);
+    if (status == OMNIROLL_NO_DERIVATIVE) /* wheels switched at once: along changes that keep them together */
+        status = OMNIROLL_OK;
     for (int i = 0; i < SIZE; i++)
         for (int j = 0; j < SIZE; j++) {
             FP[i][j] = 0;
@@ -86,7 +87,7 @@ static int predict(filter *own, const omniroll_real *torque)
             for (int k = SIZE + WHEELS; k < SIZE + 2*WHEELS; k++)
                 own->P[i][j] += slopes[k][i]*slopes[k][j]*TORQUE_NOISE*TORQUE_NOISE;
         }
-    return status == OMNIROLL_OK ? move(&own->estimate, torque) : status;
+    return status;
 }
 
 /* One reading of what has the derivatives `row` by nu and pose, and was expected to be `expected` */

@@ -132,6 +132,46 @@ def test_those_of_the_momenta_under_friction():
             agree([by_own[wheel][which]], [found["momenta_dot_by_momenta"][wheel][which]])
 
 
+@working_precision
+def of_direction(model, effects, function, seed=7):
+    """A function along a random direction, the model held: its slopes, and those that its twin `..._along` gives."""
+    vehicle, known = state_of(model, effects)
+    rng = np.random.default_rng(seed)
+    known |= {"entering": rng.normal(size=3), "leaving": rng.normal(size=3)}
+    module, prepared = prepared_kernel(vehicle, model, effects, known)
+    form = "_sharp" if function.endswith("_sharp") else ""
+    names = inputs_of(model, effects, function)
+    ways = [rng.normal(size=np.shape(known[name])) for name in names]
+
+    def along(value, way):
+        return [along(v, w) for v, w in zip(value, way, strict=True)] if np.ndim(value) else line(
+            exact(float(value)), exact(float(way)))  # fmt: skip
+
+    def flat(value):
+        return [x for v in value for x in flat(v)] if isinstance(value, (list, tuple)) else [value]
+
+    wanted = getattr(module, function)(prepared, *map(along, (known[name] for name in names), ways))
+    twin = getattr(module, f"{function.removesuffix(form)}_along{form}")
+    found = twin(prepared, *(balls(known[name]) for name in names), *map(balls, ways))
+    assert len(found) == 2 * (len(wanted) if isinstance(wanted, tuple) else 1)
+    wanted = flat(wanted)
+    return flat(found)[len(wanted) :], [coefficient(value, 1) for value in wanted]
+
+
+@pytest.mark.parametrize("form", ["", "_sharp"])
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("effects", [("drive",), ALL], ids=["drive", "all"])
+def test_slopes_in_a_direction(model, effects, form):
+    """Of what passes a switch, and of the derivatives: second derivatives."""
+    asked = (*effects, "derivatives", "second_derivatives")
+    there = [f["name"] for f in sets.functions(model, asked)]
+    for name in ("impact", "contact_axial", "wheel_rates", "forward_dynamics_derivatives", "rate_derivatives"):
+        if f"{name}_along{form}" in there:
+            agree(*of_direction(model, asked, name + form))
+    assert (f"impact_along{form}" in there) == (model != "massless")
+    assert f"forward_dynamics_derivatives_along{form}" in there or (form and model == "massless")
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_in_doubles_they_keep_their_digits(model):
     """Against the same in balls: 64 roundings times the condition of M*."""

@@ -9,7 +9,7 @@ import omniroll
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import NUMBER_TYPES, VEHICLE_SCALARS
 
-OK, BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, NO_PROGRESS, BAD_LAYOUT, UNFINISHED = range(8)
+OK, BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, NO_PROGRESS, BAD_LAYOUT, UNFINISHED, NO_DERIVATIVE = range(9)
 LAWS = {"smooth": 0, "impact": 1}
 
 
