@@ -154,7 +154,7 @@ ACCURACY := accuracy-motion-3
 accuracy: build ## measure what accuracy costs on motion 3, results into docs/accuracy-motion-3.md
 	@$(MAKE) --no-print-directory $(BENCH_STAMP)
 	$(call say,accuracy -> docs/$(ACCURACY).md)
-	@$(BENCH_VENV)/bin/python -m omniroll accuracy scenes/motion-3.toml --error 1e-6 --folder out/$(ACCURACY)
+	@$(BENCH_VENV)/bin/python -m omniroll accuracy scenes/motion-3.toml --duration 8 --within 1800 --error 1e-6 --folder out/$(ACCURACY)
 	@cp out/$(ACCURACY)/accuracy.png docs/$(ACCURACY).png
 	@sed 's/(accuracy.png)/($(ACCURACY).png)/' out/$(ACCURACY)/accuracy.md > docs/$(ACCURACY).md
 

@@ -17,7 +17,7 @@ from omniroll.scenes import load_scene
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
 from omniroll.studies.accuracy.peers import PEERS, outcome_of
-from omniroll.studies.accuracy.study import INTEGRATORS, Point, _law, _offers, advice, study
+from omniroll.studies.accuracy.study import INTEGRATORS, Point, _law, _offers, advice, affordable, study
 from omniroll.studies.accuracy.tables import text
 
 pytestmark = pytest.mark.long
@@ -240,6 +240,14 @@ def test_bad_calls(tmp_path, capsys):
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--error", "-1"]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--duration", "0"]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--within", "nan"]) == 2
+
+
+def test_only_so_much_of_a_scene_is_taken_as_the_reference_can_follow(monkeypatch):
+    scene = load_scene("scenes/motion-3.toml")
+    assert affordable(scene, 0.04, 1e-9) == 0.04
+    clocks = iter([lambda: 2.0, lambda: 2.0])
+    monkeypatch.setattr("omniroll.studies.accuracy.study.working_clock", lambda: next(clocks))
+    assert affordable(scene, 8.0, 15.0) == 0.38 and affordable(scene, 0.2, 15.0) == 0.2
 
 
 def test_a_motion_that_blew_up_is_shown_and_not_advised(found):

@@ -24,18 +24,23 @@ EXAMPLES = (
     ("omniroll accuracy scenes/motion-3.toml --duration 5 --error 1e-6", "the cheapest setting with that error"),
 )
 DURATION = 8.0  # s, where the scene runs longer
-WITHIN = 1800.0  # s after which nothing more is begun
+WITHIN = 45.0  # s of work after which nothing more is begun
+REFERENCE = 15.0  # s of work that the reference solutions may take, where no duration is asked for
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see scenes/").complete = FILE
     parser.add_argument("--error", type=float, metavar="X", help="name the cheapest setting with this error")
     parser.add_argument(
-        "--duration", type=float, metavar="S", help=f"seconds to simulate; default: the scene's, at most {DURATION:g}"
+        "--duration",
+        type=float,
+        metavar="S",
+        help=f"seconds to simulate; default: the scene's, at most {DURATION:g}, "
+        f"and what the reference solutions reach in {REFERENCE:g} s",
     )
     parser.add_argument(
         "--within", type=float, default=WITHIN, metavar="S",
-        help="seconds after which nothing more is measured; what is left out is named; default: %(default)g",
+        help="seconds of work after which nothing more is measured; what is left out is named; default: %(default)g",
     )  # fmt: skip
     parser.add_argument(
         "--folder", type=Path, help="for page, figure, CSV and JSON; default: out/accuracy/ and the scene's name"
@@ -48,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     Raises SceneError, InvalidValueError, and SimulationStopped where the reference solution stops.
     """
-    from omniroll.studies.accuracy.study import study
+    from omniroll.studies.accuracy.study import affordable, study
     from omniroll.studies.accuracy.tables import text
 
     scene = load_scene(arguments.scene)
@@ -59,11 +64,16 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidValueError("--error", arguments.error, "must be positive")
     if not arguments.within >= 0:
         raise InvalidValueError("--within", arguments.within, "must not be negative")
+    whole = seconds
+    if arguments.duration is None:
+        seconds = affordable(scene, whole, REFERENCE)
     folder = arguments.folder or Path("out/accuracy") / scene.name
     result = study(
         scene, seconds, wanted=arguments.error, report=_reporter(arguments.within), progress=None,
         within=arguments.within,
     )  # fmt: skip
+    if seconds < whole:
+        result.failed.append(f"beyond {seconds:g} s: --duration {whole:g} takes all, and its reference longer")
     files = _write(result, folder)
     print(result.as_json() if arguments.json else f"{text(result)}\n\n{folder}: {', '.join(files)}")
     if result.stopped is not None:

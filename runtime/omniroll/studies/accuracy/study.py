@@ -13,7 +13,7 @@ from omniroll.engine.simulate import checked_task
 from omniroll.errors import SimulationStopped
 from omniroll.progress import Report, reporting
 from omniroll.scenes import Scene
-from omniroll.scenes.allowance import Allowance
+from omniroll.scenes.allowance import Allowance, working_clock
 from omniroll.scenes.result_folder import as_json
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
@@ -25,6 +25,7 @@ SAMPLES = 41  # times at which motions are compared
 ENOUGH = 0.2  # s: a setting is timed again until this is used up, at most REPEATS times
 REPEATS = 5
 INTEGRATORS = (*PEERS, *heyoka_peer())
+TRIED = 0.05  # s of a scene, of which reference solutions tell what all of it would take
 
 
 @dataclass(frozen=True)
@@ -106,10 +107,10 @@ def study(
 
     A run that stops is noted, and the others go on. Raises SimulationStopped where the reference solution stops.
     """
-    options = {k: v for k, v in scene.options.items() if k not in ("duration", "accuracy", "engine")}
+    options = _options(scene)
     task = checked_task(scene.vehicle, **options, duration=duration)
     times = np.linspace(0.0, duration, SAMPLES)
-    allowance = Allowance(within)
+    allowance = Allowance(within, working_clock())
     report("reference: Taylor series in 28 digits, confirmed by extrapolation in long double")
     with reporting(progress, duration, "s", keeps=False) as show:
         reference = confirmed(replace(task, progress=show), times)
@@ -117,19 +118,39 @@ def study(
         scene.name, duration, task.kernel.roller_model, task.switching, reference.confirmed, reference.floor,
         effects=[type(effect).__name__ for effect in options.get("effects", ())],
     )  # fmt: skip
-    for peer in peers:
-        if not peer.takes(task):
-            result.left_out.append(peer.name)
-            continue
-        report(peer.name)
-        _measure_all(result, peer, task, reference, allowance)
-    if allowance.has_time("models"):
+    result.left_out += [peer.name for peer in peers if not peer.takes(task)]
+    taken = [peer for peer in peers if peer.takes(task)]
+
+    def measure(some: list[Peer]) -> None:
+        for peer in some:
+            report(peer.name)
+            _measure_all(result, peer, task, reference, allowance)
+
+    measure(taken[:1])
+    if allowance.has_time("models"):  # before what takes longest
         report("models")
         _measure_models(result, scene, options, times, reference)
+    measure(taken[1:])
     result.failed += [f"{left}: not begun within {within:g} s" for left in allowance.left_out]
     if wanted is not None:
         result.advice = advice(result, wanted)
     return result
+
+
+def affordable(scene: Scene, duration: float, seconds: float) -> float:
+    """How much of the first `duration` seconds of a scene reference solutions can follow in some seconds of work: two
+    digits, by what the beginning takes."""
+    if duration <= TRIED:
+        return duration
+    task = checked_task(scene.vehicle, **_options(scene), duration=TRIED)
+    clock = working_clock()
+    confirmed(task, np.array([0.0, TRIED]))
+    reached = TRIED * seconds / max(clock(), 1e-9)
+    return duration if reached >= duration else max(TRIED, float(f"{reached:.2g}"))
+
+
+def _options(scene: Scene) -> dict[str, Any]:
+    return {name: value for name, value in scene.options.items() if name not in ("duration", "accuracy", "engine")}
 
 
 def _measure_models(
