@@ -81,6 +81,9 @@ def test_angles_with_units(scene):
         ("[start]\nnu = [0, 0, 0]\npose = [0, 0, 90]\n[reactions]\nhight = 1\n", "(?s)looks like degrees.*hight"),
         ("[start]\nnu = [0, 0, 0]\nroller_angle = 0.8\n", "mecanum wheels, which are not modelled"),
         ("[start]\nnu = [0, 0, 0]\nrows = 2\n", "two rows of rollers, which are not modelled"),
+        ('[start]\nnu = [0, 0, 0]\nwheel_type = "Mecanum"\n', "mecanum wheels, which are not modelled"),
+        ('[start]\nnu = [0, 0, 0]\n[wheels]\nkind = "two rows"\n', "two rows of rollers, which are not modelled"),
+        ('[start]\nnu = [0, 0, 0]\n[rollers]\nmodel = "mecanum"\n', "mecanum wheels, which are not modelled"),
         (CONTROLLER + "wheel_rate = [1, 2, 3]\ntwist = [1, 2, 3]\n", "cannot stand beside"),
     ],
 )
