@@ -1,6 +1,9 @@
 """The exported function in CasADi, as a solver takes it: values, Jacobians, and generated code that calls it."""
 
+import re
 import subprocess
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +11,8 @@ import pytest
 import omniroll
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.casadi_function import casadi_files, to_casadi
+from omniroll.exchange.plant import Plant
+from omniroll.kernels import sets
 
 casadi = pytest.importorskip("casadi", reason="casadi is not installed: make test-exports installs it")
 
@@ -24,6 +29,12 @@ CASES = {
 CLOSE = 1e-13
 
 
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The library of a case, made once."""
+    return cache(lambda case: to_casadi(CASES[case][0], tmp_path_factory.mktemp(case), **CASES[case][1]))
+
+
 def state(vehicle, free):
     rng = np.random.default_rng(3)
     chi = rng.uniform(-0.5, 0.5, vehicle.wheels) * np.pi / vehicle.rollers_per_wheel
@@ -36,10 +47,10 @@ def close(found, wanted):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_it_is_the_linear_model_and_the_accelerations(case, tmp_path):
+def test_it_is_the_linear_model_and_the_accelerations(case, library):
     """Rates, A and B as the Python kernel's derivatives have them, in the same order of states."""
     vehicle, options = CASES[case]
-    rates = casadi.external("rates", str(to_casadi(vehicle, tmp_path, **options)))
+    rates = casadi.external("rates", str(library(case)))
     at = state(vehicle, options.get("roller_model") == "free")
     model = omniroll.linearise(vehicle, **at, **options)
     x, u = casadi.MX.sym("x", len(model.state)), casadi.MX.sym("u", vehicle.wheels)
@@ -54,11 +65,75 @@ def test_it_is_the_linear_model_and_the_accelerations(case, tmp_path):
     close(along.full()[:, 0], model.A @ model.state + model.B @ model.input)
 
 
-def test_generated_code_that_calls_it_compiles_and_runs(tmp_path, monkeypatch):
+def hessian_of(rates, size, wheels):
+    """The Hessian of a weighted sum of rates by x and u, as a solver takes that of a Lagrangian."""
+    at, weights = casadi.MX.sym("at", size + wheels), casadi.MX.sym("weights", size)
+    sum_of_rates = casadi.dot(weights, rates(at[:size], at[size:]))
+    return casadi.Function("hessian", [at, weights], [casadi.hessian(sum_of_rates, at)[0]])
+
+
+def by_casadi_alone(vehicle, options):
+    """The accelerations in symbols of CasADi, by the kernel in Python: what the external function computes in C."""
+    kernel = Plant.of(vehicle, **options, derivatives=True).kernel
+    wheels, free = kernel.wheels, options["roller_model"] == "free"
+    at = casadi.SX.sym("at", 6 + wheels + 2 * wheels * free + wheels)
+    u = casadi.vertsplit(at[-wheels:])
+    values = {"nu": casadi.vertsplit(at[:3]), "chi": casadi.vertsplit(at[3 : 3 + wheels]), "heading": at[5 + wheels]}
+    momenta = casadi.vertsplit(at[6 + wheels : -wheels])
+    values["momenta"] = [momenta[2 * i : 2 * i + 2] for i in range(wheels)] if free else []
+    values["torque"] = u
+    if "motor" in kernel.effects:
+        torque, per_volt, damping = kernel.motor_laws(np.zeros(wheels))[:3]
+        values["torque"] = [t + k * v for t, k, v in zip(torque, per_volt, u, strict=True)]
+        values["damping"] = [casadi.SX(b) for b in damping]
+    taken = (values[a.name] for a in kernel.signatures["forward_dynamics"].inputs)
+    module = sets.python_module(kernel.base, kernel.effects)
+    return at, casadi.vertcat(*getattr(module, kernel.form("forward_dynamics"))(kernel._model, *taken))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_hessians(case, library):
+    """Of a Lagrangian: the second derivatives of linearise, CasADi's own of the same formulas, and differences."""
+    vehicle, options = CASES[case]
+    rates = casadi.external("rates", str(library(case)))
+    at = state(vehicle, options.get("roller_model") == "free")
+    model = omniroll.linearise(vehicle, **at, **options, hessians=True)
+    size, weights = len(model.state), np.random.default_rng(5).normal(size=len(model.state))
+    hessian, point = hessian_of(rates, size, vehicle.wheels), np.concatenate([model.state, model.input])
+    found = hessian(point, weights).full()
+    close(found, np.einsum("k, kij -> ij", weights, model.hessians))
+    if case != "friction":  # whose torques follow from the momenta, step by step
+        symbols, nu_dot = by_casadi_alone(vehicle, options)
+        own = casadi.hessian(casadi.dot(casadi.DM(weights[:3]), nu_dot), symbols)[0]
+        alone = np.concatenate([weights[:3], np.zeros(size - 3)])
+        close(hessian(point, alone).full(), casadi.Function("own", [symbols], [own])(point).full())
+    slopes = casadi.Function(
+        "slopes",
+        [*hessian.mx_in()],
+        [
+            casadi.gradient(
+                casadi.dot(hessian.mx_in(1), rates(hessian.mx_in(0)[:size], hessian.mx_in(0)[size:])), hessian.mx_in(0)
+            )
+        ],
+    )
+    for column, way in enumerate(np.eye(len(point))):
+        ends = {h: [slopes(point + side * h * way, weights).full()[:, 0] for side in (1, -1)] for h in (1e-3, 2e-3)}
+        once, twice = ((first - last) / (2 * h) for h, (first, last) in ends.items())
+        assert np.abs(found[column] - (4 * once - twice) / 3).max() <= 1e-10 * max(1, np.abs(found).max())
+
+
+def test_the_predictive_controller_of_the_page(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).resolve().parents[2] / "docs/exports.md").read_text()
+    (*_, program), (printed,) = (re.findall(rf"^```{name}\n(.*?)^```", page, re.M | re.S) for name in ("py", "text"))
+    exec(program, {})
+    assert capsys.readouterr().out == printed
+
+
+def test_generated_code_that_calls_it_compiles_and_runs(tmp_path, library, monkeypatch):
     """A step of Runge and Kutta with its Jacobian, written as C by CasADi: acados compiles and links such files."""
     vehicle, options = CASES["massless"]
-    folder = tmp_path / "out"
-    rates = casadi.external("rates", str(to_casadi(vehicle, folder, **options)))
+    rates, folder = casadi.external("rates", str(library("massless"))), library("massless").parent
     x, u, h = casadi.MX.sym("x", 9), casadi.MX.sym("u", 3), 0.01
     k1 = rates(x, u)
     k2 = rates(x + h / 2 * k1, u)
@@ -82,9 +157,9 @@ def test_generated_code_that_calls_it_compiles_and_runs(tmp_path, monkeypatch):
     assert compiled(*given)[0].full()[:, 0] == pytest.approx(wanted, abs=1e-9)
 
 
-def test_voltages_that_hold_a_speed(tmp_path):
+def test_voltages_that_hold_a_speed(library):
     """Newton's rule of CasADi on the exported rates and their Jacobians."""
-    rates = casadi.external("rates", str(to_casadi(*CASES["massless"][:1], tmp_path, **CASES["massless"][1])))
+    rates = casadi.external("rates", str(library("massless")))
     u = casadi.MX.sym("u", 3)
     x = casadi.DM([1, 0, 0.5, 0, 0, 0, 0, 0, 0])
     solver = casadi.rootfinder("hold", "newton", {"x": u, "g": rates(x, u)[:3]})

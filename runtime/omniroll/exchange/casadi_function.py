@@ -1,6 +1,8 @@
 """The rates of a vehicle and their Jacobians as C that CasADi takes as an external function."""
 
+import re
 import tempfile
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
@@ -12,11 +14,30 @@ from omniroll.exchange.plant import PREFIX, Plant, filled
 from omniroll.kernels import building, firmware
 from omniroll.vehicles.vehicle import Vehicle
 
-KNOWN = {  # arguments of forward_dynamics_derivatives that are in x, or rates
-    "nu": "x", "chi": "x + CHI", "heading": "x[POSE + 2]", "momenta": "x + MOMENTA", "nu_dot": "rates",
+KNOWN = {  # arguments of the functions that are in x, or rates
+    "nu": "x", "chi": "x + CHI", "heading": "x[POSE + 2]", "theta": "x[POSE + 2]", "momenta": "x + MOMENTA",
+    "nu_dot": "rates",
 }  # fmt: skip
 SIZES = {"N": "WHEELS"}
 FUNCTIONS = ("forward_dynamics_derivatives", "rate_derivatives", "momenta_derivatives")
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call of a generated function: its arguments in C, and those of its twin with slopes in a direction."""
+
+    function: str
+    arguments: list[str]
+    along: list[str]
+
+    @classmethod
+    def of(cls, plant: Plant, function: str) -> "Call":
+        taken, given = (
+            [KNOWN.get(a["name"], a["name"]) for a in plant.arguments(function) if a["role"] == role]
+            for role in ("in", "out")
+        )
+        ways = [[re.sub(r"^\w+", r"\g<0>_along", text) for text in texts] for texts in (taken, given)]
+        return cls(function, [*taken, *given], [*taken, *ways[0], *given, *ways[1]])
 
 
 def casadi_files(
@@ -37,8 +58,7 @@ def casadi_files(
         for argument in plant.arguments(function):
             if argument["role"] == "out" and argument["name"] != "nu_dot":
                 outputs[argument["name"]] = "*".join(str(SIZES.get(size, size)) for size in argument["shape"])
-    arguments = [KNOWN.get(a["name"], a["name"]) for a in plant.arguments(FUNCTIONS[0])]
-    of_momenta = [a["name"] for a in plant.arguments(FUNCTIONS[2])] if friction else []
+    calls = [Call.of(plant, function) for function in functions]
     free = "spins" in plant.start
     wheels = kernel.wheels
     states = ["nu[0 ... 2]", f"chi[0 ... {wheels - 1}]", "pose[0 ... 2]"]
@@ -47,8 +67,7 @@ def casadi_files(
     text = filled(
         "casadi.c", name=name, scene=scene.replace("*/", "?").encode("ascii", "replace").decode(),
         set_name=kernel.set_name, states=", ".join(states), signal=plant.signal, wheels=wheels,
-        size=6 + wheels + 2 * wheels * free, outputs=list(outputs.items()), arguments=arguments, free=free,
-        friction=friction, momenta_arguments="x + MOMENTA, " if "momenta" in of_momenta else "",
+        size=6 + wheels + 2 * wheels * free, outputs=list(outputs.items()), calls=calls, free=free, friction=friction,
         heading="nu_dot_by_heading" in outputs, has_motor=motor,
         has_limit=motor and float(kernel.constant("current_limit")) > 0,
     )  # fmt: skip
@@ -67,12 +86,13 @@ def to_casadi(
 
     vehicle  Vehicle
     folder   for NAME.c, the generated source that it calls, and the library NAME.so of both
-    name     of the function: name(x, u) -> x_dot and jac_name
+    name     of the function: name(x, u) -> x_dot, jac_name and jac_jac_name
     scene    what the files say that they are made from
     options  roller_model, effects, ... as of to_fmu
 
     x is nu, chi, pose and with free rollers the momenta, u the torques or voltages: in the order and units of
-    omniroll.linearise, whose A and B are the Jacobians. (3.4), (2.2) and (2.3).
+    omniroll.linearise, whose A and B are the Jacobians; casadi.hessian has generated second derivatives, too. (3.4),
+    (2.2) and (2.3).
 
     Returns the path of the library, for casadi.external(name, path). Raises InvalidValueError as to_fmu does,
     OmnirollError without a C compiler and where other files are in the way; OSError.

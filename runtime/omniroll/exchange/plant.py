@@ -7,6 +7,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from numpy.typing import ArrayLike
 
+from omniroll.codegen.along import SECOND
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.effects.uncontrolled import without_controllers
@@ -61,7 +62,7 @@ class Plant:
             raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
         acting = EffectSet.checked(without_controllers(effects), vehicle)
         roller_model = ROLLER_MODEL.checked(roller_model)
-        bound = acting.kernel(vehicle, roller_model, "python", also=(DERIVATIVES,) if derivatives else ())
+        bound = acting.kernel(vehicle, roller_model, "python", also=(DERIVATIVES, SECOND) if derivatives else ())
         refuse_what_no_step_has(bound)
         start = {
             "nu": checks.speeds(nu),

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import generated_data
+from omniroll.codegen.along import SECOND
 from omniroll.codegen.derivatives import REQUEST
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
@@ -144,11 +145,12 @@ def optional_effects() -> tuple[str, ...]:
 
 def _effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> tuple[str, ...]:
     """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
-    them the numbers by which there are derivatives."""
+    them the numbers by which there are derivatives, and whether there are second ones."""
     if not effects and not vehicle.has_layout:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
-    own = [effect for effect in effects if effect not in asked] + [DERIVATIVES] * bool(asked)
+    second = [SECOND] * (SECOND in effects)
+    own = [effect for effect in effects if effect not in (*asked, *second)] + [DERIVATIVES] * bool(asked or second)
     for effect in own:
         choice("effects", effect, optional_effects())
     needed = (other for effect in own for other in sets.needs()[effect])
@@ -158,7 +160,7 @@ def _effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> 
         numbers = [a.name for a in signatures(roller_model, found, 3, 3)["prepare"].inputs]
         for request in asked:
             choice("effects", request, [REQUEST + name for name in numbers])
-    return (*found, *asked)
+    return (*found, *asked, *second)
 
 
 def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants) -> dict[str, ArrayLike]:
