@@ -26,9 +26,13 @@ OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call be
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 STANDS = "standing_dynamics"  # instead of these where axles may stick beside them
 SPRINGS = "spring_dynamics"  # instead of slip_dynamics where loads come from springs, on which the platform tilts
+SPRUNG = "sprung_dynamics"  # instead of ground_dynamics there
+TILT_ACCELERATION = "tilt_rate_dot"  # which these give, too
 DISKS = "disk_dynamics"  # instead of slip_dynamics where rollers may stick on their disks
 BEARINGS = "bearing_dynamics"  # instead of all of these where rollers may stick beside contacts that do
 GRIPS = "ground_dynamics"  # instead of these where contacts may also stick on the ground: with their modes as an input
+SUPPORTS = "support_state"  # which the engine calls where contacts may stick on springs
+LEANING = "leaning_axial"  # the same, of free rollers
 ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
 HEADING_INPUT = (
     "slip_heading"  # beside the inputs then, for rows alone: the direction in which a contact begins to slip
@@ -63,6 +67,8 @@ WHERE_THERE = (
     ("spins_from_axial", ("nu", "chi", "axial"), ("spins",)),
     (CORNERS, ("chi", "slip_direction", "load", "friction", "contact_bearing"), ("corner_force", "corner_yield")),
     ("sliding_forces", ("slip_direction", "load", "friction"), ("sliding_force", "sliding_slope")),
+    (SUPPORTS, ("tilt", "tilt_rate", "presses"), ("support_loads", "support_margins", "support_rises")),
+    (LEANING, ("nu", "chi", "tilt", "tilt_rate"), ("axial",)),
 )
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
@@ -88,12 +94,14 @@ class EngineSet:
         self.set = effects
         rates = {array.name: array for f in effects.functions for array in f.outputs}
         present = registry.integrated(effects)
-        self.grips = effects.function(GRIPS) is not None
-        self.tilts = effects.function(SPRINGS) is not None
+        self.sprung = effects.function(SPRUNG) is not None
+        self.grips = self.sprung or effects.function(GRIPS) is not None
+        self.tilts = self.sprung or effects.function(SPRINGS) is not None
         self.slips = self.grips or self.tilts or effects.function(SLIP) is not None
         names = {state.name for state in present}
         self.spins = SPINS in names
-        slipping = next((name for name in (BEARINGS, STANDS, GRIPS, DISKS, SPRINGS) if effects.function(name)), SLIP)
+        known = (BEARINGS, STANDS, SPRUNG, GRIPS, DISKS, SPRINGS)
+        slipping = next((name for name in known if effects.function(name)), SLIP)
         self.stands = slipping in (BEARINGS, STANDS)
         self.in_series = effects.function(SERIES) is not None
         self.strips = self.in_series and self.grips  # what their bearings take cuts ellipses of the ground's friction
@@ -101,6 +109,8 @@ class EngineSet:
         self.dynamics = slipping if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
         own = {array.name for array in dynamics.outputs if self.slips and "n-1" not in array.shape}
+        if self.sprung:  # what follows from nu where contacts stick is coupled with it, and no tilt
+            own.discard(TILT_ACCELERATION)
         # First what is coupled with nu: the speeds whose rates the dynamics gives.
         self.core = sorted((s for s in present if s.kind == CORE), key=lambda state: state.rate not in own)
         self.coupled = sum(state.rate in own for state in self.core)
@@ -121,7 +131,7 @@ class EngineSet:
         inertia = self.holds or (self.acted and not self.slips)
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
-        further += [CORNERS] * self.strips
+        further += [CORNERS] * self.strips + [SUPPORTS, LEANING] * self.sprung
         plain = (*PLAIN, *further, *(ON_THE_GROUND[1:] if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
         here = {f.name for f in self.plain}
@@ -223,7 +233,7 @@ class EngineSet:
         known = {"nu", "chi", "heading", "momenta", *(state.name for state in self.core), *self.inputs}
         of_core = self._giving(self.core[self.coupled :])
         known |= {ALIASES.get(array.name, array.name) for f in of_core for array in f.outputs}
-        if not self.grips or self.stands or not {array.name for array in rolling.inputs} <= known:
+        if not self.grips or self.stands or self.tilts or not {array.name for array in rolling.inputs} <= known:
             return []
         return self.core_calls(rolling.name)
 

@@ -12,7 +12,7 @@
  * forward_dynamics_sharp, accelerations_sharp, contact_axial, axial_speeds, spins_from_axial, momenta,
  * impact, impact_sharp.
  *
- * Of free_contact.c: slip_energy.
+ * Of free_contact.c: ground_power, slip_energy.
  */
 
 /* Rates of heave and tilt. Equations: (3.1). */
@@ -174,10 +174,9 @@ void omniroll_tilt_energy(const omniroll_model *model, const omniroll_real *nu, 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip,
  * no_wheel_row, axle_direction, wheel_row, free_yaw_constant, joint, kappa (maxima/forms/model.mac);
  * spring_constants, tilt_arm, bare_tilt_inertia, bare_tilt_inertia_of_rollers, inverse_tilt_inertia
- * (maxima/effects/contact_springs.mac); ground_fade (maxima/effects/contact_regularised.mac);
- * constant_matrix, no_last_alpha, last_alpha (maxima/programs/prepare.mac); fold_constants
- * (maxima/forms/sharp_tips.mac); last_direction, no_bearing_sums, bearing, bearing_sums, bearing_means
- * (maxima/forms/fits.mac). */
+ * (maxima/effects/contact_springs.mac); constant_matrix, no_last_alpha, last_alpha
+ * (maxima/programs/prepare.mac); fold_constants (maxima/forms/sharp_tips.mac); last_direction,
+ * no_bearing_sums, bearing, bearing_sums, bearing_means (maxima/forms/fits.mac). */
 void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_roller *roller,
                         omniroll_model *model)
 {
@@ -186,7 +185,6 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     const omniroll_real N = OMNIROLL_NUMBER(vehicle->wheels);
     const omniroll_real n = OMNIROLL_NUMBER(vehicle->rollers_per_wheel);
     const omniroll_real pi = OMNIROLL_NUMBER(3.141592653589793238462643383279502884L);
-    const omniroll_real ground_fade_speed = vehicle->ground_fade_speed;
     const omniroll_real tilt_height = vehicle->tilt_height;
     const omniroll_real tilt_gravity = vehicle->tilt_gravity;
     const omniroll_real M = vehicle->mass;
@@ -225,22 +223,17 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     omniroll_real g22 = OMNIROLL_NUMBER(0);
     omniroll_real g23 = OMNIROLL_NUMBER(0);
     omniroll_real g33 = OMNIROLL_NUMBER(0);
-    const omniroll_real ground_fade_speed_sq = ground_fade_speed*ground_fade_speed;
     const omniroll_real t2 = inverse_yaw_scale*R_over_l;
     const omniroll_real l_R_over_l = l*R_over_l;
     const omniroll_real inv_J = 1/J;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real alpha = vehicle->wheel_angles[i];
-        const omniroll_real contact_load_i = vehicle->contact_load[i];
-        const omniroll_real ground_friction_axle = vehicle->ground_friction[2*i];
-        const omniroll_real ground_friction_rolling = vehicle->ground_friction[2*i + 1];
         const omniroll_real spring_load_i = vehicle->spring_load[i];
         const omniroll_real spring_stiffness_i = vehicle->spring_stiffness[i];
         const omniroll_real spring_damping_i = vehicle->spring_damping[i];
         const omniroll_real tilt_spin_inertia_i = vehicle->tilt_spin_inertia[i];
         const omniroll_real cos_alpha = omniroll_cos(alpha);
         const omniroll_real sin_alpha = omniroll_sin(alpha);
-        const omniroll_real ground_fade = ground_fade_speed_sq*ground_friction_axle*ground_friction_rolling;
         const omniroll_real g_1 = R_over_l*sin_alpha;
         const omniroll_real g_2 = -R_over_l*cos_alpha;
         const omniroll_real g_3 = -t2;
@@ -252,10 +245,6 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
         g33 += g_3*g_3;
         wheel[i].cos_alpha = cos_alpha;
         wheel[i].sin_alpha = sin_alpha;
-        wheel[i].contact_load = contact_load_i;
-        wheel[i].ground_friction_axle = ground_friction_axle;
-        wheel[i].ground_friction_rolling = ground_friction_rolling;
-        wheel[i].ground_fade = ground_fade;
         const omniroll_real tilt_wheel_arm = l_R_over_l;
         const omniroll_real tilt_arm_1 = cos_alpha*tilt_wheel_arm;
         const omniroll_real tilt_arm_2 = sin_alpha*tilt_wheel_arm;
@@ -389,14 +378,12 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
 }
 
 /* Slip velocities of the contacts, and the ground's forces on the wheels. Equations: (2.1), (2.2). Steps:
- * yaw, angle (maxima/forms/rolling.mac); tilt_speeds, spring_rise, support_load
- * (maxima/effects/contact_springs.mac); axle_speed, lean, roller_that_leans, slip_along_axle, slip
- * (maxima/effects/contact.mac); ground_grip (maxima/effects/contact_regularised.mac); ground_along_axle,
- * ground_along_rolling (maxima/programs/vehicle.mac). */
+ * yaw, angle (maxima/forms/rolling.mac); tilt_speeds (maxima/effects/contact_springs.mac); axle_speed,
+ * lean, roller_that_leans, slip_along_axle, slip (maxima/effects/contact.mac). */
 void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                           const omniroll_real *rates, const omniroll_real *contact_omega,
-                          const omniroll_real *tilt, const omniroll_real *tilt_rate,
-                          const omniroll_real *presses, omniroll_real *slip, omniroll_real *ground_force)
+                          const omniroll_real *tilt, const omniroll_real *tilt_rate, omniroll_real *slip,
+                          omniroll_real *ground_force)
 {
     const int wheels = model->wheels;
     const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
@@ -408,10 +395,8 @@ void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, 
     const omniroll_real nu_1 = nu[0];
     const omniroll_real nu_2 = nu[1];
     const omniroll_real nu_3 = nu[2];
-    const omniroll_real heave = tilt[0];
     const omniroll_real tilt_xi = tilt[1];
     const omniroll_real tilt_eta = tilt[2];
-    const omniroll_real heave_rate = tilt_rate[0];
     const omniroll_real tilt_xi_rate = tilt_rate[1];
     const omniroll_real tilt_eta_rate = tilt_rate[2];
     const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
@@ -422,19 +407,9 @@ void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real contact_load = model->wheel[i].contact_load;
-        const omniroll_real ground_friction_axle = model->wheel[i].ground_friction_axle;
-        const omniroll_real ground_friction_rolling = model->wheel[i].ground_friction_rolling;
-        const omniroll_real ground_fade = model->wheel[i].ground_fade;
-        const omniroll_real spring_load = model->wheel[i].spring_load;
-        const omniroll_real spring_stiffness = model->wheel[i].spring_stiffness;
-        const omniroll_real spring_damping = model->wheel[i].spring_damping;
-        const omniroll_real tilt_arm_1 = model->wheel[i].tilt_arm_1;
-        const omniroll_real tilt_arm_2 = model->wheel[i].tilt_arm_2;
         const omniroll_real chi_i = chi[i];
         const omniroll_real wheel_rate = rates[i];
         const omniroll_real axial = contact_omega[i];
-        const omniroll_real presses_i = presses[i];
         const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
@@ -450,105 +425,10 @@ void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, 
         const omniroll_real slip_axle = along - rho*rolling;
         const omniroll_real rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha);
         const omniroll_real slip_rolling = l*(wheel_rate - rolling_rate);
-        const omniroll_real t3 = ground_friction_axle*ground_friction_axle;
-        const omniroll_real t4 = ground_friction_rolling*ground_friction_rolling;
-        const omniroll_real ground_grip = contact_load/omniroll_sqrt(t3*slip_axle*slip_axle
-            + t4*slip_rolling*slip_rolling + ground_fade);
-        const omniroll_real spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2;
-        const omniroll_real spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1
-            + tilt_xi_rate*tilt_arm_2;
-        const omniroll_real spring_force = spring_load - spring_stiffness*spring_rise
-            - spring_damping*spring_rise_rate;
-        const omniroll_real support_load = presses_i*spring_force;
-        const omniroll_real support_part = support_load/spring_load;
-        const omniroll_real t5 = -ground_grip*support_part;
-        const omniroll_real ground_axle = t5*t3*slip_axle;
-        const omniroll_real ground_rolling = t5*t4*slip_rolling;
         slip[2*i] = slip_axle;
         slip[2*i + 1] = slip_rolling;
-        ground_force[2*i] = ground_axle;
-        ground_force[2*i + 1] = ground_rolling;
-    }
-}
-
-/* Power that each contact loses by slipping. Equations: (2.1), (2.2). Steps: yaw, angle
- * (maxima/forms/rolling.mac); tilt_speeds, spring_rise, support_load (maxima/effects/contact_springs.mac);
- * axle_speed, lean, roller_that_leans, slip_along_axle, slip, ground_loss (maxima/effects/contact.mac);
- * ground_grip (maxima/effects/contact_regularised.mac); ground_along_axle, ground_along_rolling
- * (maxima/programs/vehicle.mac). */
-void omniroll_ground_power(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                           const omniroll_real *rates, const omniroll_real *contact_omega,
-                           const omniroll_real *tilt, const omniroll_real *tilt_rate,
-                           const omniroll_real *presses, omniroll_real *ground_loss)
-{
-    const int wheels = model->wheels;
-    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
-    const omniroll_real R = model->R;
-    const omniroll_real l = model->l;
-    const omniroll_real R_over_l = model->R_over_l;
-    const omniroll_real tip = model->tip;
-    const omniroll_real joint_sine = model->joint_sine;
-    const omniroll_real nu_1 = nu[0];
-    const omniroll_real nu_2 = nu[1];
-    const omniroll_real nu_3 = nu[2];
-    const omniroll_real heave = tilt[0];
-    const omniroll_real tilt_xi = tilt[1];
-    const omniroll_real tilt_eta = tilt[2];
-    const omniroll_real heave_rate = tilt_rate[0];
-    const omniroll_real tilt_xi_rate = tilt_rate[1];
-    const omniroll_real tilt_eta_rate = tilt_rate[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
-    const omniroll_real tilt_speed_1 = tilt_xi_rate - tilt_eta*yaw_rate;
-    const omniroll_real tilt_speed_2 = tilt_xi*yaw_rate + tilt_eta_rate;
-    const omniroll_real t2 = 2*l;
-    const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
-    for (int i = 0; i < wheels; i++) {
-        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
-        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real contact_load = model->wheel[i].contact_load;
-        const omniroll_real ground_friction_axle = model->wheel[i].ground_friction_axle;
-        const omniroll_real ground_friction_rolling = model->wheel[i].ground_friction_rolling;
-        const omniroll_real ground_fade = model->wheel[i].ground_fade;
-        const omniroll_real spring_load = model->wheel[i].spring_load;
-        const omniroll_real spring_stiffness = model->wheel[i].spring_stiffness;
-        const omniroll_real spring_damping = model->wheel[i].spring_damping;
-        const omniroll_real tilt_arm_1 = model->wheel[i].tilt_arm_1;
-        const omniroll_real tilt_arm_2 = model->wheel[i].tilt_arm_2;
-        const omniroll_real chi_i = chi[i];
-        const omniroll_real wheel_rate = rates[i];
-        const omniroll_real axial = contact_omega[i];
-        const omniroll_real presses_i = presses[i];
-        const omniroll_real t1 = chi_i/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
-        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real below = joint_sine - half_sine;
-        const omniroll_real above = joint_sine + half_sine;
-        const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
-        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
-        const omniroll_real lean_across = tilt_speed_2*cos_alpha - tilt_speed_1*sin_alpha;
-        const omniroll_real rolling = axial - yaw_rate*sine - cosine*lean_across;
-        const omniroll_real slip_axle = along - rho*rolling;
-        const omniroll_real rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real slip_rolling = l*(wheel_rate - rolling_rate);
-        const omniroll_real t3 = ground_friction_axle*ground_friction_axle;
-        const omniroll_real t4 = ground_friction_rolling*ground_friction_rolling;
-        const omniroll_real ground_grip = contact_load/omniroll_sqrt(t3*slip_axle*slip_axle
-            + t4*slip_rolling*slip_rolling + ground_fade);
-        const omniroll_real spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2;
-        const omniroll_real spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1
-            + tilt_xi_rate*tilt_arm_2;
-        const omniroll_real spring_force = spring_load - spring_stiffness*spring_rise
-            - spring_damping*spring_rise_rate;
-        const omniroll_real support_load = presses_i*spring_force;
-        const omniroll_real support_part = support_load/spring_load;
-        const omniroll_real t5 = -ground_grip*support_part;
-        const omniroll_real ground_axle = t5*t3*slip_axle;
-        const omniroll_real ground_rolling = t5*t4*slip_rolling;
-        const omniroll_real slip_loss = -slip_axle*ground_axle - slip_rolling*ground_rolling;
-        ground_loss[i] = slip_loss;
+        ground_force[2*i] = OMNIROLL_NUMBER(0);
+        ground_force[2*i + 1] = OMNIROLL_NUMBER(0);
     }
 }
 
@@ -587,11 +467,9 @@ void omniroll_slip_spins(const omniroll_model *model, const omniroll_real *nu, c
 
 /* The same as slip_dynamics on springs, with the accelerations of heave and tilt. Equations: (3.1). Steps:
  * yaw, angle (maxima/forms/rolling.mac); platform_force, free_couple (maxima/forms/system.mac);
- * tilt_speeds, no_tilt_sums, spring_rise, support_load, rollers_lean, wheel_on_springs, tilt_sums,
- * springs_solution, wheel_turn (maxima/effects/contact_springs.mac); axle_speed, lean, roller_that_leans,
- * slip_along_axle, slip, slip_force, roller_slip_rate (maxima/effects/contact.mac); ground_grip
- * (maxima/effects/contact_regularised.mac); ground_along_axle, ground_along_rolling
- * (maxima/programs/vehicle.mac). */
+ * tilt_speeds, no_tilt_sums, spring_rise, support_load, momentum_across, couple_growth, wheel_on_springs,
+ * tilt_sums, springs_solution, wheel_turn (maxima/effects/contact_springs.mac); lean, slip_force
+ * (maxima/effects/contact.mac). */
 void omniroll_spring_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                               const omniroll_real *rates, const omniroll_real *contact_omega,
                               const omniroll_real *momenta, const omniroll_real *tilt,
@@ -603,15 +481,10 @@ void omniroll_spring_dynamics(const omniroll_model *model, const omniroll_real *
     const omniroll_real B = model->B;
     const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
     const omniroll_real R = model->R;
-    const omniroll_real l = model->l;
-    const omniroll_real R_over_l = model->R_over_l;
     const omniroll_real mass_R2 = model->mass_R2;
     const omniroll_real coriolis = model->coriolis;
     const omniroll_real J = model->J;
     const omniroll_real bare_yaw = model->bare_yaw;
-    const omniroll_real tip = model->tip;
-    const omniroll_real joint_sine = model->joint_sine;
-    const omniroll_real tilt_height = model->tilt_height;
     const omniroll_real tilt_height_over_R = model->tilt_height_over_R;
     const omniroll_real weight = model->weight;
     const omniroll_real weight_height = model->weight_height;
@@ -645,17 +518,10 @@ void omniroll_spring_dynamics(const omniroll_model *model, const omniroll_real *
     omniroll_real tilt_sum_1 = OMNIROLL_NUMBER(0);
     omniroll_real tilt_sum_2 = OMNIROLL_NUMBER(0);
     omniroll_real gyro_sum = OMNIROLL_NUMBER(0);
-    const omniroll_real t2 = 2*l;
-    const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
     const omniroll_real inv_J = 1/J;
-    const omniroll_real l_R_over_l = l*R_over_l;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real contact_load = model->wheel[i].contact_load;
-        const omniroll_real ground_friction_axle = model->wheel[i].ground_friction_axle;
-        const omniroll_real ground_friction_rolling = model->wheel[i].ground_friction_rolling;
-        const omniroll_real ground_fade = model->wheel[i].ground_fade;
         const omniroll_real spring_load = model->wheel[i].spring_load;
         const omniroll_real spring_stiffness = model->wheel[i].spring_stiffness;
         const omniroll_real spring_damping = model->wheel[i].spring_damping;
@@ -673,58 +539,32 @@ void omniroll_spring_dynamics(const omniroll_model *model, const omniroll_real *
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real below = joint_sine - half_sine;
-        const omniroll_real above = joint_sine + half_sine;
-        const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
-        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real lean_along = tilt_speed_1*cos_alpha + tilt_speed_2*sin_alpha;
         const omniroll_real lean_across = tilt_speed_2*cos_alpha - tilt_speed_1*sin_alpha;
-        const omniroll_real rolling = axial - yaw_rate*sine - cosine*lean_across;
-        const omniroll_real slip_axle = along - rho*rolling;
-        const omniroll_real t3 = B*axial + momentum_cos;
-        const omniroll_real couple = cosine*t3 - momentum_sin*sine;
-        const omniroll_real rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real slip_rolling = l*(wheel_rate - rolling_rate);
-        const omniroll_real t4 = ground_friction_axle*ground_friction_axle;
-        const omniroll_real t5 = ground_friction_rolling*ground_friction_rolling;
-        const omniroll_real ground_grip = contact_load/omniroll_sqrt(t4*slip_axle*slip_axle
-            + t5*slip_rolling*slip_rolling + ground_fade);
+        const omniroll_real t2 = B*axial + momentum_cos;
+        const omniroll_real couple = cosine*t2 - momentum_sin*sine;
         const omniroll_real spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2;
         const omniroll_real spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1
             + tilt_xi_rate*tilt_arm_2;
         const omniroll_real spring_force = spring_load - spring_stiffness*spring_rise
             - spring_damping*spring_rise_rate;
         const omniroll_real support_load = presses_i*spring_force;
-        const omniroll_real support_part = support_load/spring_load;
-        const omniroll_real t6 = -ground_grip*support_part;
-        const omniroll_real ground_axle = t6*t4*slip_axle;
-        const omniroll_real ground_rolling = t6*t5*slip_rolling;
-        const omniroll_real momentum_across = momentum_sin*cosine + sine*t3;
-        const omniroll_real rho_ground_axle = rho*ground_axle;
-        const omniroll_real couple_growth = -wheel_rate*momentum_across - rho_ground_axle*cosine;
+        const omniroll_real momentum_across = momentum_sin*cosine + sine*t2;
+        const omniroll_real couple_growth = -wheel_rate*momentum_across;
         const omniroll_real yaw_rate_couple = yaw_rate*couple;
-        const omniroll_real rate_of_whole = inv_J*(l*ground_rolling + yaw_rate_couple
-            - lean_across*momentum_across);
-        const omniroll_real t7 = cos_alpha*ground_axle - sin_alpha*ground_rolling;
-        f1 += R*t7;
-        const omniroll_real t8 = cos_alpha*ground_rolling + sin_alpha*ground_axle;
-        f2 += R*t8;
-        const omniroll_real roller_turning = rho_ground_axle*sine;
-        f3 += inverse_yaw_scale*(l_R_over_l*ground_rolling - wheel_rate*couple + roller_turning);
+        const omniroll_real rate_of_whole = inv_J*(yaw_rate_couple - lean_across*momentum_across);
+        f3 += -inverse_yaw_scale*wheel_rate*couple;
         const omniroll_real J_spin_ratio = J*spin_ratio;
         const omniroll_real spin_momentum = J_spin_ratio*(spin_ratio*lean_along + wheel_rate);
         const omniroll_real spin_up = J_spin_ratio*rate_of_whole - yaw_rate_couple;
         const omniroll_real tilt_up = yaw_rate*spin_momentum + couple_growth;
-        const omniroll_real push_1 = t7;
-        const omniroll_real push_2 = t8;
         const omniroll_real load_moment_1 = tilt_arm_2*support_load;
         const omniroll_real load_moment_2 = -tilt_arm_1*support_load;
         lift += support_load;
         spring_sum_1 += load_moment_1;
         spring_sum_2 += load_moment_2;
-        tilt_sum_1 += sin_alpha*tilt_up - cos_alpha*spin_up + tilt_height*push_2 + load_moment_1;
-        tilt_sum_2 += load_moment_2 - cos_alpha*tilt_up - sin_alpha*spin_up - tilt_height*push_1;
+        tilt_sum_1 += sin_alpha*tilt_up - cos_alpha*spin_up + load_moment_1;
+        tilt_sum_2 += load_moment_2 - cos_alpha*tilt_up - sin_alpha*spin_up;
         gyro_sum += lean_across*spin_momentum - lean_along*couple;
     }
     const omniroll_real tilt_momentum_1 = bare_11*tilt_speed_1 - tilt_product_1*yaw_rate
@@ -737,8 +577,8 @@ void omniroll_spring_dynamics(const omniroll_model *model, const omniroll_real *
     const omniroll_real own_1 = f1*inverse_mass;
     const omniroll_real own_2 = f2*inverse_mass;
     const omniroll_real inverse_yaw = 1/bare_yaw;
-    const omniroll_real t9 = 1/inverse_yaw_scale;
-    const omniroll_real yaw_alone = inverse_yaw*(f3*t9 + yaw_of_tilt);
+    const omniroll_real t3 = 1/inverse_yaw_scale;
+    const omniroll_real yaw_alone = inverse_yaw*(f3*t3 + yaw_of_tilt);
     const omniroll_real turning_1 = weight_height*tilt_xi + tilt_product_1*yaw_alone
         + yaw_rate*tilt_momentum_2 + tilt_sum_1;
     const omniroll_real turning_2 = weight_height*tilt_eta + tilt_product_2*yaw_alone
@@ -747,7 +587,7 @@ void omniroll_spring_dynamics(const omniroll_model *model, const omniroll_real *
     const omniroll_real tilt_turn_2 = inverse_tilt_12*turning_1 + inverse_tilt_22*turning_2;
     const omniroll_real yaw_turn = inverse_yaw*(tilt_product_1*tilt_turn_1 + tilt_product_2*tilt_turn_2)
         + yaw_alone;
-    const omniroll_real x_3 = yaw_turn*t9;
+    const omniroll_real x_3 = yaw_turn*t3;
     const omniroll_real x_1 = own_1 - tilt_height_over_R*(yaw_rate*tilt_speed_1 + tilt_turn_2);
     const omniroll_real x_2 = own_2 - tilt_height_over_R*(yaw_rate*tilt_speed_2 - tilt_turn_1);
     const omniroll_real heave_turn = R*R*inverse_mass*(lift - weight);
@@ -759,65 +599,29 @@ void omniroll_spring_dynamics(const omniroll_model *model, const omniroll_real *
     tilt_rate_dot[0] = heave_turn;
     tilt_rate_dot[1] = tilt_xi_turn;
     tilt_rate_dot[2] = tilt_eta_turn;
-    const omniroll_real inv_B = 1/B;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real contact_load = model->wheel[i].contact_load;
-        const omniroll_real ground_friction_axle = model->wheel[i].ground_friction_axle;
-        const omniroll_real ground_friction_rolling = model->wheel[i].ground_friction_rolling;
-        const omniroll_real ground_fade = model->wheel[i].ground_fade;
-        const omniroll_real spring_load = model->wheel[i].spring_load;
-        const omniroll_real spring_stiffness = model->wheel[i].spring_stiffness;
-        const omniroll_real spring_damping = model->wheel[i].spring_damping;
-        const omniroll_real tilt_arm_1 = model->wheel[i].tilt_arm_1;
-        const omniroll_real tilt_arm_2 = model->wheel[i].tilt_arm_2;
         const omniroll_real spin_ratio = model->wheel[i].spin_ratio;
         const omniroll_real chi_i = chi[i];
         const omniroll_real wheel_rate = rates[i];
         const omniroll_real axial = contact_omega[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real presses_i = presses[i];
-        const omniroll_real t10 = chi_i/2;
-        const omniroll_real half_sine = omniroll_sin(t10);
-        const omniroll_real half_cosine = omniroll_cos(t10);
+        const omniroll_real t4 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t4);
+        const omniroll_real half_cosine = omniroll_cos(t4);
         const omniroll_real sine = 2*half_sine*half_cosine;
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real below = joint_sine - half_sine;
-        const omniroll_real above = joint_sine + half_sine;
-        const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
-        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real lean_across = tilt_speed_2*cos_alpha - tilt_speed_1*sin_alpha;
-        const omniroll_real rolling = axial - yaw_rate*sine - cosine*lean_across;
-        const omniroll_real slip_axle = along - rho*rolling;
-        const omniroll_real t11 = B*axial + momentum_cos;
-        const omniroll_real couple = cosine*t11 - momentum_sin*sine;
-        const omniroll_real rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real slip_rolling = l*(wheel_rate - rolling_rate);
-        const omniroll_real t12 = ground_friction_axle*ground_friction_axle;
-        const omniroll_real t13 = ground_friction_rolling*ground_friction_rolling;
-        const omniroll_real ground_grip = contact_load/omniroll_sqrt(t12*slip_axle*slip_axle
-            + t13*slip_rolling*slip_rolling + ground_fade);
-        const omniroll_real spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2;
-        const omniroll_real spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1
-            + tilt_xi_rate*tilt_arm_2;
-        const omniroll_real spring_force = spring_load - spring_stiffness*spring_rise
-            - spring_damping*spring_rise_rate;
-        const omniroll_real support_load = presses_i*spring_force;
-        const omniroll_real support_part = support_load/spring_load;
-        const omniroll_real t14 = -ground_grip*support_part;
-        const omniroll_real ground_axle = t14*t12*slip_axle;
-        const omniroll_real ground_rolling = t14*t13*slip_rolling;
-        const omniroll_real momentum_across = momentum_sin*cosine + sine*t11;
-        const omniroll_real rate_of_whole = inv_J*(l*ground_rolling + yaw_rate*couple
-            - lean_across*momentum_across);
+        const omniroll_real t5 = B*axial + momentum_cos;
+        const omniroll_real couple = cosine*t5 - momentum_sin*sine;
+        const omniroll_real momentum_across = momentum_sin*cosine + sine*t5;
+        const omniroll_real rate_of_whole = inv_J*(yaw_rate*couple - lean_across*momentum_across);
         const omniroll_real own_wheel_turn = rate_of_whole
             - spin_ratio*(tilt_turn_1*cos_alpha + tilt_turn_2*sin_alpha);
         chi_dot[i] = wheel_rate;
         rates_dot[i] = own_wheel_turn;
-        const omniroll_real rate_of_axial = -inv_B*rho*ground_axle;
-        contact_omega_dot[i] = rate_of_axial;
+        contact_omega_dot[i] = OMNIROLL_NUMBER(0);
     }
 }

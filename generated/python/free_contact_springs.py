@@ -10,10 +10,10 @@ rollers of a wheel. `model` is what prepare() returns.
 
 from types import SimpleNamespace
 
-from .elementary import circle_ratio, cos, number, sin, sqrt
+from .elementary import circle_ratio, cos, number, sin
 from .massless import nu_from_contacts, nu_from_wheels, pose_rates, wheel_rates, wheel_speeds, wheel_torques
 from .free import accelerations, accelerations_sharp, axial_speeds, contact_axial, energy, forces, forward_dynamics, forward_dynamics_sharp, impact, impact_sharp, inverse_dynamics, mass_matrix, momenta, spins_from_axial
-from .free_contact import slip_energy
+from .free_contact import ground_power, slip_energy
 
 
 def tilt_rates(model, tilt_rate):
@@ -198,17 +198,15 @@ def tilt_energy(model, nu, rates, tilt, tilt_rate):
 
 
 def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
-            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, contact_load, ground_friction,
-            ground_fade_speed, spring_load, spring_stiffness, spring_damping, tilt_height, tilt_gravity,
-            tilt_inertia, tilt_products, tilt_spin_inertia):
+            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, spring_load, spring_stiffness,
+            spring_damping, tilt_height, tilt_gravity, tilt_inertia, tilt_products, tilt_spin_inertia):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, no_wheel_row, axle_direction, wheel_row,
     free_yaw_constant, joint, kappa (maxima/forms/model.mac); spring_constants, tilt_arm, bare_tilt_inertia,
-    bare_tilt_inertia_of_rollers, inverse_tilt_inertia (maxima/effects/contact_springs.mac); ground_fade
-    (maxima/effects/contact_regularised.mac); constant_matrix, no_last_alpha, last_alpha
-    (maxima/programs/prepare.mac); fold_constants (maxima/forms/sharp_tips.mac); last_direction,
-    no_bearing_sums, bearing, bearing_sums, bearing_means (maxima/forms/fits.mac).
+    bare_tilt_inertia_of_rollers, inverse_tilt_inertia (maxima/effects/contact_springs.mac); constant_matrix,
+    no_last_alpha, last_alpha (maxima/programs/prepare.mac); fold_constants (maxima/forms/sharp_tips.mac);
+    last_direction, no_bearing_sums, bearing, bearing_sums, bearing_means (maxima/forms/fits.mac).
     mass [kg]: mass of the whole vehicle.
     yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S.
     wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle.
@@ -218,10 +216,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_radius [m]: wheel centre to the ground.
     roller_axis_radius [m]: wheel centre to a roller's axis.
     wheel_angles[N] [rad]: directions of the wheel axles.
-    contact_load[N] [N]: load of each contact.
-    ground_friction[N][2] [1]: coefficients of friction of the ground, along the wheels' axles and along their
-    rolling directions.
-    ground_fade_speed [m/s]: slip velocity below which the ground's friction fades.
     spring_load[N] [N]: load of each contact at rest.
     spring_stiffness[N] [N/m]: stiffness of the spring at each contact.
     spring_damping[N] [N s/m]: coefficient of the damper at each contact.
@@ -266,10 +260,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       sin_alpha[N] [1]: sine of the axle's direction.
       bearing_sine[N] [1]: sine of the bearing, the angle from the last wheel's axle to this one.
       bearing_versine[N] [1]: 1 - cosine of the bearing.
-      contact_load[N] [N]: load of a contact.
-      ground_friction_axle[N] [1]: coefficient of friction along the axle.
-      ground_friction_rolling[N] [1]: coefficient of friction along the rolling direction.
-      ground_fade[N] [m^2/s^2]: square of the slip velocity where friction fades, times both coefficients.
       spring_load[N] [N]: load at rest.
       spring_stiffness[N] [N/m]: stiffness of a spring.
       spring_damping[N] [N s/m]: coefficient of a damper.
@@ -288,8 +278,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       inverse_tilt_11 [1/(kg m^2)]: its inverse beside the yaw.
       inverse_tilt_12 [1/(kg m^2)]: the same.
       inverse_tilt_22 [1/(kg m^2)]: the same.
-    Operations: once 15 add, 53 mul, 14 div, 3 sincos; per wheel 15 add, 31 mul, 4 sincos; per free-roller
-    slot 4 add, 12 mul, 5 sincos. Intermediates: 95.
+    Operations: once 15 add, 52 mul, 14 div, 3 sincos; per wheel 15 add, 29 mul, 4 sincos; per free-roller
+    slot 4 add, 12 mul, 5 sincos. Intermediates: 93.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -299,10 +289,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_alpha = [None] * wheels
     model.bearing_sine = [None] * wheels
     model.bearing_versine = [None] * wheels
-    model.contact_load = [None] * wheels
-    model.ground_friction_axle = [None] * wheels
-    model.ground_friction_rolling = [None] * wheels
-    model.ground_fade = [None] * wheels
     model.spring_load = [None] * wheels
     model.spring_stiffness = [None] * wheels
     model.spring_damping = [None] * wheels
@@ -348,22 +334,17 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     g22 = 0
     g23 = 0
     g33 = 0
-    ground_fade_speed_sq = ground_fade_speed*ground_fade_speed
     t2 = inverse_yaw_scale*R_over_l
     l_R_over_l = l*R_over_l
     inv_J = 1/J
     for i in range(wheels):
         alpha = wheel_angles[i]
-        contact_load_i = contact_load[i]
-        ground_friction_axle = ground_friction[i][0]
-        ground_friction_rolling = ground_friction[i][1]
         spring_load_i = spring_load[i]
         spring_stiffness_i = spring_stiffness[i]
         spring_damping_i = spring_damping[i]
         tilt_spin_inertia_i = tilt_spin_inertia[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
-        ground_fade = ground_fade_speed_sq*ground_friction_axle*ground_friction_rolling
         g_1 = R_over_l*sin_alpha
         g_2 = -R_over_l*cos_alpha
         g_3 = -t2
@@ -375,10 +356,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         g33 = g33 + g_3*g_3
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
-        model.contact_load[i] = contact_load_i
-        model.ground_friction_axle[i] = ground_friction_axle
-        model.ground_friction_rolling[i] = ground_friction_rolling
-        model.ground_fade[i] = ground_fade
         tilt_wheel_arm = l_R_over_l
         tilt_arm_1 = cos_alpha*tilt_wheel_arm
         tilt_arm_2 = sin_alpha*tilt_wheel_arm
@@ -508,25 +485,23 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     return model
 
 
-def slip_forces(model, nu, chi, rates, contact_omega, tilt, tilt_rate, presses):
+def slip_forces(model, nu, chi, rates, contact_omega, tilt, tilt_rate):
     """Slip velocities of the contacts, and the ground's forces on the wheels.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); tilt_speeds, spring_rise,
-    support_load (maxima/effects/contact_springs.mac); axle_speed, lean, roller_that_leans, slip_along_axle,
-    slip (maxima/effects/contact.mac); ground_grip (maxima/effects/contact_regularised.mac);
-    ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac).
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); tilt_speeds
+    (maxima/effects/contact_springs.mac); axle_speed, lean, roller_that_leans, slip_along_axle, slip
+    (maxima/effects/contact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     rates[N] [rad/s]: wheel rates where contacts may slip.
     contact_omega[N] [rad/s]: absolute axial speeds of the rollers in contact where contacts may slip.
     tilt[3] [m, rad, rad]: heave of the centre of mass, and small turns about xi and eta.
     tilt_rate[3] [m/s, rad/s, rad/s]: their rates.
-    presses[N] [1]: 1 for contacts that press on the ground, 0 for those that are off.
     Returns these, as a tuple:
       slip[N][2] [m/s]: velocity of a contact on the ground: along the wheel's axle n, and along its rolling
       direction e_z x n.
       ground_force[N][2] [N]: force of the ground on a wheel, along the same directions.
-    Operations: once 2 add, 5 mul; per wheel 20 add, 40 mul, 4 div, 1 sqrt, 2 sincos. Intermediates: 31.
+    Operations: once 2 add, 5 mul; per wheel 12 add, 20 mul, 2 sincos. Intermediates: 20.
     """
     slip = [[None] * 2 for _ in range(model.wheels)]
     ground_force = [[None] * 2 for _ in range(model.wheels)]
@@ -539,10 +514,8 @@ def slip_forces(model, nu, chi, rates, contact_omega, tilt, tilt_rate, presses):
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
-    heave = tilt[0]
     tilt_xi = tilt[1]
     tilt_eta = tilt[2]
-    heave_rate = tilt_rate[0]
     tilt_xi_rate = tilt_rate[1]
     tilt_eta_rate = tilt_rate[2]
     yaw_rate = inverse_yaw_scale*nu_3
@@ -553,19 +526,9 @@ def slip_forces(model, nu, chi, rates, contact_omega, tilt, tilt_rate, presses):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        contact_load = model.contact_load[i]
-        ground_friction_axle = model.ground_friction_axle[i]
-        ground_friction_rolling = model.ground_friction_rolling[i]
-        ground_fade = model.ground_fade[i]
-        spring_load = model.spring_load[i]
-        spring_stiffness = model.spring_stiffness[i]
-        spring_damping = model.spring_damping[i]
-        tilt_arm_1 = model.tilt_arm_1[i]
-        tilt_arm_2 = model.tilt_arm_2[i]
         chi_i = chi[i]
         wheel_rate = rates[i]
         axial = contact_omega[i]
-        presses_i = presses[i]
         t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
@@ -581,108 +544,11 @@ def slip_forces(model, nu, chi, rates, contact_omega, tilt, tilt_rate, presses):
         slip_axle = along - rho*rolling
         rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha)
         slip_rolling = l*(wheel_rate - rolling_rate)
-        t3 = ground_friction_axle*ground_friction_axle
-        t4 = ground_friction_rolling*ground_friction_rolling
-        ground_grip = contact_load/sqrt(t3*slip_axle*slip_axle + t4*slip_rolling*slip_rolling + ground_fade)
-        spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2
-        spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1 + tilt_xi_rate*tilt_arm_2
-        spring_force = spring_load - spring_stiffness*spring_rise - spring_damping*spring_rise_rate
-        support_load = presses_i*spring_force
-        support_part = support_load/spring_load
-        t5 = -ground_grip*support_part
-        ground_axle = t5*t3*slip_axle
-        ground_rolling = t5*t4*slip_rolling
         slip[i][0] = slip_axle
         slip[i][1] = slip_rolling
-        ground_force[i][0] = ground_axle
-        ground_force[i][1] = ground_rolling
+        ground_force[i][0] = 0
+        ground_force[i][1] = 0
     return slip, ground_force
-
-
-def ground_power(model, nu, chi, rates, contact_omega, tilt, tilt_rate, presses):
-    """Power that each contact loses by slipping.
-
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); tilt_speeds, spring_rise,
-    support_load (maxima/effects/contact_springs.mac); axle_speed, lean, roller_that_leans, slip_along_axle,
-    slip, ground_loss (maxima/effects/contact.mac); ground_grip (maxima/effects/contact_regularised.mac);
-    ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac).
-    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    chi[N] [rad]: wheel angles from the middle of the roller in contact.
-    rates[N] [rad/s]: wheel rates where contacts may slip.
-    contact_omega[N] [rad/s]: absolute axial speeds of the rollers in contact where contacts may slip.
-    tilt[3] [m, rad, rad]: heave of the centre of mass, and small turns about xi and eta.
-    tilt_rate[3] [m/s, rad/s, rad/s]: their rates.
-    presses[N] [1]: 1 for contacts that press on the ground, 0 for those that are off.
-    Returns:
-      ground_loss[N] [W]: power that a contact loses by slipping.
-    Operations: once 2 add, 5 mul; per wheel 21 add, 42 mul, 4 div, 1 sqrt, 2 sincos. Intermediates: 32.
-    """
-    ground_loss = [None] * model.wheels
-    inverse_yaw_scale = model.inverse_yaw_scale
-    R = model.R
-    l = model.l
-    R_over_l = model.R_over_l
-    tip = model.tip
-    joint_sine = model.joint_sine
-    nu_1 = nu[0]
-    nu_2 = nu[1]
-    nu_3 = nu[2]
-    heave = tilt[0]
-    tilt_xi = tilt[1]
-    tilt_eta = tilt[2]
-    heave_rate = tilt_rate[0]
-    tilt_xi_rate = tilt_rate[1]
-    tilt_eta_rate = tilt_rate[2]
-    yaw_rate = inverse_yaw_scale*nu_3
-    tilt_speed_1 = tilt_xi_rate - tilt_eta*yaw_rate
-    tilt_speed_2 = tilt_xi*yaw_rate + tilt_eta_rate
-    t2 = 2*l
-    R_over_l_yaw_rate = R_over_l*yaw_rate
-    for i in range(model.wheels):
-        cos_alpha = model.cos_alpha[i]
-        sin_alpha = model.sin_alpha[i]
-        contact_load = model.contact_load[i]
-        ground_friction_axle = model.ground_friction_axle[i]
-        ground_friction_rolling = model.ground_friction_rolling[i]
-        ground_fade = model.ground_fade[i]
-        spring_load = model.spring_load[i]
-        spring_stiffness = model.spring_stiffness[i]
-        spring_damping = model.spring_damping[i]
-        tilt_arm_1 = model.tilt_arm_1[i]
-        tilt_arm_2 = model.tilt_arm_2[i]
-        chi_i = chi[i]
-        wheel_rate = rates[i]
-        axial = contact_omega[i]
-        presses_i = presses[i]
-        t1 = chi_i/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
-        sine = 2*half_sine*half_cosine
-        cosine = 1 - 2*half_sine*half_sine
-        below = joint_sine - half_sine
-        above = joint_sine + half_sine
-        width = below*above
-        rho = tip + t2*width
-        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
-        lean_across = tilt_speed_2*cos_alpha - tilt_speed_1*sin_alpha
-        rolling = axial - yaw_rate*sine - cosine*lean_across
-        slip_axle = along - rho*rolling
-        rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha)
-        slip_rolling = l*(wheel_rate - rolling_rate)
-        t3 = ground_friction_axle*ground_friction_axle
-        t4 = ground_friction_rolling*ground_friction_rolling
-        ground_grip = contact_load/sqrt(t3*slip_axle*slip_axle + t4*slip_rolling*slip_rolling + ground_fade)
-        spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2
-        spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1 + tilt_xi_rate*tilt_arm_2
-        spring_force = spring_load - spring_stiffness*spring_rise - spring_damping*spring_rise_rate
-        support_load = presses_i*spring_force
-        support_part = support_load/spring_load
-        t5 = -ground_grip*support_part
-        ground_axle = t5*t3*slip_axle
-        ground_rolling = t5*t4*slip_rolling
-        slip_loss = -slip_axle*ground_axle - slip_rolling*ground_rolling
-        ground_loss[i] = slip_loss
-    return ground_loss
 
 
 def slip_spins(model, nu, chi, contact_omega, tilt, tilt_rate):
@@ -729,11 +595,9 @@ def spring_dynamics(model, nu, chi, rates, contact_omega, momenta, tilt, tilt_ra
     """The same as slip_dynamics on springs, with the accelerations of heave and tilt.
 
     Equations: (3.1). Steps: yaw, angle (maxima/forms/rolling.mac); platform_force, free_couple
-    (maxima/forms/system.mac); tilt_speeds, no_tilt_sums, spring_rise, support_load, rollers_lean,
-    wheel_on_springs, tilt_sums, springs_solution, wheel_turn (maxima/effects/contact_springs.mac);
-    axle_speed, lean, roller_that_leans, slip_along_axle, slip, slip_force, roller_slip_rate
-    (maxima/effects/contact.mac); ground_grip (maxima/effects/contact_regularised.mac); ground_along_axle,
-    ground_along_rolling (maxima/programs/vehicle.mac).
+    (maxima/forms/system.mac); tilt_speeds, no_tilt_sums, spring_rise, support_load, momentum_across,
+    couple_growth, wheel_on_springs, tilt_sums, springs_solution, wheel_turn
+    (maxima/effects/contact_springs.mac); lean, slip_force (maxima/effects/contact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     rates[N] [rad/s]: wheel rates where contacts may slip.
@@ -749,8 +613,7 @@ def spring_dynamics(model, nu, chi, rates, contact_omega, momenta, tilt, tilt_ra
       rates_dot[N] [rad/s^2]: accelerations of the wheels.
       contact_omega_dot[N] [rad/s^2]: rates of these axial speeds.
       tilt_rate_dot[3] [m/s^2, rad/s^2, rad/s^2]: accelerations of heave and tilt.
-    Operations: once 30 add, 49 mul, 5 div; per wheel 77 add, 133 mul, 8 div, 2 sqrt, 4 sincos. Intermediates:
-    115.
+    Operations: once 30 add, 46 mul, 4 div; per wheel 36 add, 60 mul, 4 sincos. Intermediates: 68.
     """
     nu_dot = [None] * 3
     chi_dot = [None] * model.wheels
@@ -760,15 +623,10 @@ def spring_dynamics(model, nu, chi, rates, contact_omega, momenta, tilt, tilt_ra
     B = model.B
     inverse_yaw_scale = model.inverse_yaw_scale
     R = model.R
-    l = model.l
-    R_over_l = model.R_over_l
     mass_R2 = model.mass_R2
     coriolis = model.coriolis
     J = model.J
     bare_yaw = model.bare_yaw
-    tip = model.tip
-    joint_sine = model.joint_sine
-    tilt_height = model.tilt_height
     tilt_height_over_R = model.tilt_height_over_R
     weight = model.weight
     weight_height = model.weight_height
@@ -802,17 +660,10 @@ def spring_dynamics(model, nu, chi, rates, contact_omega, momenta, tilt, tilt_ra
     tilt_sum_1 = 0
     tilt_sum_2 = 0
     gyro_sum = 0
-    t2 = 2*l
-    R_over_l_yaw_rate = R_over_l*yaw_rate
     inv_J = 1/J
-    l_R_over_l = l*R_over_l
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        contact_load = model.contact_load[i]
-        ground_friction_axle = model.ground_friction_axle[i]
-        ground_friction_rolling = model.ground_friction_rolling[i]
-        ground_fade = model.ground_fade[i]
         spring_load = model.spring_load[i]
         spring_stiffness = model.spring_stiffness[i]
         spring_damping = model.spring_damping[i]
@@ -830,54 +681,30 @@ def spring_dynamics(model, nu, chi, rates, contact_omega, momenta, tilt, tilt_ra
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
-        below = joint_sine - half_sine
-        above = joint_sine + half_sine
-        width = below*above
-        rho = tip + t2*width
-        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         lean_along = tilt_speed_1*cos_alpha + tilt_speed_2*sin_alpha
         lean_across = tilt_speed_2*cos_alpha - tilt_speed_1*sin_alpha
-        rolling = axial - yaw_rate*sine - cosine*lean_across
-        slip_axle = along - rho*rolling
-        t3 = B*axial + momentum_cos
-        couple = cosine*t3 - momentum_sin*sine
-        rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha)
-        slip_rolling = l*(wheel_rate - rolling_rate)
-        t4 = ground_friction_axle*ground_friction_axle
-        t5 = ground_friction_rolling*ground_friction_rolling
-        ground_grip = contact_load/sqrt(t4*slip_axle*slip_axle + t5*slip_rolling*slip_rolling + ground_fade)
+        t2 = B*axial + momentum_cos
+        couple = cosine*t2 - momentum_sin*sine
         spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2
         spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1 + tilt_xi_rate*tilt_arm_2
         spring_force = spring_load - spring_stiffness*spring_rise - spring_damping*spring_rise_rate
         support_load = presses_i*spring_force
-        support_part = support_load/spring_load
-        t6 = -ground_grip*support_part
-        ground_axle = t6*t4*slip_axle
-        ground_rolling = t6*t5*slip_rolling
-        momentum_across = momentum_sin*cosine + sine*t3
-        rho_ground_axle = rho*ground_axle
-        couple_growth = -wheel_rate*momentum_across - rho_ground_axle*cosine
+        momentum_across = momentum_sin*cosine + sine*t2
+        couple_growth = -wheel_rate*momentum_across
         yaw_rate_couple = yaw_rate*couple
-        rate_of_whole = inv_J*(l*ground_rolling + yaw_rate_couple - lean_across*momentum_across)
-        t7 = cos_alpha*ground_axle - sin_alpha*ground_rolling
-        f1 = f1 + R*t7
-        t8 = cos_alpha*ground_rolling + sin_alpha*ground_axle
-        f2 = f2 + R*t8
-        roller_turning = rho_ground_axle*sine
-        f3 = f3 + inverse_yaw_scale*(l_R_over_l*ground_rolling - wheel_rate*couple + roller_turning)
+        rate_of_whole = inv_J*(yaw_rate_couple - lean_across*momentum_across)
+        f3 = f3 + -inverse_yaw_scale*wheel_rate*couple
         J_spin_ratio = J*spin_ratio
         spin_momentum = J_spin_ratio*(spin_ratio*lean_along + wheel_rate)
         spin_up = J_spin_ratio*rate_of_whole - yaw_rate_couple
         tilt_up = yaw_rate*spin_momentum + couple_growth
-        push_1 = t7
-        push_2 = t8
         load_moment_1 = tilt_arm_2*support_load
         load_moment_2 = -tilt_arm_1*support_load
         lift = lift + support_load
         spring_sum_1 = spring_sum_1 + load_moment_1
         spring_sum_2 = spring_sum_2 + load_moment_2
-        tilt_sum_1 = tilt_sum_1 + (sin_alpha*tilt_up - cos_alpha*spin_up + tilt_height*push_2 + load_moment_1)
-        tilt_sum_2 = tilt_sum_2 + (load_moment_2 - cos_alpha*tilt_up - sin_alpha*spin_up - tilt_height*push_1)
+        tilt_sum_1 = tilt_sum_1 + (sin_alpha*tilt_up - cos_alpha*spin_up + load_moment_1)
+        tilt_sum_2 = tilt_sum_2 + (load_moment_2 - cos_alpha*tilt_up - sin_alpha*spin_up)
         gyro_sum = gyro_sum + (lean_across*spin_momentum - lean_along*couple)
     tilt_momentum_1 = bare_11*tilt_speed_1 - tilt_product_1*yaw_rate + bare_12*tilt_speed_2
     tilt_momentum_2 = bare_12*tilt_speed_1 - tilt_product_2*yaw_rate + bare_22*tilt_speed_2
@@ -887,14 +714,14 @@ def spring_dynamics(model, nu, chi, rates, contact_omega, momenta, tilt, tilt_ra
     own_1 = f1*inverse_mass
     own_2 = f2*inverse_mass
     inverse_yaw = 1/bare_yaw
-    t9 = 1/inverse_yaw_scale
-    yaw_alone = inverse_yaw*(f3*t9 + yaw_of_tilt)
+    t3 = 1/inverse_yaw_scale
+    yaw_alone = inverse_yaw*(f3*t3 + yaw_of_tilt)
     turning_1 = weight_height*tilt_xi + tilt_product_1*yaw_alone + yaw_rate*tilt_momentum_2 + tilt_sum_1
     turning_2 = weight_height*tilt_eta + tilt_product_2*yaw_alone - yaw_rate*tilt_momentum_1 + tilt_sum_2
     tilt_turn_1 = inverse_tilt_11*turning_1 + inverse_tilt_12*turning_2
     tilt_turn_2 = inverse_tilt_12*turning_1 + inverse_tilt_22*turning_2
     yaw_turn = inverse_yaw*(tilt_product_1*tilt_turn_1 + tilt_product_2*tilt_turn_2) + yaw_alone
-    x_3 = yaw_turn*t9
+    x_3 = yaw_turn*t3
     x_1 = own_1 - tilt_height_over_R*(yaw_rate*tilt_speed_1 + tilt_turn_2)
     x_2 = own_2 - tilt_height_over_R*(yaw_rate*tilt_speed_2 - tilt_turn_1)
     heave_turn = R*R*inverse_mass*(lift - weight)
@@ -906,59 +733,27 @@ def spring_dynamics(model, nu, chi, rates, contact_omega, momenta, tilt, tilt_ra
     tilt_rate_dot[0] = heave_turn
     tilt_rate_dot[1] = tilt_xi_turn
     tilt_rate_dot[2] = tilt_eta_turn
-    inv_B = 1/B
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        contact_load = model.contact_load[i]
-        ground_friction_axle = model.ground_friction_axle[i]
-        ground_friction_rolling = model.ground_friction_rolling[i]
-        ground_fade = model.ground_fade[i]
-        spring_load = model.spring_load[i]
-        spring_stiffness = model.spring_stiffness[i]
-        spring_damping = model.spring_damping[i]
-        tilt_arm_1 = model.tilt_arm_1[i]
-        tilt_arm_2 = model.tilt_arm_2[i]
         spin_ratio = model.spin_ratio[i]
         chi_i = chi[i]
         wheel_rate = rates[i]
         axial = contact_omega[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        presses_i = presses[i]
-        t10 = chi_i/2
-        half_sine = sin(t10)
-        half_cosine = cos(t10)
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
-        below = joint_sine - half_sine
-        above = joint_sine + half_sine
-        width = below*above
-        rho = tip + t2*width
-        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         lean_across = tilt_speed_2*cos_alpha - tilt_speed_1*sin_alpha
-        rolling = axial - yaw_rate*sine - cosine*lean_across
-        slip_axle = along - rho*rolling
-        t11 = B*axial + momentum_cos
-        couple = cosine*t11 - momentum_sin*sine
-        rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha)
-        slip_rolling = l*(wheel_rate - rolling_rate)
-        t12 = ground_friction_axle*ground_friction_axle
-        t13 = ground_friction_rolling*ground_friction_rolling
-        ground_grip = contact_load/sqrt(t12*slip_axle*slip_axle + t13*slip_rolling*slip_rolling + ground_fade)
-        spring_rise = heave - tilt_eta*tilt_arm_1 + tilt_xi*tilt_arm_2
-        spring_rise_rate = heave_rate - tilt_eta_rate*tilt_arm_1 + tilt_xi_rate*tilt_arm_2
-        spring_force = spring_load - spring_stiffness*spring_rise - spring_damping*spring_rise_rate
-        support_load = presses_i*spring_force
-        support_part = support_load/spring_load
-        t14 = -ground_grip*support_part
-        ground_axle = t14*t12*slip_axle
-        ground_rolling = t14*t13*slip_rolling
-        momentum_across = momentum_sin*cosine + sine*t11
-        rate_of_whole = inv_J*(l*ground_rolling + yaw_rate*couple - lean_across*momentum_across)
+        t5 = B*axial + momentum_cos
+        couple = cosine*t5 - momentum_sin*sine
+        momentum_across = momentum_sin*cosine + sine*t5
+        rate_of_whole = inv_J*(yaw_rate*couple - lean_across*momentum_across)
         own_wheel_turn = rate_of_whole - spin_ratio*(tilt_turn_1*cos_alpha + tilt_turn_2*sin_alpha)
         chi_dot[i] = wheel_rate
         rates_dot[i] = own_wheel_turn
-        rate_of_axial = -inv_B*rho*ground_axle
-        contact_omega_dot[i] = rate_of_axial
+        contact_omega_dot[i] = 0
     return nu_dot, chi_dot, rates_dot, contact_omega_dot, tilt_rate_dot

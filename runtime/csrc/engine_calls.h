@@ -76,7 +76,8 @@ typedef struct {
  * along its rolling direction. */
 typedef struct {
     int carries;                /* whether it has load; else it is off                                  */
-    double load, sliding[2], staying[2];    /* coefficients while it slips, and while it sticks         */
+    double load, at_rest;       /* in N; where loads follow from the motion, that of the vehicle at rest */
+    double sliding[2], staying[2];          /* coefficients while it slips, and while it sticks         */
     double towards[2];          /* where it slips, or begins to: a unit vector                          */
     int sticks;                 /* its mode in this phase                                               */
     int resting;                /* whether its slip is zero                                             */

@@ -40,10 +40,10 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     return point;
 }
 
-/* How much of its static friction a contact takes, squared, less 1. */
-ALWAYS_INLINE double taken_by(const double *force, const double *per_reach)
+/* How much of its static friction a contact takes, squared, less 1: the square of its load. */
+ALWAYS_INLINE double taken_by(const double *force, const double *per_reach, double load)
 {
-    double taken = -1;
+    double taken = -load;
     for (int k = SET_FIRST_DIRECTION; k < 2; k++)
         taken += force[k]*per_reach[k]*force[k]*per_reach[k];
     return taken;
@@ -63,9 +63,10 @@ ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const ar
  * leaves of the directions at the nodes would move what others take. */
 ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t *point, lanes_t *push)
 {
-    lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
+    lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS], load[MOST_WHEELS];
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
-    set_sliding_forces(wheels, s->vehicle, slip, s->load, s->friction, force, slope);
+    loads_in_state(s, wheels, point->core, load);
+    set_sliding_forces(wheels, s->vehicle, slip, load, s->friction, force, slope);
     for (int i = 0; i < wheels; i++) {
         const double size = sqrt(slip[2*i][0]*slip[2*i][0] + slip[2*i + 1][0]*slip[2*i + 1][0]);
         const int by_slip = may_turn(s, i) && size > FAR_FROM_NOISE*s->slip_noise[i];
@@ -96,6 +97,8 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     arrays_t at;
     lanes_t nu_dot[3];
     const point_t point = point_at_end(s, wheels, &at);
+    lanes_t load[MOST_WHEELS];
+    loads_in_state(s, wheels, point.core, load);
     if (s->turning)
         push_at_end(s, wheels, &point, at.ground_push);
 #if SET_STRIPS
@@ -105,7 +108,8 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
         if (s->grips[i])
-            s->taken_late[i] = taken_by(force, s->per_reach + 2*i) - weighted(&s->taken[i], &gauss_end);
+            s->taken_late[i] = taken_by(force, s->per_reach + 2*i, load_squared(s, i, load[i])[0])
+                - weighted(&s->taken[i], &gauss_end);
     }
 #if SET_STANDS
     measure_standing_at_end(s, wheels, &at);

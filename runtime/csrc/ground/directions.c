@@ -13,6 +13,8 @@
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
 #define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */
 
+#include "ground/loads.c"
+
 /* The force of a contact that slips in the directions at the nodes, and how it turns with them. */
 static void force_in_direction(step_t *s, int i)
 {
@@ -20,8 +22,9 @@ static void force_in_direction(step_t *s, int i)
     one_contact.wheels = 1;
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t toward[2] = {s->toward[2*i].lanes[b], s->toward[2*i + 1].lanes[b]};
+        const lanes_t load = load_at(s, i, b);
         lanes_t force[2], slope[4];
-        set_sliding_forces(1, &one_contact, toward, s->load + i, s->friction + 2*i, force, slope);
+        set_sliding_forces(1, &one_contact, toward, &load, s->friction + 2*i, force, slope);
         for (int k = 0; k < 2; k++) {
             s->push[2*i + k].lanes[b] = force[k];
             s->turned[2*i + k].lanes[b] = slope[2*k + 1]*toward[0] - slope[2*k]*toward[1];
@@ -96,7 +99,7 @@ NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t
                                 lanes_t *core)
 {
     lanes_t axial[MOST_WHEELS];
-    set_contact_axial(wheels, s->vehicle, nu, chi, axial);
+    rolling_axial(wheels, s->vehicle, nu, chi, core, axial);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
             core[contact_speeds_at(wheels) + i] = axial[i];
@@ -445,6 +448,12 @@ static void find_directions(step_t *s, const int wheels)
             forces_in_corners(s, wheels, b, chi);
         }
     }
+    if (SET_LOADS_FOLLOW) {
+        loads_at_nodes(s, wheels);
+        for (int i = 0; i < wheels; i++)
+            if (s->slides[i])
+                force_in_direction(s, i);
+    }
     if (SET_FIRST_DIRECTION || !s->turning)     /* of massless rollers only the sign, which a phase keeps        */
         return;
     slips_at_nodes(s, wheels);
@@ -461,7 +470,7 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
 {
     for (int i = 0; i < wheels; i++) {
         const lanes_t *const force = at->ground_force + 2*i;
-        lanes_t taken = lanes_of(-1);
+        lanes_t taken = -load_squared(s, i, load_at(s, i, b));
         for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
             const lanes_t part = force[k]*s->per_reach[2*i + k];
             taken += part*part;

@@ -20,6 +20,29 @@ static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
     }
 }
 
+/* The loads at this instant, where they follow from the motion, and which contacts carry one. */
+static void find_loads(const omniroll_run_t *run, const work_t *work)
+{
+#if SET_LOADS_FOLLOW
+    lanes_t tilt[3], tilt_rate[3], presses[MOST_WHEELS], load[MOST_WHEELS], margin[MOST_WHEELS], rise[MOST_WHEELS];
+    for (int k = 0; k < 3; k++) {
+        tilt[k] = lanes_of(run->core[tilt_at(run->wheels) + k]);
+        tilt_rate[k] = lanes_of(run->core[tilt_rates_at(run->wheels) + k]);
+    }
+    for (int i = 0; i < run->wheels; i++)
+        presses[i] = lanes_of(run->inputs[SET_PRESSES_INPUT*run->wheels + i]);
+    set_support_state(run->wheels, &work->vehicle, tilt, tilt_rate, presses, load, margin, rise);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        grip->carries = presses[i][0] > 0.5;
+        grip->load = grip->carries ? fmax(load[i][0], LEAST_LOAD*grip->at_rest) : 0;
+        work->load[i] = lanes_of(grip->load);
+    }
+    (void)margin, (void)rise;
+#endif
+    (void)run, (void)work;
+}
+
 /* The speeds that make a slip, in m/s. */
 static double speeds_of_slip(const omniroll_run_t *run, int contact)
 {
@@ -72,7 +95,9 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
         if (sticking ? run->grips[i].sticks : run->grips[i].resting)
             run->core[rates_at(run->wheels) + i] = speeds[i][0];
     if (SET_HAS_CONTACT_SPEEDS) {
-        set_contact_axial(run->wheels, &work->vehicle, nu, chi, speeds);
+        for (int c = 0; c < work->core; c++)
+            work->core_here[c] = lanes_of(run->core[c]);
+        rolling_axial(run->wheels, &work->vehicle, nu, chi, work->core_here, speeds);
         for (int i = 0; i < run->wheels; i++)
             if (sticking ? run->grips[i].sticks : run->grips[i].resting)
                 run->core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
@@ -114,9 +139,9 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 static double taken_now(const omniroll_run_t *run, const work_t *work, int contact)
 {
     const omniroll_grip_t *const grip = run->grips + contact;
-    double taken = -1;
+    double taken = -(grip->load/grip->at_rest)*(grip->load/grip->at_rest);
     for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
-        const double part = work->ground_force[2*contact + k][0]/(grip->load*grip->staying[k]);
+        const double part = work->ground_force[2*contact + k][0]/(grip->at_rest*grip->staying[k]);
         taken += part*part;
     }
     return taken;
@@ -146,6 +171,7 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
     int released = 0, resting = 0, slipping = 0, too_much = 0;
     run->ground.knows_rates = 0;
+    find_loads(run, work);
     find_resting_contacts(run, work);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
@@ -232,6 +258,7 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
 {
     double slip[2*MOST_WHEELS];
     int ended = 0;
+    find_loads(run, work);
     roll(run, work, 1);
     if (s->turning)
         slips_now(run, work, slip);
@@ -272,7 +299,8 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
             contacts[s->place[i] = s->responding++] = i;
         s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
         for (int k = 0; k < 2; k++)
-            s->per_reach[2*i + k] = grip->carries ? 1/(grip->load*grip->staying[k]) : 0;
+            s->per_reach[2*i + k] = grip->carries ? 1/(grip->at_rest*grip->staying[k]) : 0;
+        s->per_load[i] = grip->carries ? 1/grip->at_rest : 0, s->presses[i] = grip->carries;
         s->sliding |= s->slides[i];
         s->gripping |= s->grips[i];
     }
@@ -313,6 +341,8 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
         for (int k = 0; k < 2; k++)
             for (int b = 0; b < BLOCKS; b++)
                 s->toward[2*i + k].lanes[b] = lanes_of(run->grips[i].towards[k]);
+        for (int b = 0; b < BLOCKS && SET_LOADS_FOLLOW; b++)
+            s->at_load[i].lanes[b] = work->load[i];
     }
     s->blind = s->rolls;
     forces_in_directions(s, wheels);

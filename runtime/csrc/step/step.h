@@ -7,7 +7,7 @@
 
 #define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
 #define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is what is left of other forces */
-#define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (taken)))
+#define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (SET_LOADS_FOLLOW ? fabs(taken) : (taken))))
 /* In which contacts may slip: 0 along the axle, 1 along the rolling direction. */
 #define SET_FIRST_DIRECTION (!(SET_HAS_CONTACT_SPEEDS || SET_STRIPS))
 #define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS)     /* approach.c */
@@ -167,7 +167,9 @@ typedef struct {
     nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
     int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
     nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
-    double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take         */
+    double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take under their loads at rest */
+    double per_load[MOST_WHEELS], presses[MOST_WHEELS];     /* over these loads; 1 for contacts that carry one, else 0 */
+    nodes_t at_load[MOST_WHEELS];               /* loads at the nodes, where they follow from the motion: loads.c */
     double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
     double end_slip[2*MOST_WHEELS];

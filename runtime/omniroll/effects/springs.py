@@ -33,7 +33,7 @@ class Springs(Effect):
     {entries}
 
     Raises InvalidValueError for numbers out of their bounds; simulate raises it where there is no Contact with the law
-    regularised, and for rollers whose bearings have friction.
+    coulomb or regularised, and for rollers whose bearings have friction.
     """
 
     height: float
@@ -52,8 +52,8 @@ class Springs(Effect):
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         contact = next((effect for effect in others if isinstance(effect, Contact)), None)
-        if contact is None or contact.law != "regularised":
-            bound = "need wheels that may slip under friction that knows loads: a Contact with the law regularised"
+        if contact is None or contact.law == "viscous":
+            bound = "need wheels that may slip under friction that knows loads: a Contact with the law coulomb or regularised"
             raise InvalidValueError("effects", "Springs", bound)
         if contact.load is not None:
             raise InvalidValueError("load", contact.load, "must not be given on springs, which have the loads at rest")
@@ -129,7 +129,7 @@ class Springs(Effect):
         return ("contacts that leave the ground, and press on it again", f"a tilt of {self.most_tilt:g} rad")
 
     def process(self, kernel: Kernel, start_time: float) -> "Supports":
-        contact = ("contact", "contact_regularised", *self.kernel_effects())
+        contact = tuple(name for name in kernel.effects if name.startswith("contact"))
         return Supports(kernel, self.most_tilt, Effect.quantities(_Named(contact), kernel.roller_model, kernel.effects))
 
 

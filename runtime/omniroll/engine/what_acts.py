@@ -83,7 +83,7 @@ class WhatActs:
             return []
         numbers = zip(grip.loads, grip.sliding.tolist(), grip.static.tolist(), strict=True)
         contacts = [
-            {"load": load, "carries": int(load > 0), "sliding": sliding, "staying": static}
+            {"load": load, "at_rest": load, "carries": int(load > 0), "sliding": sliding, "staying": static}
             for load, sliding, static in numbers
         ]
         return [contact | {"towards": (0.0, 1.0)} for contact in contacts]

@@ -226,7 +226,8 @@ class Kernel:
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, self.effects, constants))
         self.has_spins = roller_model == "free"
         self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
-        self.grips = "ground_dynamics" in self.signatures  # whether they may stick on the ground, too
+        self.sprung = "sprung_dynamics" in self.signatures  # whether they may stick on the ground, under springs
+        self.grips = self.sprung or "ground_dynamics" in self.signatures  # or under given loads
         self.rollers_stick = "contact_spin_rates" in self.signatures
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 

@@ -124,7 +124,7 @@ class Contacts:
         upright = self.kernel.call("slip_energy", nu, self.rates, *self.axial, *free)
         if not self.tilts:
             return upright
-        return upright + call_named(self.kernel, "tilt_energy", self._state(nu, chi))
+        return np.asarray(upright + call_named(self.kernel, "tilt_energy", self._state(nu, chi)))
 
     def forces(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Slip velocities and forces of the ground (..., N, 2), in m/s and N, along the axle and along the rolling
@@ -139,7 +139,7 @@ class Contacts:
                 loads = self._called("support_state", values)["support_loads"]
             return found["slip"], found["ground_force"], loads
         slip, values = self._in_modes(nu, chi)
-        return slip, values["ground_force"], np.broadcast_to(self.grip.loads, self.rates.shape)
+        return slip, values["ground_force"], self._loads(values)
 
     def accelerations(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
         """nu_dot, rates_dot and of free rollers contact_omega_dot, by name, beside what they were computed from."""
@@ -151,11 +151,17 @@ class Contacts:
         values = self._beside(nu, chi)
         return values | self._called("spring_dynamics" if self.tilts else "slip_dynamics", values)
 
+    def _loads(self, values: dict[str, np.ndarray]) -> np.ndarray:
+        """(..., N) in N, of contacts that may stick."""
+        if self.tilts:
+            return self._called("support_state", values)["support_loads"]
+        return np.broadcast_to(self.grip.loads, self.rates.shape)
+
     def _in_modes(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Slip velocities, and the accelerations, where contacts stick and slip."""
         values, slip = self._pushed(nu, chi)
         taken = {"contact_bearing": values["contact_taken"]} if self._massless_stick else {}
-        return slip, values | self._called("ground_dynamics", values | taken)
+        return slip, values | self._called("sprung_dynamics" if self.kernel.sprung else "ground_dynamics", values | taken)
 
     def _pushed(self, nu: np.ndarray, chi: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
         """What the accelerations take where contacts may stick, with the forces on those that slip; and the slips
@@ -173,7 +179,7 @@ class Contacts:
         slips = slip_says(slip, heading, rounding)
         if self._massless_stick:
             slips &= values["contact_sticks"] > 0.5
-        towards, loads = np.where(slips[..., None], slip, heading), np.broadcast_to(self.grip.loads, sticks.shape)
+        towards, loads = np.where(slips[..., None], slip, heading), self._loads(values)
         force = self.grip.sliding_forces(self.kernel, towards, loads)
         values["ground_push"] = np.where((sticks | (loads == 0))[..., None], 0.0, force)
         if self._massless_stick:
