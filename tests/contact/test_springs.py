@@ -75,6 +75,40 @@ def test_accelerations_are_those_of_rigid_bodies(roller_model):
             assert np.abs(found[name] - value).max() < 1e-10 * max(1.0, np.abs(value).max()), name
 
 
+@pytest.mark.parametrize("roller_model", ["free", "massless"])
+def test_accelerations_of_contacts_that_stick_are_those_of_rigid_bodies(roller_model):
+    """Each contact sticks, slips or is off: those that stick keep their zero slip, by forces that nobody gives."""
+    massless, rng = roller_model == "massless", np.random.default_rng(6)
+    bodies = some_bodies(massless)
+    vehicle, springs = numbers_of(bodies)
+    slope = omniroll.Slope(angle=0.2, direction=0.7)
+    springs = replace(springs, normal_gravity=slope.normal_gravity)
+    contact = omniroll.Contact(law="coulomb", friction=FRICTION, normal_gravity=slope.normal_gravity)
+    acting = EffectSet.checked((omniroll.Torque(0.0), slope, contact, springs), vehicle)
+    bound = acting.kernel(vehicle, roller_model, "python")
+    modes = rng.permutation([(sticks, presses) for sticks, presses in np.ndindex(2, 2) for _ in range(6)])[:20]
+    for sticks_presses in modes.reshape(5, 4, 2):
+        state = random_state(bodies, rng, massless)
+        state["sticks"], state["presses"] = (sticks_presses * [1, 1]).astype(float).T
+        state["sticks"] *= state["presses"]
+        state["ground_push"] = 3 * rng.normal(size=(4, 2)) * (state["presses"] - state["sticks"])[:, None]
+        roll(bound, state)
+        found = computed(bound, bodies, state, "sprung_dynamics")
+        expected = judged(bodies, springs, state, slope, massless)
+        for name, value in expected.items():
+            assert np.abs(found[name] - value).max() < 1e-10 * max(1.0, np.abs(value).max()), name
+        assert np.abs(found["slip_dot"][state["sticks"] > 0]).max(initial=0.0) < 1e-9
+
+
+def roll(bound, state: dict[str, np.ndarray]) -> None:
+    """Wheels whose contacts stick roll, while the platform tilts."""
+    sticks = state["sticks"] > 0
+    state["rates"] = np.where(sticks, bound.wheel_rates(state["nu"], state["chi"])[0], state["rates"])
+    if "contact_omega" in state:
+        asked = (state[name] for name in ("nu", "chi", "tilt", "tilt_rate"))
+        state["contact_omega"] = np.where(sticks, bound.call("leaning_axial", *asked), state["contact_omega"])
+
+
 def random_state(bodies: Bodies, rng: np.random.Generator, massless: bool) -> dict[str, np.ndarray]:
     wheels, joint = bodies.wheels, np.pi / bodies.rollers
     found = {
@@ -87,7 +121,9 @@ def random_state(bodies: Bodies, rng: np.random.Generator, massless: bool) -> di
     return {name: value for name, value in found.items() if not massless or name not in ("contact_omega", "axial")}
 
 
-def computed(bound, bodies: Bodies, state: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def computed(
+    bound, bodies: Bodies, state: dict[str, np.ndarray], dynamics: str = "spring_dynamics"
+) -> dict[str, np.ndarray]:
     given = dict(state)
     if "axial" in given:
         given["momenta"] = bound.momenta(given["axial"])
@@ -98,7 +134,7 @@ def computed(bound, bodies: Bodies, state: dict[str, np.ndarray]) -> dict[str, n
         found = found if isinstance(found, tuple) else (found,)
         return {argument.name: value for argument, value in zip(signature.outputs, found, strict=True)}
 
-    return call("spring_dynamics") | call("slip_forces") | call("support_state")
+    return call("slip_forces") | call("support_state") | call(dynamics)
 
 
 def judged(bodies: Bodies, springs, state: dict[str, np.ndarray], slope, massless: bool) -> dict[str, np.ndarray]:
@@ -116,12 +152,18 @@ def judged(bodies: Bodies, springs, state: dict[str, np.ndarray], slope, massles
     slips = rows @ rates
     if massless:  # their rollers turn with the ground along the axle
         slips[:, 0] = 0
-    sizes = np.hypot(*slips.T)
-    forces = -FRICTION * loads[:, None] * slips / np.sqrt(sizes**2 + SPEED**2)[:, None]
     pull = slope.gravity * np.sin(slope.angle)
     gravity = np.array([pull * np.cos(slope.direction), pull * np.sin(slope.direction), slope.normal_gravity])
     known = 6 + wheels if massless else None
-    q_dot_dot = bodies.accelerations(q, rates, forces, loads, state["torque"], gravity, known)
+
+    def accelerated(forces: np.ndarray) -> np.ndarray:
+        return bodies.accelerations(q, rates, forces, loads, state["torque"], gravity, known)
+
+    sizes = np.hypot(*slips.T)
+    forces = -FRICTION * loads[:, None] * slips / np.sqrt(sizes**2 + SPEED**2)[:, None]
+    if "sticks" in state:
+        forces = held(bodies, q, rates, state, accelerated, massless)
+    q_dot_dot = accelerated(forces)
     found = {"ground_force": forces, "slip": slips, "support_loads": loads, "support_margins": margins}
     found["rates_dot"] = q_dot_dot[6 : 6 + wheels]
     c, s = np.cos(q[2]), np.sin(q[2])
@@ -143,6 +185,32 @@ def judged(bodies: Bodies, springs, state: dict[str, np.ndarray], slope, massles
             + lean_dot * np.cos(chi) - lean * np.sin(chi) * chi_dot
         )  # fmt: skip
     return found
+
+
+def held(bodies: Bodies, q, rates, state: dict[str, np.ndarray], accelerated, massless: bool) -> np.ndarray:
+    """(N, 2) in N, the forces that are given, and those that keep the slips of contacts that stick at zero; along the
+    axles of massless rollers there are none."""
+    forces = state["ground_push"].copy()
+    if massless:
+        forces[:, 0] = 0
+    places = [(i, k) for i in np.flatnonzero(state["sticks"]) for k in range(1 if massless else 0, 2)]
+    size = 6 + bodies.wheels if massless else bodies.size
+    rows, later = bodies.slip_rows(q)[..., :size], bodies.slip_rows(q + 1e-6 * rates)[..., :size]
+    turned = (later - bodies.slip_rows(q - 1e-6 * rates)[..., :size]) / 2e-6 @ rates[:size]
+
+    def slip_rates(pushed: np.ndarray) -> np.ndarray:
+        found = rows @ accelerated(pushed) + turned
+        return np.array([found[place] for place in places])
+
+    if places:
+        without, columns = slip_rates(forces), []
+        for place in places:
+            pushed = forces.copy()
+            pushed[place] += 1
+            columns.append(slip_rates(pushed) - without)
+        for place, force in zip(places, np.linalg.solve(np.transpose(columns), -without), strict=True):
+            forces[place] += force
+    return forces
 
 
 def coordinates(bodies: Bodies, state: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
