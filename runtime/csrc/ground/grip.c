@@ -43,6 +43,33 @@ static void find_loads(const omniroll_run_t *run, const work_t *work)
     (void)run, (void)work;
 }
 
+/* The slopes of the accelerations of heave and tilt at this instant, by differences; forces of contacts that slip go
+ * along with their loads. */
+static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step_t *s)
+{
+    const int wheels = run->wheels, first_number = tilt_rates_at(wheels);
+    s->sprung.h = 0;
+    for (int first = 0; first < 6; first += LANES - 1) {
+        instant_t now;
+        lanes_t load[MOST_WHEELS], push[2*MOST_WHEELS], nu_dot[3];
+        at_this_instant(run, work, wheels, &now);
+        for (int lane = 1; lane < LANES && first + lane - 1 < 6; lane++)
+            work->core_here[first_number + first + lane - 1][lane] += TILT_MOVES;
+        loads_in_state(s, wheels, now.point.core, load);
+        forces_along(run, work, load, push);
+        for (int k = 0; k < 2*wheels; k++)
+            if (slides(run, k/2))
+                now.arrays.ground_push[k] = push[k];
+        core_rates_there(wheels, &now.point, nu_dot);
+        for (int lane = 1; lane < LANES && first + lane - 1 < 6; lane++)
+            for (int k = 0; k < 3; k++) {
+                const lanes_t turn = work->core_dot[first_number + k];
+                s->sprung.slope[k][first + lane - 1] = (turn[lane] - turn[0])/TILT_MOVES;
+            }
+    }
+    s->sweeps += (6 + LANES - 2)/(LANES - 1)/BLOCKS;
+}
+
 /* The speeds that make a slip, in m/s. */
 static double speeds_of_slip(const omniroll_run_t *run, int contact)
 {

@@ -31,12 +31,12 @@ static void corners_at(const omniroll_run_t *run, const work_t *work, const lane
 }
 
 /* The forces with which contacts slip where they go. */
-static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+static void forces_along(const omniroll_run_t *run, const work_t *work, const lanes_t *load, lanes_t *push)
 {
     lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
     for (int k = 0; k < 2*run->wheels; k++)
         toward[k] = lanes_of(run->grips[k/2].towards[k%2]);
-    set_sliding_forces(run->wheels, &work->vehicle, toward, work->load, work->friction, push, slope);
+    set_sliding_forces(run->wheels, &work->vehicle, toward, load, work->friction, push, slope);
     (void)slope;
 }
 
@@ -45,7 +45,7 @@ static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *p
 {
     const int some = some_slide(run);
     if (some)
-        forces_along(run, work, push);
+        forces_along(run, work, work->load, push);
     for (int k = 0; k < 2*run->wheels; k++)
         if (!some || !slides(run, k/2))
             push[k] = lanes_of(0);

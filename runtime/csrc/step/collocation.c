@@ -223,7 +223,11 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
     (void)s, (void)wheels, (void)b, (void)at;
 }
 
+ALWAYS_INLINE int is_of_tilt(const int wheels, int c);
+static lanes_t correct_tilt(step_t *s, const int wheels, const nodes_t *found, lanes_t change);
+
 #include "step/stiff.c"
+#include "step/sprung.c"
 
 NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
 static double coupled_missed(const step_t *s);
@@ -239,6 +243,10 @@ ALWAYS_INLINE lanes_t renew_rates(step_t *s, int b, const lanes_t *nu_dot, int f
     }
     if (SET_CORE_PARTS) {
         for (int c = first; c < s->core; c++) {
+            if (is_of_tilt(s->wheels, c)) {
+                s->sprung.found[c - tilt_rates_at(s->wheels)].lanes[b] = s->core_dot[c];
+                continue;
+            }
             const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
             change = lanes_max(change, moved);
             s->rate_core[c].lanes[b] = s->core_dot[c];
@@ -298,6 +306,8 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
             stretch_rates(s, b, nu_dot);
         change = renew_rates(s, b, nu_dot, 0, change);
     }
+    if (SET_LOADS_FOLLOW)
+        change = correct_tilt(s, wheels, s->sprung.found, change);
     s->sweeps++;
     return lanes_largest(change)*s->h;
 }

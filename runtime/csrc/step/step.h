@@ -116,6 +116,14 @@ typedef struct {
     nodes_t *found_core, *slope_core, *core_in_nu;
 } stiff_t;
 
+/* Slopes of the accelerations of heave and tilt by their rates and by themselves, and the matrix of Newton's rule for a
+ * step of length h: sprung.c. */
+typedef struct {
+    double slope[3][6], h;
+    newton_t newton;
+    nodes_t found[6];                           /* rates that the last sweep has found                       */
+} sprung_t;
+
 /* Guards at the start of a step. */
 typedef struct {
     double start[MOST_GUARDS], noise[MOST_GUARDS], slope[MOST_GUARDS], weights[3*MOST_GUARDS];   /* weights: of nu */
@@ -201,6 +209,7 @@ typedef struct {
     int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
     double size;                                /* of nu                                         */
     stiff_t stiff;
+    sprung_t sprung;
     double rest;                                /* what further sweeps would change              */
     double bend_in;                             /* the time until a wheel comes to where rates bend */
     int guards;

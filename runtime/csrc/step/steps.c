@@ -232,6 +232,8 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     wheel_rates_now(run, work, nu, chi_dot);
     if (SET_GRIPS)
         contacts_at_start(run, work, s, wheels);
+    if (SET_LOADS_FOLLOW)
+        find_tilt_slopes(run, work, s);
     *longest = longest_smooth(s, wheels, *longest, run, work, nu_dot, chi_dot);
     nothing_is_late(s);
     s->h = length_to_joint(s, wheels, *longest, chi_dot);
@@ -586,7 +588,7 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
     }
     if (SET_CORE_PARTS)
         for (int c = 0; c < s->core; c++)
-            if (!follows_nu(s, wheels, c))
+            if (!follows_nu(s, wheels, c) && !is_of_tilt(wheels, c))
                 run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
                     /(1 - time*slope_at_end(s, work, c));
 }

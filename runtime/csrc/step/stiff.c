@@ -134,7 +134,7 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
         at->nu[l] = here + FINE_DIFFERENCE*s->size;
         if (CORE_FOLLOWS)
             for (int c = 0; c < s->core; c++)
-                if (!follows_nu(s, wheels, c))
+                if (!follows_nu(s, wheels, c) && !is_of_tilt(wheels, c))
                     s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
         core_sticks(s, wheels, at);
         newton_rates(s, wheels, point, nu_dot);
@@ -154,7 +154,7 @@ ALWAYS_INLINE int moves_by_itself(const step_t *s, const int wheels, int first, 
 {
     if (SET_GRIPS) {
         for (int c = first; c < end; c++)
-            if (!follows_nu(s, wheels, c))
+            if (!follows_nu(s, wheels, c) && !is_of_tilt(wheels, c))
                 return 1;
         return 0;
     }
@@ -260,7 +260,7 @@ ALWAYS_INLINE lanes_t correct_core(step_t *s, const int wheels, lanes_t change)
 {
     for (int c = first_found(s); c < s->core; c++) {
         nodes_t missing;
-        if (follows_nu(s, wheels, c))
+        if (follows_nu(s, wheels, c) || is_of_tilt(wheels, c))
             continue;
         for (int b = 0; b < BLOCKS; b++)
             missing.lanes[b] = s->stiff.found_core[c].lanes[b] - s->rate_core[c].lanes[b];
@@ -285,7 +285,7 @@ ALWAYS_INLINE lanes_t follow_nu(step_t *s, const int wheels, const nodes_t *chan
         integrate_to_nodes(0, s->h, &change_of_nu[l], &moved[l]);
     for (int c = 0; c < s->core; c++) {
         nodes_t missing;
-        if (follows_nu(s, wheels, c))
+        if (follows_nu(s, wheels, c) || is_of_tilt(wheels, c))
             continue;
         for (int b = 0; b < BLOCKS; b++)
             missing.lanes[b] = s->stiff.core_in_nu[3*c].lanes[b]*moved[0].lanes[b]
@@ -310,7 +310,7 @@ ALWAYS_INLINE lanes_t correct_core_first(step_t *s, const int wheels, int renew)
     }
     const lanes_t change = correct_core(s, wheels, lanes_of(0));
     for (int c = 0; c < s->core; c++)
-        if (!follows_nu(s, wheels, c))
+        if (!follows_nu(s, wheels, c) && !is_of_tilt(wheels, c))
             integrate_core(s, c);
     s->sweeps += 1 + parts + (renew ? 3 : 0);
     return change;
@@ -386,6 +386,8 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
         change = correct_core(s, wheels, change);
     if (SET_GRIPS)
         take_rates_of_sticking(s, wheels);
+    if (SET_LOADS_FOLLOW)
+        change = correct_tilt(s, wheels, s->stiff.found_core + tilt_rates_at(wheels), change);
     s->sweeps += by_axles ? 2 : renew ? 4 : 1;
     s->stiff.sweeps++;
     return lanes_largest(change)*s->h;
