@@ -188,7 +188,7 @@ SCENE = (
     Table(
         "springs",
         "Loads from springs and dampers at the contacts, on which the platform heaves and tilts; beside `[contact]` "
-        "with the law regularised. A contact may leave the ground and come back.",
+        "with the law coulomb or regularised. A contact may leave the ground and come back.",
         vocabulary.SPRINGS,
     ),
     Table(
