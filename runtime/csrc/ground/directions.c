@@ -309,16 +309,15 @@ ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
     }
 }
 
-/* Slips of other contacts as the force of this one is another than `before`; its own, too, if it has been found together
- * with others, which have moved it. */
-static void move_others(step_t *s, const int wheels, int i, const nodes_t *before)
+/* Slips of other contacts as the force of this one is another than `before`; `own`: its own, too. */
+static void move_slips(step_t *s, const int wheels, int i, const nodes_t *before, int own)
 {
     nodes_t pushed[2];
     for (int k = 0; k < 2; k++)
         for (int b = 0; b < BLOCKS; b++)
             pushed[k].lanes[b] = s->push[2*i + k].lanes[b] - before[k].lanes[b];
     for (int other = 0; other < wheels; other++)
-        for (int k = 0; k < 2 && s->slides[other] && (other != i || turned_together(s, i)); k++) {
+        for (int k = 0; k < 2 && s->slides[other] && (other != i || own); k++) {
             const double *const response = response_to_force(s, other, k, i);
             nodes_t rate, moved;
             for (int b = 0; b < BLOCKS; b++)
@@ -399,11 +398,8 @@ static void find_direction(step_t *s, const int wheels, int i)
     turn_directions(s, i, &turn);
     force_in_direction(s, i);
     if (is_near)
-        move_others(s, wheels, i, before);
+        move_slips(s, wheels, i, before, 0);
 }
-
-#include "ground/shared_directions.c"
-#include "ground/slow_rests.c"
 
 /* The slips of all contacts, from the states at the nodes. */
 ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
@@ -419,6 +415,27 @@ ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
             s->at_slip[k].lanes[b] = slip[k];
     }
 }
+
+/* Forces of contacts that slip under the loads at the nodes; their slips go along, so far as these are not those of the
+ * last sweep. */
+static void follow_loads(step_t *s, const int wheels)
+{
+    nodes_t before[2*MOST_WHEELS];
+    memcpy(before, s->push, sizeof *before*2*(size_t)wheels);
+    loads_at_nodes(s, wheels);
+    if (SET_FIRST_DIRECTION == 0 && s->turning)
+        slips_at_nodes(s, wheels);
+    for (int i = 0; i < wheels; i++) {
+        if (!s->slides[i])
+            continue;
+        force_in_direction(s, i);
+        if (SET_FIRST_DIRECTION == 0 && s->turning)
+            move_slips(s, wheels, i, before + 2*i, 1);
+    }
+}
+
+#include "ground/shared_directions.c"
+#include "ground/slow_rests.c"
 
 /* Whether the directions follow the slips that the last sweep has found as well as these are known. Where a slip has
  * just begun it is the small difference of large speeds, and what further sweeps change is its rounding. */
@@ -448,15 +465,12 @@ static void find_directions(step_t *s, const int wheels)
             forces_in_corners(s, wheels, b, chi);
         }
     }
-    if (SET_LOADS_FOLLOW) {
-        loads_at_nodes(s, wheels);
-        for (int i = 0; i < wheels; i++)
-            if (s->slides[i])
-                force_in_direction(s, i);
-    }
+    if (SET_LOADS_FOLLOW)
+        follow_loads(s, wheels);
     if (SET_FIRST_DIRECTION || !s->turning)     /* of massless rollers only the sign, which a phase keeps        */
         return;
-    slips_at_nodes(s, wheels);
+    if (!SET_LOADS_FOLLOW)
+        slips_at_nodes(s, wheels);
     if (SET_STANDS)
         find_shared_directions(s, wheels);
     for (int i = 0; i < wheels; i++)

@@ -408,7 +408,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         change_length(s, wheels, length, ratio);
         if (k == long_at && glance_misses(s, wheels, 4*tolerance) > 4*tolerance)
             return TOO_LONG;
-        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))
+        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > fmax(4*tolerance, SET_LOADS_FOLLOW ? change : 0)) || (k == 1 && is_much_too_long(s, tolerance)))
             return TOO_LONG;
         if (SET_IS_ACTED_ON) {
             if (s->stiff.on && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */
