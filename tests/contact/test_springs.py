@@ -367,8 +367,8 @@ def test_what_springs_do_not_go_with_is_said():
 
     rolling = omniroll.Bearings(roller_viscous=1e-5)
     for effects, options, message in (
-        ((springs,), {}, "coulomb or regularised"),
-        ((omniroll.Contact(2.0), springs), {}, "coulomb or regularised"),
+        ((springs,), {}, "law that knows loads"),
+        ((omniroll.Contact(2.0), springs), {}, "law that knows loads"),
         ((ground, springs, rolling), {}, "wheels' axles"),
         ((ground, springs), {"engine": "python"}, "choose compiled"),
         ((ground, springs), {"sensitivities": ["mass"]}, "leave Springs out"),

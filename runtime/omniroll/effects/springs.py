@@ -53,7 +53,7 @@ class Springs(Effect):
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         contact = next((effect for effect in others if isinstance(effect, Contact)), None)
         if contact is None or contact.law == "viscous":
-            bound = "need wheels that may slip under friction that knows loads: a Contact with the law coulomb or regularised"
+            bound = "need wheels that may slip under a law that knows loads: a Contact with coulomb or regularised"
             raise InvalidValueError("effects", "Springs", bound)
         if contact.load is not None:
             raise InvalidValueError("load", contact.load, "must not be given on springs, which have the loads at rest")

@@ -161,7 +161,8 @@ class Contacts:
         """Slip velocities, and the accelerations, where contacts stick and slip."""
         values, slip = self._pushed(nu, chi)
         taken = {"contact_bearing": values["contact_taken"]} if self._massless_stick else {}
-        return slip, values | self._called("sprung_dynamics" if self.kernel.sprung else "ground_dynamics", values | taken)
+        dynamics = "sprung_dynamics" if self.kernel.sprung else "ground_dynamics"
+        return slip, values | self._called(dynamics, values | taken)
 
     def _pushed(self, nu: np.ndarray, chi: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
         """What the accelerations take where contacts may stick, with the forces on those that slip; and the slips
