@@ -309,15 +309,16 @@ ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
     }
 }
 
-/* Slips of other contacts as the force of this one is another than `before`; `own`: its own, too. */
-static void move_slips(step_t *s, const int wheels, int i, const nodes_t *before, int own)
+/* Slips of other contacts as the force of this one is another than `before`; its own, too, if it has been found together
+ * with others, which have moved it. */
+static void move_others(step_t *s, const int wheels, int i, const nodes_t *before)
 {
     nodes_t pushed[2];
     for (int k = 0; k < 2; k++)
         for (int b = 0; b < BLOCKS; b++)
             pushed[k].lanes[b] = s->push[2*i + k].lanes[b] - before[k].lanes[b];
     for (int other = 0; other < wheels; other++)
-        for (int k = 0; k < 2 && s->slides[other] && (other != i || own); k++) {
+        for (int k = 0; k < 2 && s->slides[other] && (other != i || turned_together(s, i)); k++) {
             const double *const response = response_to_force(s, other, k, i);
             nodes_t rate, moved;
             for (int b = 0; b < BLOCKS; b++)
@@ -398,7 +399,7 @@ static void find_direction(step_t *s, const int wheels, int i)
     turn_directions(s, i, &turn);
     force_in_direction(s, i);
     if (is_near)
-        move_slips(s, wheels, i, before, 0);
+        move_others(s, wheels, i, before);
 }
 
 /* The slips of all contacts, from the states at the nodes. */
@@ -416,22 +417,13 @@ ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
     }
 }
 
-/* Forces of contacts that slip under the loads at the nodes; their slips go along, so far as these are not those of the
- * last sweep. */
+/* Forces of contacts that slip under the loads at the nodes. */
 static void follow_loads(step_t *s, const int wheels)
 {
-    nodes_t before[2*MOST_WHEELS];
-    memcpy(before, s->push, sizeof *before*2*(size_t)wheels);
     loads_at_nodes(s, wheels);
-    if (SET_FIRST_DIRECTION == 0 && s->turning)
-        slips_at_nodes(s, wheels);
-    for (int i = 0; i < wheels; i++) {
-        if (!s->slides[i])
-            continue;
-        force_in_direction(s, i);
-        if (SET_FIRST_DIRECTION == 0 && s->turning)
-            move_slips(s, wheels, i, before + 2*i, 1);
-    }
+    for (int i = 0; i < wheels; i++)
+        if (s->slides[i])
+            force_in_direction(s, i);
 }
 
 #include "ground/shared_directions.c"
@@ -469,8 +461,7 @@ static void find_directions(step_t *s, const int wheels)
         follow_loads(s, wheels);
     if (SET_FIRST_DIRECTION || !s->turning)     /* of massless rollers only the sign, which a phase keeps        */
         return;
-    if (!SET_LOADS_FOLLOW)
-        slips_at_nodes(s, wheels);
+    slips_at_nodes(s, wheels);
     if (SET_STANDS)
         find_shared_directions(s, wheels);
     for (int i = 0; i < wheels; i++)

@@ -43,7 +43,7 @@ static void find_loads(const omniroll_run_t *run, const work_t *work)
     (void)run, (void)work;
 }
 
-/* The slopes of the accelerations of heave and tilt at this instant, by differences; forces of contacts that slip go
+/* The slopes of the rates by heave and tilt at this instant, by differences; forces of contacts that slip go
  * along with their loads. */
 static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
@@ -51,7 +51,7 @@ static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step
     s->sprung.h = 0;
     for (int first = 0; first < 6; first += LANES - 1) {
         instant_t now;
-        lanes_t load[MOST_WHEELS], push[2*MOST_WHEELS], nu_dot[3];
+        lanes_t load[MOST_WHEELS], push[2*MOST_WHEELS], rates[6 + 2*MOST_WHEELS], *const nu_dot = rates + 3;
         at_this_instant(run, work, wheels, &now);
         for (int lane = 1; lane < LANES && first + lane - 1 < 6; lane++)
             work->core_here[first_number + first + lane - 1][lane] += TILT_MOVES;
@@ -61,11 +61,11 @@ static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step
             if (slides(run, k/2))
                 now.arrays.ground_push[k] = push[k];
         core_rates_there(wheels, &now.point, nu_dot);
+        memcpy(rates, work->core_dot + first_number, 3*sizeof *rates);
+        memcpy(rates + 6, work->core_dot, sizeof *rates*(size_t)coupled_size(wheels));
         for (int lane = 1; lane < LANES && first + lane - 1 < 6; lane++)
-            for (int k = 0; k < 3; k++) {
-                const lanes_t turn = work->core_dot[first_number + k];
-                s->sprung.slope[k][first + lane - 1] = (turn[lane] - turn[0])/TILT_MOVES;
-            }
+            for (int j = 0; j < 6 + coupled_size(wheels); j++)
+                s->sprung.slope[j][first + lane - 1] = (rates[j][lane] - rates[j][0])/TILT_MOVES;
     }
     s->sweeps += (6 + LANES - 2)/(LANES - 1)/BLOCKS;
 }

@@ -89,6 +89,6 @@ static void find_shared_directions(step_t *s, const int wheels)
         s->turned_together[i] = 1;
         turn_directions(s, i, s->shared_turn + p);
         force_in_direction(s, i);
-        move_slips(s, wheels, i, before, 1);
+        move_others(s, wheels, i, before);
     }
 }

@@ -116,10 +116,10 @@ typedef struct {
     nodes_t *found_core, *slope_core, *core_in_nu;
 } stiff_t;
 
-/* Slopes of the accelerations of heave and tilt by their rates and by themselves, and the matrix of Newton's rule for a
- * step of length h: sprung.c. */
+/* Slopes by the rates of heave and tilt and by these themselves, of their accelerations, of nu' and of what of the core is
+ * coupled with it; and the matrix of Newton's rule for a step of length h: sprung.c. */
 typedef struct {
-    double slope[3][6], h;
+    double slope[6 + 2*MOST_WHEELS][6], h;
     newton_t newton;
     nodes_t found[6];                           /* rates that the last sweep has found                       */
 } sprung_t;

@@ -245,7 +245,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
         first_guess(s, wheels, nu_dot);
         return size_of_state(run, work, s, nu_dot);
     }
-    const double part = s->h < FAR*run->rise_over ? s->h/run->rise_over : 0;
+    const double part = s->h < FAR*run->rise_over && !SET_LOADS_FOLLOW ? s->h/run->rise_over : 0;
     if (SET_IS_ACTED_ON) {
         s->stiff.sweeps = 0;
         memset(s->stiff.slope_nu, 0, sizeof s->stiff.slope_nu);
@@ -257,6 +257,8 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
         for (int c = 0; c < work->core; c++)
             for (int b = 0; b < BLOCKS; b++)
                 s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
+    if (SET_LOADS_FOLLOW)
+        guess_tilt(s, wheels);
     return size_of_state(run, work, s, nu_dot);
 }
 
