@@ -175,6 +175,13 @@ ALWAYS_INLINE int has_passed_rest(const step_t *s, int i, double beyond)
     return beyond > s->slip_noise[i] && along > s->slip_noise[i];
 }
 
+/* Whether a slip begins with the step under loads that swing, and is not known so far: it does not end there. */
+ALWAYS_INLINE int is_beginning(const step_t *s, int i)
+{
+    return SET_LOADS_FOLLOW && s->early && s->slides[i] && fabs(s->slip_start[2*i]) <= s->slip_noise[i]
+        && fabs(s->slip_start[2*i + 1]) <= s->slip_noise[i];
+}
+
 /* The length at which the first contact changes its mode, if that is before `length`. */
 static double length_to_change(step_t *s, const int wheels, double length)
 {
@@ -182,7 +189,7 @@ static double length_to_change(step_t *s, const int wheels, double length)
         slips_at_end(s, wheels);
     for (int i = 0; i < wheels && !s->blind; i++) {
         double rate;
-        if (!s->slides[i] && !s->grips[i])
+        if ((!s->slides[i] && !s->grips[i]) || is_beginning(s, i))
             continue;
         const double change = change_at_end(s, i, &rate);
         const double noise = s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(change);

@@ -380,11 +380,29 @@ ALWAYS_INLINE void turn_forward(const step_t *s, int i, nodes_t *turn)
         turn->lanes[b] = s->toward[2*i].lanes[b]/s->toward[2*i + 1].lanes[b];
 }
 
+/* A slip that has just begun, and at a node goes against its direction, which the iteration has turned around there: it
+ * looks for another one from that of the start. */
+static void turn_back(step_t *s, int i, const nodes_t *along)
+{
+    nodes_t *const x = s->toward + 2*i, *const y = x + 1;
+    const double start[2] = {x->node[0], y->node[0]};
+    if (fabs(s->slip_start[2*i]) > s->slip_noise[i] || fabs(s->slip_start[2*i + 1]) > s->slip_noise[i])
+        return;
+    for (int m = 1; m < NODES; m++)
+        if (along->node[m] < 0 || start[0]*x->node[m] + start[1]*y->node[m] < 0)
+            x->node[m] = start[0], y->node[m] = start[1];
+    force_in_direction(s, i);
+}
+
 /* New directions of one contact, from the slips at the nodes, and its forces. */
 static void find_direction(step_t *s, const int wheels, int i)
 {
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
+    if (SET_LOADS_FOLLOW && smallest_of(&along) < 0) {
+        turn_back(s, i, &along);
+        along_and_across(s, i, &along, &across);
+    }
     response_to_turn(s, i, i, response);
     const int is_near = is_near_rest(s, response, &along);
     if (SET_STANDS && cannot_go_aside(s, i))

@@ -18,6 +18,7 @@
 #define MUCH_TOO_LONG 1000          /* times the error allowed, which the second sweep shows               */
 #define FACET_RISES 1e5             /* of roundings of what holds its slope at the end of a step is known    */
 #define FACET_NOISE 4096            /* roundings of what holds inside a step                                */
+#define TELL_SLIPS 4                /* sweeps behind which it is known how slips go that begin with the step    */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 #define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
@@ -362,6 +363,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     int stiff_since = 0;
     for (int k = 0; k < MOST_SWEEPS; k++) {
         const double change = sweep(s, wheels, !(ratio < RENEW));
+        s->early = k < TELL_SLIPS;
         end_of_step(s, wheels);
         const double found = length_to_event(s, wheels, most);
         const double length = length_between(s, found, change <= sweep_tolerance, &cut), moved = length - s->h;

@@ -210,6 +210,7 @@ typedef struct {
     double size;                                /* of nu                                         */
     stiff_t stiff;
     sprung_t sprung;
+    int early;                                  /* whether the first sweeps have not told yet how slips begin   */
     double rest;                                /* what further sweeps would change              */
     double bend_in;                             /* the time until a wheel comes to where rates bend */
     int guards;
