@@ -5,7 +5,7 @@ import pytest
 from costs.contacts import ALL_STICK, MODELS, STICKING
 from costs.counting import counted, missing
 
-from omniroll import Contact, Motor, Vehicle, simulate
+from omniroll import Contact, Motor, Springs, Vehicle, simulate
 
 PAPER = Vehicle.paper()
 MOTION = {"nu": (2.0, 1.0, 0.0), "duration": 1.0, "control": False}
@@ -40,6 +40,13 @@ def set_valued(friction):
 def test_set_valued_friction_against_the_bare_vehicle(friction):
     """Contacts come to rest one after the other, and anew behind each of six switches."""
     assert evaluations(set_valued(friction)) <= 10 * evaluations()
+
+
+@pytest.mark.parametrize("deflection, times", [(1e-3, 10), (1e-4, 20), (1e-5, 30)])
+def test_set_valued_friction_on_springs_against_the_bare_vehicle(deflection, times):
+    """The swing of the platform behind each event is followed, and no more."""
+    springs = Springs(height=0.06, deflection=deflection)
+    assert evaluations(set_valued(0.3), springs) <= times * evaluations()
 
 
 @pytest.mark.long

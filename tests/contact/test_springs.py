@@ -298,17 +298,18 @@ class Box:
         return time, state, events
 
 
-def box_run(rate: float, duration: float, most_tilt: float = 0.2):
+def box_run(rate: float, duration: float, most_tilt: float = 0.2, law: str = "regularised"):
     vehicle = omniroll.Vehicle.paper(4, 5)
     springs = omniroll.Springs(**BOX, normal_gravity=GRAVITY, tilt_rate=(0, 0, rate), most_tilt=most_tilt)
-    ground = omniroll.Contact(law="regularised", friction=1e-12, speed=1.0)
+    ground = omniroll.Contact(law=law, friction=1e-12, speed=1.0 if law == "regularised" else None)
     return vehicle, lambda: omniroll.simulate(
         vehicle, nu=(0, 0, 0), duration=duration, roller_model="massless", effects=[ground, springs], accuracy=1e-11,
     )  # fmt: skip
 
 
-def test_a_wheel_lifts_and_comes_back_as_the_closed_form_says():
-    vehicle, run = box_run(0.8, 0.3)
+@pytest.mark.parametrize("law", ["regularised", "coulomb"])
+def test_a_wheel_lifts_and_comes_back_as_the_closed_form_says(law):
+    vehicle, run = box_run(0.8, 0.3, law=law)
     found = run()
     _, state, events = Box(vehicle).after(0.8, 0.3, 0.2)
     assert events >= 4
@@ -318,8 +319,9 @@ def test_a_wheel_lifts_and_comes_back_as_the_closed_form_says():
     assert found.ground_load.min() > -1e-9
 
 
-def test_a_box_tips_when_the_closed_form_says():
-    vehicle, run = box_run(6.0, 1.0, most_tilt=0.15)
+@pytest.mark.parametrize("law", ["regularised", "coulomb"])
+def test_a_box_tips_when_the_closed_form_says(law):
+    vehicle, run = box_run(6.0, 1.0, most_tilt=0.15, law=law)
     time, state, _ = Box(vehicle).after(6.0, 1.0, 0.15)
     with pytest.raises(omniroll.SimulationStopped, match="tips") as stopped:
         run()
@@ -347,6 +349,53 @@ def test_loads_tend_to_those_of_rigid_bodies_at_first_order():
     orders = -np.diff(np.log10(distances))
     assert np.abs(orders - 1).max() < 0.05
     assert abs(orders[-1] - 1) < 0.01
+
+
+BRAKE = omniroll.Motor(0.0, torque_constant=0.05, resistance=0.4, gear_ratio=2.0)
+
+
+def braking_run(ground, deflection: float, duration: float, roller_model: str = "massless", along=(0.0, 1.0)):
+    """A vehicle of four wheels that is braked from 0.8 m/s, sideways unless said."""
+    vehicle = omniroll.Vehicle.paper(4, 5)
+    springs = omniroll.Springs(height=0.08, deflection=deflection, damping_ratio=0.7)
+    nu = 0.8 / vehicle.platform_radius * np.array([*along, 0.0])
+    return omniroll.simulate(
+        vehicle, nu=tuple(nu), duration=duration, roller_model=roller_model, effects=[ground, springs, BRAKE],
+        accuracy=1e-9, control=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0)])
+def test_loads_of_a_braking_vehicle_whose_contacts_stick_tend_to_those_of_rigid_bodies(along):
+    distances = []
+    for deflection in (1e-3, 1e-4, 1e-5, 1e-6):
+        run = braking_run(omniroll.Contact(law="coulomb", friction=1.0), deflection, 0.15, along=along)
+        assert run.sticks[-1].all()
+        rigid = omniroll.reactions(run, height=0.08).load[-1]
+        assert np.ptp(rigid) > 0.1
+        distances.append(np.abs(run.ground_load[-1] - rigid).max())
+    orders = -np.diff(np.log10(distances))
+    assert np.abs(orders[1:] - 1).max() < 0.05
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_friction_that_fades_below_a_small_speed_tends_to_that_which_sticks_at_first_order(roller_model):
+    """Contacts slip, come to rest and stick under loads that swing."""
+    sticks = braking_run(omniroll.Contact(law="coulomb", friction=0.2), 1e-3, 0.12, roller_model)
+    assert sticks.sticks.any() and not sticks.sticks.all()
+    distances = []
+    for speed in (1e-3, 1e-4, 1e-5):
+        ground = omniroll.Contact(law="regularised", friction=0.2, speed=speed)
+        distances.append(np.abs(braking_run(ground, 1e-3, 0.12, roller_model).nu[-1] - sticks.nu[-1]).max())
+    orders = -np.diff(np.log10(distances))
+    assert np.abs(orders - 1).max() < 0.2, distances
+
+
+def test_the_account_of_contacts_that_stick_on_springs_closes():
+    for roller_model in ("massless", "free"):
+        run = braking_run(omniroll.Contact(law="coulomb", friction=0.2), 1e-3, 0.12, roller_model)
+        assert abs(run.ledger.residual) < 1e-8 * run.ledger.scale
+        assert run.ledger.contributions["damper_loss"] < 0 and run.ledger.contributions["ground_loss"] < 0
 
 
 def test_the_account_closes_with_what_springs_store_and_dampers_take():
