@@ -162,13 +162,11 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         if (SET_HAS_MOMENTA && !SET_GRIPS)
             wheel_momenta(run, &work);
         status = advance(run, &work, &s, wheels);
-#if SET_DECIDES
-        const int unlawful = unlawful_wheel(run, &s);
+        const int unlawful = SET_DECIDES ? unlawful_wheel(run, &s) : -1;
         if (unlawful >= 0) {
             run->hardest_part = unlawful;
             status = OMNIROLL_RUN_UNLAWFUL;
         }
-#endif
         if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
     }

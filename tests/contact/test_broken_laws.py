@@ -1,11 +1,10 @@
-"""A run whose contacts, bearings or energy do not obey the laws is never returned."""
+"""A run whose energy comes from nowhere is never returned, nor one with bounds that leave no digits."""
 
 from dataclasses import replace
 
 import pytest
 
 import omniroll
-from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import lawful
 
 PAPER = omniroll.Vehicle.paper()
@@ -23,19 +22,14 @@ def run():
     )
 
 
-def test_a_contact_that_takes_more_than_its_friction(run):
-    assert lawful(run) is run
-    wrong = replace(run, effects=EffectSet.checked([sticking(1e-3), PUSH], PAPER))
-    with pytest.raises(omniroll.SimulationStopped, match="takes more than its static friction: this is") as said:
-        lawful(wrong)
-    assert said.value.wheel is not None and said.value.trajectory is wrong
-
-
 def test_energy_from_nowhere(run):
+    assert lawful(run) is run
     dense = run.dense.copy()
     dense[..., 6 + PAPER.wheels :] *= 1.5  # the work of the drive, and what slips lose
-    with pytest.raises(omniroll.SimulationStopped, match="come from nowhere"):
-        lawful(replace(run, made=run.made | {"dense": lambda: dense}, in_part={}))
+    wrong = replace(run, made=run.made | {"dense": lambda: dense}, in_part={})
+    with pytest.raises(omniroll.SimulationStopped, match="come from nowhere.*: this is a fault") as said:
+        lawful(wrong)
+    assert said.value.trajectory is wrong
 
 
 @pytest.mark.parametrize("field", ["wheel_coulomb", "roller_coulomb", "wheel_break_away"])

@@ -28,6 +28,7 @@ typedef struct {
 size_t friction_memory(int rows, int elements, int apart, int equalities);
 int friction_decide(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 double friction_least_use(const friction_problem_t *problem, void *memory, friction_solution_t *found);
+double friction_use_rate(const friction_problem_t *problem, void *memory, const double *change);
 int friction_least_norm(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 """
 
@@ -82,6 +83,7 @@ class Solution:
     iterations: int
     unique: bool
     status: float
+    rate: float  # of the least use
 
 
 @cache
@@ -111,8 +113,11 @@ def c_elements(problem: Problem) -> np.ndarray:
     return elements
 
 
-def solve(built: tuple[FFI, object], problem: Problem, function: str = "friction_decide") -> Solution:
-    """What a function of the solver finds; its memory is full of NaN before."""
+def solve(
+    built: tuple[FFI, object], problem: Problem, function: str = "friction_decide", change: np.ndarray | None = None
+) -> Solution:
+    """What a function of the solver finds; its memory is full of NaN before. `change`: of h - E y, for the rate of the
+    least use."""
     ffi, lib = built
     rows, apart, count = len(problem.given), len(problem.yaw), len(problem.elements)
     elements = ffi.new("friction_element_t[]", count + 1)
@@ -142,7 +147,12 @@ def solve(built: tuple[FFI, object], problem: Problem, function: str = "friction
     memory = np.full(lib.friction_memory(rows, count, apart, len(problem.wanted)) // 8 + 1, np.nan)
     status = getattr(lib, function)(given, ffi.cast("void *", memory.ctypes.data), found)
     arrays = force[:-1], acceleration[:-1], state[:-1], pull[:-1]
-    return Solution(*arrays, found.residual, found.iterations, bool(found.unique), status)
+    rate = (
+        np.nan
+        if change is None
+        else lib.friction_use_rate(given, ffi.cast("void *", memory.ctypes.data), numbers(change))
+    )
+    return Solution(*arrays, found.residual, found.iterations, bool(found.unique), status, rate)
 
 
 def nearest_in_cone(acceleration: np.ndarray, *normals: np.ndarray) -> float:

@@ -186,6 +186,21 @@ def test_least_use(built, boxes):
         assert least * (1 - 1e-9) <= found.status <= least * (1 + (1e-9 if boxes else 4e-5))
 
 
+@pytest.mark.parametrize("boxes", [True, False])
+def test_the_rate_of_the_least_use_is_that_of_a_little_later(built, boxes):
+    for seed in range(30):
+        elements, equality, wanted = held_together(seed, boxes)
+        problem = Problem(elements, np.eye(equality.shape[1]), np.zeros(equality.shape[1]), equality, wanted)
+        random, uses = np.random.default_rng(seed), []
+        of_equality, of_wanted = random.normal(size=equality.shape), random.normal(size=len(wanted))
+        found = solve(built, problem, "friction_least_use")
+        rate = solve(built, problem, "friction_least_use", of_wanted - of_equality @ found.force).rate
+        for time in (-1e-6, 1e-6):
+            problem.equality, problem.wanted = equality + time * of_equality, wanted + time * of_wanted
+            uses.append(solve(built, problem, "friction_least_use").status)
+        assert rate == pytest.approx((uses[1] - uses[0]) / 2e-6, rel=1e-5, abs=1e-6)
+
+
 def test_least_use_where_one_element_decides_alone(built):
     """Four wheels: the given part of a contact's force uses most, and what nothing pulls is rounding alone."""
     contacts, along = [Element(ELLIPSE, (0.54, 0.86))] * 4, (0.168, 0.85, -0.123, 0.005)

@@ -85,23 +85,20 @@ static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, con
 ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t *v, const int wheels,
                                       const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates)
 {
-    const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + own->rollers_at;
-    (void)contact;
-    for (int k = 0; k < own->rollers_at; k++)
-        rates[k] = first[k];
-#if SET_STRIPS
-    (void)contact;
-    memcpy(rates + own->rollers_at, own->spin, sizeof *rates*(size_t)wheels);
-    spins_at_the_most(own, v, wheels, nu, chi, core, rates + own->rollers_at);
-#elif SET_IN_SERIES
     const int at = own->rollers_at;
-    (void)contact;
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, 0, 0, own->sticks + at, rates + at,
-                   own->holding + at);
-#elif SET_DISKS_STICK
-    set_contact_spins(wheels, v, nu, chi, contact, rates + own->rollers_at);
-    set_spins_from_axial(wheels, v, nu, chi, contact + wheels, rates + own->rollers_at + wheels);
-#endif
+    const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + at;
+    for (int k = 0; k < at; k++)
+        rates[k] = first[k];
+    if (SET_STRIPS) {
+        memcpy(rates + at, own->spin, sizeof *rates*(size_t)wheels);
+        spins_at_the_most(own, v, wheels, nu, chi, core, rates + at);
+    } else if (SET_IN_SERIES)
+        set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), own->torque + at, 0, 0, own->sticks + at, rates + at,
+                       own->holding + at);
+    else if (SET_DISKS_STICK) {
+        set_contact_spins(wheels, v, nu, chi, contact, rates + at);
+        set_spins_from_axial(wheels, v, nu, chi, contact + wheels, rates + at + wheels);
+    }
 }
 
 /* The modes of massless rollers in contact. */
@@ -110,9 +107,8 @@ ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const wor
     return own_bearings(run) + work->own.rollers_at;
 }
 
-#if SET_STRIPS
 /* The same beside contacts that stick, in the present modes, into work->own.rate. */
-static void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
+static void own_rates_in_modes(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
     lanes_t torque[MOST_WHEELS], sticks[MOST_WHEELS], aside[MOST_WHEELS];
     const int at = work->own.rollers_at;
@@ -129,13 +125,15 @@ static void own_rates_there(const omniroll_run_t *run, const work_t *work, insta
     spins_at_the_most(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
                       work->own.rate + at);
 }
-#else
-ALWAYS_INLINE void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
+
+static void own_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
-    own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
-                       work->own.rate);
+    if (SET_STRIPS)
+        own_rates_in_modes(run, work, now);
+    else
+        own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
+                           work->own.rate);
 }
-#endif
 
 /* The same at this instant. Where no rollers turn they are numbers of the core. */
 static void find_own_rates(const omniroll_run_t *run, const work_t *work)
@@ -144,9 +142,8 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
     if (!SET_ROLLERS_TURN)
         return;
     at_this_instant(run, work, run->wheels, &now);
-#if SET_STRIPS
-    begin_at_the_most(run, work, &now);
-#endif
+    if (SET_STRIPS)
+        begin_at_the_most(run, work, &now);
     own_rates_there(run, work, &now);
     for (int k = 0; k < run->own_count; k++)
         work->own.now[k] = work->own.rate[k][0];
@@ -155,13 +152,7 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 /* The rate of a bearing at this instant, and what it changes by. */
 ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int k)
 {
-#if SET_ROLLERS_TURN
-    (void)run;
-    return work->own.now[k];
-#else
-    (void)work;
-    return own_rates(run)[k];
-#endif
+    return SET_ROLLERS_TURN ? work->own.now[k] : own_rates(run)[k];
 }
 
 ALWAYS_INLINE lanes_t own_acceleration_lanes(const omniroll_run_t *run, const work_t *work, int k)
@@ -179,13 +170,11 @@ ALWAYS_INLINE double own_acceleration(const omniroll_run_t *run, const work_t *w
 /* Changes the rate of a bearing; of a roller that turns on its disk, its axial speed. */
 ALWAYS_INLINE void put_own_rate(const omniroll_run_t *run, const work_t *work, int k, double rate)
 {
-#if SET_ROLLERS_TURN
-    own_rates(run)[k] += rate - work->own.now[k];
-    work->own.now[k] = rate;
-#else
-    (void)work;
-    own_rates(run)[k] = rate;
-#endif
+    if (SET_ROLLERS_TURN) {
+        own_rates(run)[k] += rate - work->own.now[k];
+        work->own.now[k] = rate;
+    } else
+        own_rates(run)[k] = rate;
 }
 
 /* Whether one that sticks is asked for more than it takes. */
@@ -198,13 +187,7 @@ ALWAYS_INLINE int holds_no_more(const omniroll_bearing_t *own)
 /* How many of them have rates that are numbers of the core; they stand first. */
 ALWAYS_INLINE int count_in_core(const omniroll_run_t *run, const work_t *work)
 {
-#if SET_IN_SERIES
-    (void)run;
-    return work->own.rollers_at;
-#else
-    (void)work;
-    return run->own_count;
-#endif
+    return SET_IN_SERIES ? work->own.rollers_at : run->own_count;
 }
 
 /* Those rest whose rates are zero within rounding: a rate is what is left of larger speeds. */
@@ -223,9 +206,8 @@ static void put_own_to_rest(omniroll_run_t *run, const work_t *work)
         const double rate = bearing->resting ? 0 : own_rate(run, work, k);
         put_own_rate(run, work, k, rate);
         bearing->mode = (rate > 0) - (rate < 0);
-#if SET_IN_SERIES
-        bearing->size = bearing->mode ? bearing->size : 0;
-#endif
+        if (SET_IN_SERIES && !bearing->mode)
+            bearing->size = 0;
     }
 }
 
@@ -325,10 +307,8 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
 {
     const own_bearings_t *const own = s->own;
-#if SET_ROLLERS_TURN
-    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate);
-#endif
+    if (SET_ROLLERS_TURN)
+        own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate);
     for (int k = 0; k < s->own_count; k++)
         own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
-    (void)wheels, (void)at;
 }

@@ -16,22 +16,13 @@ ALWAYS_INLINE double most_of(const omniroll_bearing_t *bearing)
 /* Whether a bearing turns as its roller does on its disk: then its rate at the nodes stands in the place of what holds. */
 ALWAYS_INLINE int is_spin(const step_t *s, int k)
 {
-#if SET_ROLLERS_TURN
-    return k >= s->own->rollers_at && s->own_bearing[k].mode;
-#else
-    (void)s, (void)k;
-    return 0;
-#endif
+    return SET_ROLLERS_TURN && k >= s->own->rollers_at && s->own_bearing[k].mode;
 }
 
 /* The rate of a bearing at the step's start. */
 ALWAYS_INLINE double own_start(const step_t *s, int k)
 {
-#if SET_ROLLERS_TURN
-    return s->own->now[k];
-#else
-    return s->start_core[own_rates_at(s->wheels) + k];
-#endif
+    return SET_ROLLERS_TURN ? s->own->now[k] : s->start_core[own_rates_at(s->wheels) + k];
 }
 
 #define ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
@@ -46,12 +37,10 @@ static double spin_rate_at_end(const step_t *s, int k)
 {
     const double slope = -s->own_bearing[k].mode*weighted(s->own->held + k, &gauss_end_slope);
     const double start = -s->own_bearing[k].mode*own_start(s, k), rounding = EPS*(s->own_bearing[k].size + fabs(start));
-#if SET_IN_SERIES                   /* what the iteration leaves moves all nodes alike                              */
-    const double rises = spin_at_end(s, k) - start;
-    if (slope*rises > 0 && fabs(slope) < ALIKE*fabs(rises) && fabs(rises) < ALIKE*fabs(slope))
+    const double rises = spin_at_end(s, k) - start;     /* what the iteration leaves moves all nodes alike          */
+    if (SET_IN_SERIES && slope*rises > 0 && fabs(slope) < ALIKE*fabs(rises) && fabs(rises) < ALIKE*fabs(slope))
         return slope/s->h;
-#endif
-    return (fabs(slope) < FACET_RISES*rounding ? spin_at_end(s, k) - start : slope)/s->h;
+    return (fabs(slope) < FACET_RISES*rounding ? rises : slope)/s->h;
 }
 
 /* Where in the step a spin is against its mode, and not at the end: where it is farthest, or 1. */
@@ -81,10 +70,8 @@ ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
     const double start = own_start(s, k);
     if (bearing->mode) {
         *beyond = PASSED*EPS*(bearing->size + fabs(start));
-#if SET_ROLLERS_TURN
         if (is_spin(s, k))
             return spin_at_end(s, k);
-#endif
         return -bearing->mode*(start + s->h*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_weight));
     }
     const double torque = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
@@ -104,10 +91,8 @@ ALWAYS_INLINE double rounding_at_end(const step_t *s, int k)
 static double own_rate_at_end(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
-#if SET_ROLLERS_TURN
     if (is_spin(s, k))
         return spin_rate_at_end(s, k);
-#endif
     if (bearing->mode)
         return -bearing->mode*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_end);
     const nodes_t *const held = s->own->held + k;
@@ -123,10 +108,9 @@ static double own_rate_at_end(const step_t *s, int k)
  * an instant. It stops only where it is beyond what counts as rest. */
 ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 {
-#if SET_IN_SERIES                   /* but a spin is what the state says: one as slow as that may be about to stop    */
-    if (is_spin(s, k) && -s->own_bearing[k].mode*(s->own->held[k].node[0] - own_start(s, k)) > 0)
+    /* but a spin is what the state says: one as slow as that may be about to stop                                  */
+    if (SET_IN_SERIES && is_spin(s, k) && -s->own_bearing[k].mode*(s->own->held[k].node[0] - own_start(s, k)) > 0)
         return 0;
-#endif
     return (SET_AXLES_STICK || SET_ROLLERS_TURN) && s->own_bearing[k].mode && fabs(own_start(s, k)) <= beyond;
 }
 
@@ -167,10 +151,8 @@ static double turn_of_own(const step_t *s, int k)
     const double start = own_start(s, k);
     if (holds_with_others(s, k))
         return 1;
-#if SET_ROLLERS_TURN
     if (is_spin(s, k))
         return turn_of_spin(s, k);
-#endif
     if (bearing->mode) {
         const nodes_t rate = turning_rate(s, k);
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,

@@ -53,12 +53,7 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
 /* Rounding of a spin, or of what stands in its place, beside that of rates of its size. */
 ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 {
-#if SET_STRIPS
-    if (fabs(work->own.takes[i]) > 0)
-        return EPS*work->own.scale[i];
-#endif
-    (void)work, (void)i;
-    return 0;
+    return SET_STRIPS && fabs(work->own.takes[i]) > 0 ? EPS*work->own.scale[i] : 0;
 }
 
 /* Those whose spins have passed zero rest, and those that rounding does not tell from zero and that fall. Returns how

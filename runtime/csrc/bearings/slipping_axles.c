@@ -5,9 +5,8 @@ static void clear_slipping_bearings(const omniroll_run_t *run, const work_t *wor
 {
     for (int k = 0; k < most_own_bearings(run->wheels, run->rollers_per_wheel); k++)
         work->own.sticks[k] = lanes_of(0);
-#if SET_IN_SERIES
-    stop_all_in_series(run, work);
-#endif
+    if (SET_IN_SERIES)
+        stop_all_in_series(run, work);
 }
 
 /* The bearings of the free rollers of a wheel. */
@@ -44,21 +43,17 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
 {
     lanes_t nu_dot[3];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-#if SET_IN_SERIES
-    find_own_rates(run, work);
-#endif
+    if (SET_IN_SERIES)
+        find_own_rates(run, work);
     find_own_torques(run, work);
-#if SET_MOMENTS_INPUT >= 0
-    put_moments(run);
-#endif
+    if (SET_MOMENTS_INPUT >= 0)
+        put_moments(run);
 }
 
 /* As an instant begins: bearings whose rates are zero within rounding rest. */
 static void rest_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
-#if SET_ROLLERS_TURN
     find_own_rates(run, work);
-#endif
     find_resting_own(run, work, length3(run->nu));
     put_own_to_rest(run, work);
 }
@@ -96,20 +91,17 @@ static void decide_slipping_bearings(omniroll_run_t *run, const work_t *work)
     int resting = 0;
     rest_slipping_bearings(run, work);
     turn_own(run, work, 1);
-#if SET_IN_SERIES
-    decide_in_series(run, work);    /* before the axles: the ground's force across rollers depends on their modes  */
-#endif
+    if (SET_IN_SERIES)              /* before the axles: the ground's force across rollers depends on their modes  */
+        decide_in_series(run, work);
     for (int k = 0; k < run->own_count; k++)
         resting |= own_bearings(run)[k].resting;
     if (resting) {
-#if SET_HAS_MOMENTA
-        wheel_momenta(run, work);
-#endif
+        if (SET_HAS_MOMENTA)
+            wheel_momenta(run, work);
         decide_own(run, work);
     }
-#if SET_IN_SERIES
-    find_own_rates(run, work);
-#endif
+    if (SET_IN_SERIES)
+        find_own_rates(run, work);
     begin_torques(run, work);
 }
 
@@ -124,9 +116,8 @@ ALWAYS_INLINE void settle_slipping_bearings(omniroll_run_t *run, const work_t *w
 static int pass_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
     int count = run->hold.ended + release_own(run) + stop_own(run, work);
-#if SET_IN_SERIES
-    count += stop_in_series(run, work);
-#endif
+    if (SET_IN_SERIES)
+        count += stop_in_series(run, work);
     run->hold.ended = 0;
     run->hold.undecided |= count > 0;
     return count;
@@ -138,18 +129,15 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 static void begin_holding_slipping_wheels(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
     s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
-#if SET_STANDS
-    begin_standing(run, work, s);
-#endif
+    if (SET_STANDS)
+        begin_standing(run, work, s);
 }
 
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others. */
 ALWAYS_INLINE double size_held_by_slipping(const omniroll_run_t *run, int input)
 {
-#if SET_MOMENTS_INPUT >= 0
-    if (input >= SET_MOMENTS_INPUT*run->wheels)
+    if (SET_MOMENTS_INPUT >= 0 && input >= SET_MOMENTS_INPUT*run->wheels)
         return size_of_moments(run, input%run->wheels);
-#endif
     const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
     return bearing ? HELD_ROUNDINGS*(fabs(bearing->torque) + bearing->holding) : 0;
 }
@@ -163,9 +151,8 @@ static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work
         own_bearings(run)[k].resting = own_bearings(run)[k].mode == 0;
         own_bearings(run)[k].released = 0;
     }
-#if SET_DISKS_STICK
-    keep_rollers_at_rest(run, work);
-#endif
+    if (SET_DISKS_STICK)
+        keep_rollers_at_rest(run, work);
     if (run->hold.count)
         hold_axles(run, work);
     if (landed < 0 || landed >= run->own_count)

@@ -16,32 +16,26 @@ ALWAYS_INLINE double size_of_rate(const omniroll_bearing_t *bearing, const doubl
 /* How much larger than where chi is 0 the rates of the rollers in contact are now. */
 static void find_nearer(omniroll_run_t *run, const work_t *work)
 {
-#if SET_ROLLERS_STICK
     double nearer[MOST_WHEELS], per_chi[MOST_WHEELS];
-    if (rows_count(run) == run->axle_count)
+    if (!SET_ROLLERS_STICK || rows_count(run) == run->axle_count)
         return;
     omniroll_bearing_t *const contacts = run->bearings + run->axle_count;
     nearer_at(run->wheels, &work->vehicle, contacts, run->joint, run->chi, nearer, per_chi);
     for (int i = 0; i < run->wheels; i++)
         contacts[i].nearer = nearer[i];
-#endif
-    (void)run, (void)work;
 }
 
 /* Bearings whose rates are zero within rounding rest. A phase may end on a joint where all rates come to zero: what is
  * left is rounding of what nu has been. */
 static void find_resting(omniroll_run_t *run, const work_t *work)
 {
-    (void)work;
     const double speed = fmax(length3(run->nu), run->hold.speed);
     for (int i = 0; i < rows_count(run); i++) {
         omniroll_bearing_t *const bearing = run->bearings + i;
         bearing->resting |= fabs(dot3(bearing->row, run->nu)) <= AT_REST*EPS*length3(bearing->row)*speed;
     }
-#if SET_SPINS_STICK
-    find_resting_own(run, work, speed);
-#endif
-    (void)work;
+    if (SET_SPINS_STICK)
+        find_resting_own(run, work, speed);
 }
 
 /* Those of the bearings whose mode or rest is this one, with their torques at rest; their places. `at_zero`: with the
@@ -82,10 +76,8 @@ static void put_to_rest(omniroll_run_t *run, const work_t *work)
         const double rate = dot3(bearing->row, run->nu);
         bearing->mode = bearing->resting ? 0 : (rate > 0) - (rate < 0);
     }
-#if SET_SPINS_STICK
-    put_own_to_rest(run, work);
-#endif
-    (void)work;
+    if (SET_SPINS_STICK)
+        put_own_to_rest(run, work);
 }
 
 /* The torques of the bearings that turn; 0 of those that stick. */
@@ -93,10 +85,8 @@ static void turn_bearings(const omniroll_run_t *run, const work_t *work)
 {
     for (int i = 0; i < rows_count(run); i++)
         *bearing_input(run, i) = -run->bearings[i].mode*run->bearings[i].sliding;
-#if SET_SPINS_STICK
-    turn_own(run, work, 1);
-#endif
-    (void)work;
+    if (SET_SPINS_STICK)
+        turn_own(run, work, 1);
 }
 
 /* What sticks with the present modes. */
@@ -121,9 +111,8 @@ static void find_held_force(omniroll_run_t *run, const work_t *work)
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     for (int k = 0; k < 3; k++)
         run->hold.force[k] = work->held_force[k][0];
-#if SET_SPINS_STICK
-    find_own_torques(run, work);
-#endif
+    if (SET_SPINS_STICK)
+        find_own_torques(run, work);
 }
 
 /* The torques of the bearings with this held force: of least norm where they hold. */
@@ -151,9 +140,8 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
         held->absent[k] = 1;
     for (int i = 0; i < rows_count(run); i++)
         *bearing_input(run, i) = 0;
-#if SET_SPINS_STICK
-    turn_own(run, work, 0);
-#endif
+    if (SET_SPINS_STICK)
+        turn_own(run, work, 0);
     find_held_force(run, work);
     for (int k = 0; k < 3; k++)
         held->size[k] = fabs(held->force[k]), force[k] = -held->force[k];
@@ -199,10 +187,8 @@ static int bounds_passed(const omniroll_run_t *run, const work_t *work, int *sig
             if (run->bearings[i].mode == 0)
                 signs[i] += breaks_away(run->bearings[i].row, work->facets + f);
     }
-#if SET_SPINS_STICK
     for (int i = rows_count(run); i < run->bearing_count; i++)
         count += holds_no_more(run->bearings + i);
-#endif
     return count;
 }
 
@@ -212,16 +198,13 @@ static void release(omniroll_run_t *run, const int *signs)
     for (int i = 0; i < rows_count(run); i++)
         if (signs[i])
             run->bearings[i].released = signs[i] > 0 ? 1 : -1;
-#if SET_SPINS_STICK
     release_own(run);
-#endif
     run->hold.undecided = 1;
 }
 
 /* The guards of turning bearings: where their rates pass zero. They stand after those of the effects. */
 static void guard_rates(omniroll_run_t *run, const work_t *work)
 {
-    (void)work;
     run->hold.guard_count = 0;
     for (int i = 0; i < rows_count(run); i++) {
         const omniroll_bearing_t *const bearing = run->bearings + i;
@@ -236,10 +219,8 @@ static void guard_rates(omniroll_run_t *run, const work_t *work)
         run->leads_to[2*place + 1] = i;
         run->hold.guard_count++;
     }
-#if SET_SPINS_STICK
-    size_own(run, work);
-#endif
-    (void)work;
+    if (SET_SPINS_STICK)
+        size_own(run, work);
 }
 
 /* Rule 3: which of the resting bearings stick. */
@@ -247,9 +228,8 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
 {
     vector3_t force, mass[3];
     int released = 0, signs[MOST_BEARINGS];
-#if SET_HAS_MOMENTA
-    wheel_momenta(run, work);
-#endif
+    if (SET_HAS_MOMENTA)
+        wheel_momenta(run, work);
     mass_at_this_instant(run, work, mass);
     find_forces(run, work, force);
     list_at_rest(run, work);
@@ -276,11 +256,8 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
 static void clear_rolling_bearings(const omniroll_run_t *run, const work_t *work)
 {
     work->sticking->count = 0;
-#if SET_SPINS_STICK
-    for (int k = 0; k < run->wheels*(run->rollers_per_wheel - 1); k++)
+    for (int k = 0; SET_SPINS_STICK && k < run->wheels*(run->rollers_per_wheel - 1); k++)
         work->own.sticks[k] = work->own.torque[k] = lanes_of(0);
-#endif
-    (void)run;
 }
 
 /* Which bearings stick in the phase that starts now. */
@@ -324,20 +301,18 @@ static int pass_rolling_bearings(omniroll_run_t *run, const work_t *work)
             count++;
         }
     }
-#if SET_SPINS_STICK
-    count += stop_own(run, work);
-#endif
+    if (SET_SPINS_STICK)
+        count += stop_own(run, work);
     return count;
 }
 
 /* A step begins: what sticks in it, and what holds that now. */
 static void begin_holding_rolling_wheels(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
-    s->sticking = work->sticking;
-#if SET_ROLLERS_STICK
     int count = 0;
+    s->sticking = work->sticking;
     s->contact = run->bearings != NULL ? run->bearings + run->axle_count : NULL, s->first_contact = 0;
-    for (int i = 0; i < rows_count(run); i++) {
+    for (int i = 0; SET_ROLLERS_STICK && i < rows_count(run); i++) {
         if (run->bearings[i].mode != 0)
             continue;
         if (i < run->axle_count)
@@ -347,11 +322,7 @@ static void begin_holding_rolling_wheels(const omniroll_run_t *run, const work_t
         s->nearer_start[count] = s->nearer_end[count] = run->bearings[i].nearer;
         s->nearer_rate[count++] = 0;
     }
-#endif
-#if SET_SPINS_STICK
     s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
-#endif
-    (void)run;
 }
 
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and a

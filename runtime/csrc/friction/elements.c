@@ -417,19 +417,28 @@ static void put_use(friction_balls_t *b, const friction_problem_t *p)
     }
 }
 
-FRICTION_LINKAGE double friction_least_use(const friction_problem_t *p, void *memory, friction_solution_t *found)
+/* The problem of least use, in this memory. */
+static friction_balls_t balls_of_use(const friction_problem_t *p, void *memory)
 {
     room_t room = room_of(memory);
     friction_balls_t balls;
     friction_problem_t sets = *p;
     sets.matrix = NULL, sets.apart = 0;
+    lay_out_balls(&balls, &room, p->rows + 1, p->elements + 1, 0, p->equalities);
+    put_balls(&balls, &sets);
+    put_use(&balls, p);
+    return balls;
+}
+
+FRICTION_LINKAGE double friction_least_use(const friction_problem_t *p, void *memory, friction_solution_t *found)
+{
+    friction_balls_t balls = balls_of_use(p, memory);
+    friction_problem_t sets = *p;
+    sets.apart = 0;
     double asked = 0;
     for (int e = 0; e < p->equalities; e++)
         asked = fmax(asked, fabs(p->wanted[e]));
     refuse(&sets, found);
-    lay_out_balls(&balls, &room, p->rows + 1, p->elements + 1, 0, p->equalities);
-    put_balls(&balls, &sets);
-    put_use(&balls, p);
     if (!all_finite(p->equalities*(p->rows + 1), balls.equality))
         return INFINITY;
     if (!(asked > 0))
@@ -442,4 +451,17 @@ FRICTION_LINKAGE double friction_least_use(const friction_problem_t *p, void *me
     for (int k = 0; k < p->rows; k++)
         found->force[k] = balls.force[k]*balls.size[k]/times;
     return 1/times;
+}
+
+/* By the multipliers: they are the slopes of the least by what equalities want, which goes with these as they become
+ * orthonormal. */
+FRICTION_LINKAGE double friction_use_rate(const friction_problem_t *p, void *memory, const double *change)
+{
+    friction_balls_t balls = balls_of_use(p, memory);
+    double rate = 0;
+    keep(p->equalities, change, balls.wanted);
+    make_orthonormal(&balls);
+    for (int e = 0; e < balls.equalities; e++)
+        rate -= balls.multiplier[e]*balls.wanted[e];
+    return rate/balls.force[p->rows];
 }

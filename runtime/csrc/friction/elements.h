@@ -72,7 +72,12 @@ FRICTION_LINKAGE int friction_decide(const friction_problem_t *problem, void *me
 /* The least u with E y = h and y_e in u K_e, with such forces: matrix and given are not read. */
 FRICTION_LINKAGE double friction_least_use(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 
-/* The same for |y|^2/2 + q^T y, without rows apart; q may be null. Returns as friction_decide(). */
+/* The rate of the least use that friction_least_use() has just found in this memory, where E and h of the same problem
+ * change so that `change` is the rate of h - E y with y held. */
+FRICTION_LINKAGE double friction_use_rate(const friction_problem_t *problem, void *memory, const double *change);
+
+/* The least of |y|^2/2 + q^T y with E y = h and y_e in K_e, without rows apart; q may be null. Returns as
+ * friction_decide(). */
 FRICTION_LINKAGE int friction_least_norm(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 
 #endif

@@ -80,8 +80,8 @@ static double *new_equality(elements_t *c, int rows, double wanted)
     return row;
 }
 
-/* The forces of contacts, then what bearings take of them: torques over arms, in N. They hold what is asked for; what a
- * contact takes across the direction in which its wheel stands is given. `place`: of the force in each direction. */
+/* The forces of contacts, then the torques of bearings. They hold what is asked for; what a contact takes across the
+ * direction in which its wheel stands is given. `place`: of the force in each direction. */
 static friction_problem_t problem_of_use(const standing_t *standing, const asked_t *now, int *place,
                                          friction_solution_t *found)
 {
@@ -96,13 +96,12 @@ static friction_problem_t problem_of_use(const standing_t *standing, const asked
             row[place[d]] = dot3(standing->rows.rows[d], basis[k]);
     }
     for (int d = 0; d < standing->count; d++) {
-        const double arm = arm_of(standing, d, now);
         const int across = 2*standing->wheel[d] + 1 - standing->way[d];
-        double *const row = new_equality(c, rows, asked_of_bearing(standing, d, now)/arm);
-        row[of_contacts + d] = 1, row[place[d]] = -1;
+        double *const row = new_equality(c, rows, asked_of_bearing(standing, d, now));
+        row[of_contacts + d] = 1, row[place[d]] = -arm_of(standing, d, now);
         c->element[c->count++] = (friction_element_t){
             .kind = FRICTION_INTERVAL, .first = of_contacts + d, .rows = 1,
-            .size = {most_of_bearing(standing, d)/fabs(arm), 0}, .strip = INFINITY,
+            .size = {most_of_bearing(standing, d), 0}, .strip = INFINITY,
         };
         if (!standing->stands[across] && SET_FIRST_DIRECTION == 0)
             new_equality(c, rows, now->along[across])[place[d] + (standing->way[d] ? -1 : 1)] = 1;
@@ -116,20 +115,46 @@ static friction_problem_t problem_of_use(const standing_t *standing, const asked
     };
 }
 
+/* Whether no other forces hold what is asked for than those of least norm. */
+static int is_determinate(const standing_t *standing)
+{
+    vector3_t basis[3];
+    return span_of(&standing->rows, basis) == standing->count;
+}
+
 /* The least use of what is asked for, and such forces. */
 static double least_use(const standing_t *standing, const asked_t *now, double *forces)
 {
-    vector3_t basis[3];
     friction_solution_t found;
     int place[MOST_STANDING];
     least_norm(&standing->rows, now->force, forces, 0);
-    if (span_of(&standing->rows, basis) == standing->count)
+    if (is_determinate(standing))
         return largest_use(standing, now, forces);
     const friction_problem_t problem = problem_of_use(standing, now, place, &found);
     const double use = friction_least_use(&problem, standing->problem->memory, &found);
     for (int d = 0; d < standing->count && use < INFINITY; d++)
         forces[d] = found.force[place[d]];
     return largest_use(standing, now, forces);
+}
+
+/* By how much the least use, which has just been found with its forces, is less where `before` is asked for, a little
+ * before `now`. */
+static double use_less_before(const standing_t *standing, const asked_t *now, const asked_t *before, double use)
+{
+    elements_t *const c = standing->problem;
+    friction_solution_t found;
+    double forces[MOST_STANDING], change[3 + 2*MOST_STANDING];
+    int place[MOST_STANDING];
+    if (is_determinate(standing) || !(use > 0 && use < INFINITY))
+        return use - least_use(standing, before, forces);
+    const int rows = problem_of_use(standing, before, place, &found).rows;
+    for (int e = 0; e < c->equalities; e++) {
+        change[e] = -c->wanted[e];
+        for (int k = 0; k < rows; k++)
+            change[e] += c->equality[e*rows + k]*c->force[k];
+    }
+    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
+    return friction_use_rate(&problem, c->memory, change);
 }
 
 /* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. What bearings

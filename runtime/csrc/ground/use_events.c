@@ -134,7 +134,7 @@ static double length_to_use(step_t *s, const int wheels, double length)
     if (value <= 0 && length <= s->h)
         return length;
     ask_later(&now, &change, wheels, -span, &before);
-    double rate = (use - least_use(s->standing, &before, forces))/span;
+    double rate = use_less_before(s->standing, &now, &before, use)/span;
     if (fabs(rate)*s->h < FACET_RISES*rounding)
         rate = (use - least_use(s->standing, &s->asked_start, forces))/s->h;
     if (fabs(rate)*s->h < 0.5*USE_LIFTS*rounding)       /* it is as it was                                      */

@@ -1,7 +1,6 @@
 /* What friction that sticks must obey, asked where each step starts: modes that break it have been decided wrongly, and
  * nothing of the motion from there on may be used. */
 
-#if SET_DECIDES
 #define BROKEN_LAW 1e-3             /* of what sticks at most: far above errors of runs, far below wrong modes     */
 
 /* The wheel on which something that sticks takes more than it can, or -1. Bearings of free rollers come last, those of
@@ -10,12 +9,9 @@ static int unlawful_wheel(const omniroll_run_t *run, const step_t *s)
 {
     const int wheels = run->wheels, rollers = run->bearing_count - run->axle_count;
     const int in_contact = rollers % (wheels*(run->rollers_per_wheel - 1)) ? wheels : 0;
-    (void)s;
-#if SET_GRIPS
-    for (int i = 0; i < wheels; i++)
+    for (int i = 0; SET_GRIPS && i < wheels; i++)
         if (s->grips[i] && s->taken_start[i] > 2*BROKEN_LAW)    /* squared, less 1                              */
             return i;
-#endif
     for (int k = 0; k < run->bearing_count; k++) {
         const omniroll_bearing_t *const bearing = run->bearings + k;
         const int roller = k - run->axle_count, free = roller - in_contact;
@@ -24,4 +20,3 @@ static int unlawful_wheel(const omniroll_run_t *run, const step_t *s)
     }
     return -1;
 }
-#endif

@@ -22,37 +22,29 @@ static double exchange_places(double *axial, int places, int direction, double l
 /* Where wheels may slip, no speed changes: the entering roller comes with the axial speed that it has (rule 10). */
 static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int *directions)
 {
-#if SET_HAS_CONTACT_SPEEDS
     const int places = run->rollers_per_wheel - 1;
     double *const contact = run->core + contact_speeds_at(run->wheels);
-    update_axial(run, work);
-    for (int i = 0; i < run->wheels; i++)
-        if (directions[i])
-            contact[i] = exchange_places(run->axial + i*places, places, directions[i], contact[i]);
-#endif
-    (void)directions;
-    begin_core(run, work);
-#if SET_HAS_MOMENTA && SET_GRIPS      /* decisions at this instant ask for them                   */
-    wheel_momenta(run, work);
-#endif
-#if SET_STANDS && SET_DISKS_STICK
     int rested[MOST_WHEELS];
-    contacts_that_rest_with_rollers(run, rested);
-#endif
-#if SET_DISKS_STICK
-    rollers_have_switched(run, directions);
-#elif SET_IN_SERIES
-    stop_those_that_switch(run, work, directions);
-#endif
-#if SET_AXLES_STICK || SET_ROLLERS_TURN
-    axles_have_switched(run);
-#endif
-#if SET_GRIPS
-    contacts_have_switched(run, directions);
-#if SET_STANDS && SET_DISKS_STICK
-    keep_contacts_at_rest(run, rested);
-#endif
-#endif
+    if (SET_HAS_CONTACT_SPEEDS)
+        update_axial(run, work);
+    for (int i = 0; i < run->wheels; i++)
+        if (SET_HAS_CONTACT_SPEEDS && directions[i])
+            contact[i] = exchange_places(run->axial + i*places, places, directions[i], contact[i]);
+    begin_core(run, work);
+    if (SET_HAS_MOMENTA && SET_GRIPS)   /* decisions at this instant ask for them                   */
+        wheel_momenta(run, work);
+    if (SET_STANDS && SET_DISKS_STICK)
+        contacts_that_rest_with_rollers(run, rested);
+    if (SET_DISKS_STICK)
+        rollers_have_switched(run, directions);
+    else if (SET_IN_SERIES)
+        stop_those_that_switch(run, work, directions);
+    if (SET_AXLES_STICK || SET_ROLLERS_TURN)
+        axles_have_switched(run);
+    if (SET_GRIPS)
+        contacts_have_switched(run, directions);
+    if (SET_STANDS && SET_DISKS_STICK)
+        keep_contacts_at_rest(run, rested);
 }
 
 /* The impact of the rollers that enter on those that leave, where the law of the run is that; else rollers go where they
@@ -63,24 +55,21 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
     const int wheels = run->wheels;
     const vehicle_t *const vehicle = &work->vehicle;
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
-#if SET_HAS_MOMENTA
-    const int others = run->rollers_per_wheel - 1;
-    set_contact_axial(wheels, vehicle, nu, before, left);
-    set_contact_axial(wheels, vehicle, nu, after, demanded);
-#else
     lanes_t chi_dot[MOST_WHEELS];
-    set_wheel_rates(wheels, vehicle, nu, before, chi_dot, left);
-    set_wheel_rates(wheels, vehicle, nu, after, chi_dot, demanded);
-#endif
+    const int others = run->rollers_per_wheel - 1;
+    if (SET_HAS_MOMENTA) {
+        set_contact_axial(wheels, vehicle, nu, before, left);
+        set_contact_axial(wheels, vehicle, nu, after, demanded);
+    } else {
+        set_wheel_rates(wheels, vehicle, nu, before, chi_dot, left);
+        set_wheel_rates(wheels, vehicle, nu, after, chi_dot, demanded);
+    }
     for (int i = 0; i < wheels; i++) {
         double came_with = 0, stopped = 0;
-        if (directions[i]) {
-#if SET_HAS_MOMENTA
+        if (directions[i] && SET_HAS_MOMENTA)
             came_with = exchange_places(run->axial + i*others, others, directions[i], left[i][0]);
-#else
+        else if (directions[i])
             stopped = left[i][0];
-#endif
-        }
         entering[i] = lanes_of(directions[i] ? came_with - demanded[i][0] : 0);
         leaving[i] = lanes_of(stopped);
     }
@@ -89,18 +78,16 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
         for (int k = 0; k < 3; k++)
             run->nu[k] = nu_after[k][0];
     }
-#if SET_CORE_PARTS
-    begin_core(run, work);
-#endif
+    if (SET_CORE_PARTS)
+        begin_core(run, work);
 }
 
 static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
     lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
-#if SET_CORE_PARTS && !SET_SLIPS
-    update_axial(run, work);
-#endif
+    if (SET_CORE_PARTS && !SET_SLIPS)
+        update_axial(run, work);
     for (int k = 0; k < 3; k++)
         nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++) {
@@ -111,18 +98,13 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         }
         after[i] = lanes_of(run->chi[i]);
     }
-#if SET_SLIPS
-    (void)nu, (void)before, (void)after;
-    exchange_rollers(run, work, directions);
-#elif SET_HAS_IMPACT
-    meet_rollers(run, work, directions, nu, before, after);
-#else
-    (void)nu, (void)before, (void)after;
-#endif
-#if SET_HOLDS
+    if (SET_SLIPS)
+        exchange_rollers(run, work, directions);
+    else if (SET_HAS_IMPACT)
+        meet_rollers(run, work, directions, nu, before, after);
     const double nu_before[3] = {nu[0][0], nu[1][0], nu[2][0]};
-    bearings_have_jumped(run, nu_before);
-#endif
+    if (SET_HOLDS)
+        bearings_have_jumped(run, nu_before);
 }
 
 /* Located times closer than this are one switch (rule 5). */
@@ -135,9 +117,8 @@ static double tau(const omniroll_run_t *run, double phase_length)
 static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, lanes_t *chi_ddot)
 {
     lanes_t nu_dot[3];
-#if SET_HAS_MOMENTA
-    wheel_momenta(run, work);
-#endif
+    if (SET_HAS_MOMENTA)
+        wheel_momenta(run, work);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     rates_of_wheels(run->wheels, &work->vehicle, nu_dot, work->core_dot, chi_ddot);
 }
@@ -202,12 +183,7 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
  * less time. */
 static int has_progress(omniroll_run_t *run, int at_guard)
 {
-#if SET_IS_ACTED_ON
-    const int moved = at_guard || run->turned > CHATTER*run->joint;
-#else
-    const int moved = 1;
-    (void)at_guard;
-#endif
+    const int moved = !SET_IS_ACTED_ON || at_guard || run->turned > CHATTER*run->joint;
     if (moved && run->elapsed - run->anchor > tau(run, run->elapsed - run->anchor)) {
         run->anchor = run->elapsed;
         run->idle_switches = 0;
@@ -235,11 +211,9 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
             *out++ = directions[i];
-#if SET_HAS_MOMENTA
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
-        for (long long k = 0; k < size; k++)
+        for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];
-#endif
         run->switch_count++;
         put_row_after(run);
     }
@@ -255,7 +229,6 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
         value += guard[2 + k]*run->nu[k];
         sizes += fabs(guard[2 + k]*run->nu[k]);
     }
-#if SET_SLIPS
     const double *weight = guard + 6;
     for (int part = 0; part < GUARDED_PARTS; part++)
         for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++) {
@@ -263,7 +236,6 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
             value += of_core;
             sizes += fabs(of_core);
         }
-#endif
     *noise = EPS*sizes;
     return value;
 }
@@ -287,12 +259,10 @@ static int guards_passed(const omniroll_run_t *run, const work_t *work)
         const double *const guard = run->guards + guard_size(run->wheels)*k;
         const double value = guard_value(run, guard, &noise);
         double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
-#if SET_SLIPS
         const double *weight = guard + 6;
         for (int part = 0; part < GUARDED_PARTS; part++)
             for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++)
                 rate += *weight*work->core_dot[guarded_at(run->wheels, part) + i][0];
-#endif
         run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));
         count += k < run->guard_count && run->passed[k];
     }

@@ -117,13 +117,13 @@ def one_run(task: Task, tolerance: float) -> Trajectory:
 
 
 def lawful(run: Trajectory) -> Trajectory:
-    """A run that obeys the laws of friction. Raises SimulationStopped for another one, which is no result."""
+    """A run whose energy is accounted for. Raises SimulationStopped for another one, which is no result."""
     if (law := broken(run)) is None:
         return run
     row = max(0, int(np.searchsorted(run.t, law.t)) - 1)
     state = {name: getattr(run, name)[row].tolist() for name in STATE}
     reason = f"{law.what}: this is a fault of omniroll, and the motion from there on is wrong; please report the scene"
-    raise SimulationStopped(reason, t=law.t, wheel=law.wheel, state=state, trajectory=run)
+    raise SimulationStopped(reason, t=law.t, wheel=None, state=state, trajectory=run)
 
 
 @dataclass

@@ -1,9 +1,9 @@
-"""What every run with friction that may stick must obey, asked of some of its instants: one that does not is no result.
+"""The energy of every run with friction that may stick, asked of some of its instants: a run without it is no result.
 
-At the beginning of a phase, where the modes have just been decided: a contact that sticks does not slip and takes no
-more than its static friction, and the energy that the vehicle has gained is what the effects have done. Broken laws are
-a fault of this program, or numbers beyond those that a double can hold apart; either way nothing of the motion from
-there on may be used.
+At the beginning of a phase, where the modes have just been decided, the energy that the vehicle has gained is what the
+effects have done, and so it is over the whole run. Else it is a fault of this program, or numbers beyond those that a
+double can hold apart; either way nothing of the motion from there on may be used. What sticks and takes more than it
+can ends a run in the engine (runtime/csrc/run/laws.c).
 """
 
 from typing import NamedTuple
@@ -16,66 +16,40 @@ STICKING = {"contact_coulomb", "axle_sticking", "roller_sticking"}  # effects wh
 MOST_ROWS = 10_000  # of a run whose account is made as a whole
 MOST_PHASES = 8  # that are asked, spread over the run; the first one among them
 INSIDE = (0.25, 0.75)  # parts of a phase's first step at which it is asked
-LAW = 1e-3  # of the friction, or of the speeds, that a contact may be beyond its law,
-LEDGER = 1e-3  # and of the energy that may be unexplained: far more than errors of runs, and far less than wrong modes
+LEDGER = 1e-3  # of the energy that may be unexplained: far more than errors of runs, and far less than wrong modes
 REST = 1e-9  # 1/s: a vehicle whose |nu| stays below this rests, but for roundings of its forces
 TOLERANCES = 1e3  # times the tolerance, where that is more
 
 
 class Broken(NamedTuple):
-    """What is broken, in words; when, in s; and at which wheel, None: at none."""
+    """What is broken, in words; and when, in s."""
 
     what: str
     t: float
-    wheel: int | None
 
 
 def broken(run: Trajectory) -> Broken | None:
     """The first law that a run breaks at the instants that are asked, or None."""
     if run.engine == "python" or not STICKING.intersection(run.effects.names()):  # that steps in time, without phases
         return None
-    times, rows = _instants(run)
+    times = _instants(run)
     if not len(times):
         return None
-    beyond = TOLERANCES * run.stats["tolerance"]
-    samples = run.sample(times)
-    of_phases = _of_contacts(run, samples, rows, LAW + beyond) or _of_energy(run, samples, LEDGER + beyond)
-    return of_phases or _of_ledger(run, LEDGER + beyond)
+    bound = LEDGER + TOLERANCES * run.stats["tolerance"]
+    return _of_energy(run, run.sample(times), bound) or _of_ledger(run, bound)
 
 
-def _instants(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Times (K, 2) inside the first steps of some phases, and the rows (K,) with which these begin."""
+def _instants(run: Trajectory) -> np.ndarray:
+    """Times (K, 2) inside the first steps of some phases."""
     rows = run.step_rows
     if not len(rows) or run.dense is None:
-        return np.zeros((0, 2)), np.zeros(0, int)
+        return np.zeros((0, 2))
     start, end = run.t[rows], run.t[np.minimum(rows + 1, len(run) - 1)]
     begins = (rows == 0) | (start == run.t[np.maximum(rows - 1, 0)])
     times = start[:, None] + (end - start)[:, None] * np.array(INSIDE)
     asked = np.flatnonzero(begins & (start < times[:, 0]) & (times[:, 0] < times[:, 1]) & (times[:, 1] < end))
     asked = asked[np.unique(np.linspace(0, len(asked) - 1, min(MOST_PHASES, len(asked))).astype(int))]
-    return times[asked], rows[asked]
-
-
-def _of_contacts(run: Trajectory, samples: Samples, rows: np.ndarray, bound: float) -> Broken | None:
-    if run.sticks is None:
-        return None
-    grip = run.effects.grip(run.effects.equipped(run.vehicle))
-    sticks = run.sticks[rows][:, None]
-    load = np.maximum(np.abs(samples.ground_load), grip.loads.sum() / run.vehicle.wheels)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        used = np.linalg.norm(np.nan_to_num(samples.ground_force / grip.static), axis=-1)
-    turning = run.vehicle.wheel_radius * np.abs(run.quantity("rates")[rows]).max()
-    speed = run.vehicle.platform_radius * max(np.abs(samples.nu).max(), REST) + turning
-    slips = np.linalg.norm(samples.slip, axis=-1)
-    for broken_by, what in (
-        ((used - np.abs(samples.ground_load)) / load, "takes more than its static friction"),
-        (slips / speed, "slips although it sticks"),
-    ):
-        found = np.where(sticks, broken_by, 0.0)
-        if not found.max() <= bound:
-            k, side, wheel = np.unravel_index(np.argmax(found), found.shape)
-            return Broken(f"the contact of wheel {wheel + 1} {what}", float(samples.t[k, side]), int(wheel))
-    return None
+    return times[asked]
 
 
 def _of_energy(run: Trajectory, samples: Samples, bound: float) -> Broken | None:
@@ -86,7 +60,7 @@ def _of_energy(run: Trajectory, samples: Samples, bound: float) -> Broken | None
     if not left.max() <= bound * scale:
         k = int(np.argmax(left))
         what = f"{left[k]:.3g} J of {scale:.3g} J come from nowhere or go there within {np.ptp(times[k]):.3g} s"
-        return Broken(what, float(times[k, 1]), None)
+        return Broken(what, float(times[k, 1]))
     return None
 
 
@@ -104,4 +78,4 @@ def _of_ledger(run: Trajectory, bound: float) -> Broken | None:
     if abs(account.residual) <= bound * scale:
         return None
     what = f"{account.residual:.3g} J of {scale:.3g} J of the whole run come from nowhere"
-    return Broken(what, float(run.t[-1]), None)
+    return Broken(what, float(run.t[-1]))
