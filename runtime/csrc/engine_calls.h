@@ -65,7 +65,7 @@ typedef struct {
     int undecided;              /* whether it must be decided anew                                      */
     int count, free;            /* bearings that stick, and directions of nu that they allow            */
     int ended;                  /* axles where wheels may slip whose mode has ended at this instant     */
-    int facet_count, guard_count;
+    int guard_count;
     double directions[9], absent[3];    /* these directions, by columns; 0 and 1 where there is none    */
     double force[3], size[3];   /* what holds, and the sizes of the terms that it is made of            */
     double per_force[3];        /* of nu'; 0 where nothing moves                                        */

@@ -46,13 +46,13 @@
 #include "bearings/rollers_in_series.c"
 #include "run/delassus.c"
 #include "run/decisions.c"
-#include "bearings/sticking.c"
 #include "bearings/slipping_axles.c"
 #include "bearings/slipping_rollers.c"
 #include "ground/standing_sets.c"
 #include "ground/grip.c"
 #include "ground/strips.c"
 #include "ground/standing.c"
+#include "bearings/sticking.c"
 #include "bearings/modes.c"
 #include "run/transitions.c"
 #include "run/inputs.c"
@@ -125,7 +125,7 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
     s->sweeps = 0;
     s->core = work->core;                       /* 0 of sets that integrate nothing beside nu                 */
-    s->guards = s->held = s->facets = 0;
+    s->guards = s->held = s->of_contacts = 0;
     s->sliding = s->turning = s->gripping = 0;
     if (SET_IS_ACTED_ON)
         s->stiff.on = s->stiff.of_nu = s->stiff.by_axles = 0;

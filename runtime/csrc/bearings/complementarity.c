@@ -1,5 +1,4 @@
-/* What bearings of wheels that roll can hold together. Bearings turn at rates rows nu, and take torques up to their
- * bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
+/* What holds together that stands: rows of rates in nu, motions that they leave, torques of least norm. */
 #define MOST_BEARINGS (2*MOST_WHEELS)
 #define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
 #define SAME_TORQUE 1e-7            /* of its bound: by so much a torque may differ that is found in another form */
@@ -13,11 +12,6 @@ typedef struct {
     vector3_t rows[MOST_BEARINGS];
     double bounds[MOST_BEARINGS];
 } bearings_t;
-
-/* A motion in which as many bearings rest as can, and the power that the others can take in it. */
-typedef struct {
-    double normal[3], reach;
-} facet_t;
 
 ALWAYS_INLINE void add3(double *to, double times, const double *from)
 {
@@ -115,83 +109,6 @@ static int directions_allowed(const bearings_t *bearings, const vector3_t *mass,
             directions[3*k + c] = column[k] /= size;
     }
     return 3 - rank;
-}
-
-/* The rate of a bearing in a motion; exactly 0 where that is all but across its row. */
-ALWAYS_INLINE double moved_by(const double *row, const double *normal)
-{
-    const double moved = dot3(row, normal);
-    return fabs(moved) < PARALLEL*length3(row) ? 0 : moved;
-}
-
-ALWAYS_INLINE long long most_facets(long long bearings)
-{
-    return bearings*(bearings + 1);
-}
-
-/* A facet and its opposite. */
-ALWAYS_INLINE int put_facets(const bearings_t *bearings, const double *normal, facet_t *facets, int count)
-{
-    facet_t *const facet = facets + count;
-    for (int k = 0; k < 3; k++)
-        facet[0].normal[k] = normal[k], facet[1].normal[k] = -normal[k];
-    double reach = 0;
-    for (int i = 0; i < bearings->count; i++)
-        reach += fabs(moved_by(bearings->rows[i], normal))*bearings->bounds[i];
-    facet[0].reach = facet[1].reach = reach;
-    return count + 2;
-}
-
-/* The facets of the forces that the bearings can take; returns how many. */
-static int facets_of(const bearings_t *bearings, facet_t *facets)
-{
-    vector3_t basis[3], normal;
-    const int rank = span_of(bearings, basis);
-    int count = 0;
-    if (rank == 1)
-        return put_facets(bearings, basis[0], facets, count);
-    if (rank == 2)
-        cross3(basis[0], basis[1], basis[2]);
-    for (int i = 0; rank > 1 && i < bearings->count; i++) {
-        vector3_t unit = {bearings->rows[i][0], bearings->rows[i][1], bearings->rows[i][2]};
-        normalise3(unit);
-        for (int j = rank == 2 ? bearings->count - 1 : i + 1; j < bearings->count; j++) {
-            vector3_t other = {bearings->rows[j][0], bearings->rows[j][1], bearings->rows[j][2]};
-            normalise3(other);
-            cross3(unit, rank == 2 ? basis[2] : other, normal);
-            if (normalise3(normal) > PARALLEL)
-                count = put_facets(bearings, normal, facets, count);
-        }
-    }
-    return count;
-}
-
-/* How much more power than the bearings can give, `reach`, a holding force asks for; and the rounding of that, where the
- * sizes of the force's terms add up to `size`. */
-ALWAYS_INLINE double excess(const facet_t *facet, double reach, const double *force, const double *size,
-                            double *rounding)
-{
-    double sizes = reach;
-    for (int k = 0; k < 3; k++)
-        sizes += fabs(facet->normal[k])*(fabs(force[k]) + size[k]);
-    *rounding = EPS*sizes;
-    return dot3(facet->normal, force) - reach;
-}
-
-/* The same reach where the rows are `nearer` times those that the facet has been made of. */
-ALWAYS_INLINE double reach_with(const facet_t *facet, const bearings_t *bearings, const double *nearer)
-{
-    double reach = 0;
-    for (int i = 0; i < bearings->count; i++)
-        reach += fabs(moved_by(bearings->rows[i], facet->normal))*bearings->bounds[i]*nearer[i];
-    return reach;
-}
-
-/* The sign of the rate with which a bearing breaks away where a facet is passed. */
-ALWAYS_INLINE int breaks_away(const double *row, const facet_t *facet)
-{
-    const double moved = moved_by(row, facet->normal);
-    return (moved < 0) - (moved > 0);
 }
 
 /* Solve R^T R z = force, or R^T y = force and torques = Q y, where Q R are the bearings' rows along a basis of their

@@ -29,21 +29,3 @@ NEVER_INLINE void nearer_at(const int wheels, const vehicle_t *vehicle, const om
         per_chi[i] = (nearer[i] - length3(rows[i] + 3)/size)/((chi[i] < 0 ? -BESIDE : BESIDE)*joint);
     }
 }
-
-/* The same at the nodes in vector b. */
-NEVER_INLINE void nearer_at_nodes(const step_t *s, const int wheels, const omniroll_bearing_t *contacts, int b,
-                                  nodes_t *nearer)
-{
-    lanes_t chi[MOST_WHEELS], chi_dot[MOST_WHEELS], spin[MOST_WHEELS], squares[MOST_WHEELS];
-    for (int i = 0; i < wheels; i++)
-        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint), squares[i] = lanes_of(0);
-    for (int k = 0; k < 3; k++) {
-        const lanes_t nu[3] = {lanes_of(k == 0), lanes_of(k == 1), lanes_of(k == 2)};
-        set_wheel_rates(wheels, s->vehicle, nu, chi, chi_dot, spin);
-        for (int i = 0; i < wheels; i++)
-            squares[i] += spin[i]*spin[i];
-    }
-    for (int i = 0; i < wheels; i++)
-        for (int l = 0; l < LANES; l++)
-            nearer[i].node[b*LANES + l] = sqrt(squares[i][l])/length3(contacts[i].row);
-}

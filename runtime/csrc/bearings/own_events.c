@@ -1,5 +1,5 @@
 /* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
- * than it takes. As events.c does for wheels, guards and facets. */
+ * than it takes. As events.c does for wheels and guards. */
 
 /* What holds is rounded so. */
 ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
@@ -40,14 +40,14 @@ static double spin_rate_at_end(const step_t *s, int k)
     const double rises = spin_at_end(s, k) - start;     /* what the iteration leaves moves all nodes alike          */
     if (SET_IN_SERIES && slope*rises > 0 && fabs(slope) < ALIKE*fabs(rises) && fabs(rises) < ALIKE*fabs(slope))
         return slope/s->h;
-    return (fabs(slope) < FACET_RISES*rounding ? rises : slope)/s->h;
+    return (fabs(slope) < HELD_RISES*rounding ? rises : slope)/s->h;
 }
 
 /* Where in the step a spin is against its mode, and not at the end: where it is farthest, or 1. */
 static double turn_of_spin(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
-    const double start = -bearing->mode*own_start(s, k), bound = FACET_NOISE*EPS*(bearing->size + fabs(start));
+    const double start = -bearing->mode*own_start(s, k), bound = HELD_NOISE*EPS*(bearing->size + fabs(start));
     nodes_t rate = times(gauss_slope, s->own->held + k);
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] *= -bearing->mode;
@@ -99,7 +99,7 @@ static double own_rate_at_end(const step_t *s, int k)
     const double torque = weighted(held, &gauss_end) + s->own->late[k], sign = torque < 0 ? -1 : 1;
     const double rounding = rounding_of_holding(torque, most_of(s->own_bearing + k));
     double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*s->own_bearing[k].torque;
-    if (fabs(rate)*s->h < FACET_RISES*rounding)
+    if (fabs(rate)*s->h < HELD_RISES*rounding)
         rate = rises/s->h;
     return fabs(rate)*s->h < 0.5*OWN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
 }
@@ -137,7 +137,7 @@ static double length_to_own(step_t *s, const int wheels, double length)
         const double reached = reached_from(s, value, rate);
         if (comes_first(s, reached, length)) {
             length = reached;
-            s->landing = wheels + s->guards + s->facets + k;
+            s->landing = wheels + s->guards + s->of_contacts + k;
             s->unsure = rate > 0 ? rounding_at_end(s, k)/rate : 0;
         }
     }
@@ -158,7 +158,7 @@ static double turn_of_own(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            PASSED*EPS*(bearing->size + fabs(start)));
     }
-    const double most = most_of(s->own_bearing + k), bound = most + FACET_NOISE*rounding_of_holding(s->own_bearing[k].torque, most);
+    const double most = most_of(s->own_bearing + k), bound = most + HELD_NOISE*rounding_of_holding(s->own_bearing[k].torque, most);
     if (LEBESGUE*largest_of(s->own->held + k) <= bound)
         return 1;
     const nodes_t rate = times(gauss_slope, s->own->held + k);

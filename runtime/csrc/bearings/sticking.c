@@ -89,14 +89,46 @@ static void turn_bearings(const omniroll_run_t *run, const work_t *work)
         turn_own(run, work, 1);
 }
 
+/* Bearings that stick, as what wheels that stand are held by: torques are forces at an arm of 1, and where chi is not 0 of
+ * a roller in contact at a shorter one. */
+static void put_standing(const omniroll_run_t *run, standing_t *standing)
+{
+    standing->count = standing->rows.count;
+    standing->radius = -1, standing->arm = 1, standing->most_holding = 0;
+    standing->contact = rows_count(run) > run->axle_count ? run->bearings + run->axle_count : 0;
+    for (int d = 0; d < standing->count; d++) {
+        const int of_axle = standing->bearing[d] < run->axle_count;
+        standing->wheel[d] = standing->bearing[d] - (of_axle ? 0 : run->axle_count), standing->way[d] = of_axle;
+        standing->holding[d] = standing->rows.bounds[d];
+        standing->most_holding = fmax(standing->most_holding, standing->holding[d]);
+    }
+    memset(standing->used_by, 0, sizeof standing->used_by);
+}
+
+/* What a use is rounded to by the terms of the force: each as much as forces of least norm use for it. */
+static void round_use(const omniroll_run_t *run, const work_t *work)
+{
+    standing_t *const standing = work->standing;
+    asked_t now;
+    double forces[MOST_STANDING];
+    asked_now(run, work, &now);
+    standing->rounding = 0;
+    for (int k = 0; k < 3 && standing->count; k++) {
+        for (int m = 0; m < 3; m++)
+            now.force[m] = m == k ? run->hold.size[k] : 0;
+        least_norm(&standing->rows, now.force, forces, 0);
+        standing->rounding += EPS*largest_use(standing, &now, forces);
+    }
+}
+
 /* What sticks with the present modes. */
 static void hold(omniroll_run_t *run, const work_t *work, const vector3_t *mass)
 {
     omniroll_hold_t *const held = &run->hold;
-    int places[MOST_BEARINGS];
-    held->count = bearings_of(run, 1, 1, work->sticking, places);
-    held->free = directions_allowed(work->sticking, mass, held->directions, held->absent);
-    held->facet_count = held->count ? facets_of(work->sticking, work->facets) : 0;
+    held->count = bearings_of(run, 1, 1, &work->standing->rows, work->standing->bearing);
+    held->free = directions_allowed(&work->standing->rows, mass, held->directions, held->absent);
+    put_standing(run, work->standing);
+    round_use(run, work);
     for (int i = rows_count(run); i < run->bearing_count; i++)
         held->count += run->bearings[i].mode == 0;
     turn_bearings(run, work);
@@ -156,50 +188,23 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     }
 }
 
-/* How far a facet of the bearings that stick is passed at this instant, and the rounding of that. */
-static double excess_now(const omniroll_run_t *run, const work_t *work, const facet_t *facet, double *rounding)
+/* Whether bearings that stick are asked for more than they take, and with `let_go` have broken away. Returns how many. */
+static int ask_too_much(omniroll_run_t *run, const work_t *work, int let_go)
 {
-    double nearer[MOST_BEARINGS], reach = facet->reach;
+    asked_t now;
+    double forces[MOST_STANDING];
     int count = 0;
-    for (int i = 0; SET_ROLLERS_STICK && i < rows_count(run); i++)
-        if (run->bearings[i].mode == 0)
-            nearer[count++] = run->bearings[i].nearer;
-    if (SET_ROLLERS_STICK)
-        reach = reach_with(facet, work->sticking, nearer);
-    return excess(facet, reach, run->hold.force, run->hold.size, rounding);
-}
-
-/* How many facets, and bearings of free rollers, what holds has passed by more than its rounding; and of each bearing
- * whose rate follows from nu and that sticks the signs with which facets let it go, added up. */
-static int bounds_passed(const omniroll_run_t *run, const work_t *work, int *signs)
-{
-    const omniroll_hold_t *const held = &run->hold;
-    int count = 0;
-    for (int i = 0; i < rows_count(run); i++)
-        signs[i] = 0;
-    for (int f = 0; held->count && f < held->facet_count; f++) {
-        double rounding;
-        const double value = excess_now(run, work, work->facets + f, &rounding);
-        if (!(value > PASSED*rounding))
-            continue;
-        count++;
-        for (int i = 0; i < rows_count(run); i++)
-            if (run->bearings[i].mode == 0)
-                signs[i] += breaks_away(run->bearings[i].row, work->facets + f);
-    }
+    asked_now(run, work, &now);
+    const double use = run->hold.count ? use_beyond(work->standing, &now, 1.0*PASSED/USE_ROUNDINGS, forces) : 0;
     for (int i = rows_count(run); i < run->bearing_count; i++)
         count += holds_no_more(run->bearings + i);
+    if (use > 0 && let_go)
+        release_used(run, work->standing, &now, use, forces);
+    if (let_go)
+        release_own(run);
+    count += use > 0;
+    run->hold.undecided |= let_go && count > 0;
     return count;
-}
-
-/* Facets have let these bearings go, and free rollers have broken away. */
-static void release(omniroll_run_t *run, const int *signs)
-{
-    for (int i = 0; i < rows_count(run); i++)
-        if (signs[i])
-            run->bearings[i].released = signs[i] > 0 ? 1 : -1;
-    release_own(run);
-    run->hold.undecided = 1;
 }
 
 /* The guards of turning bearings: where their rates pass zero. They stand after those of the effects. */
@@ -227,7 +232,7 @@ static void guard_rates(omniroll_run_t *run, const work_t *work)
 static void decide_resting(omniroll_run_t *run, const work_t *work)
 {
     vector3_t force, mass[3];
-    int released = 0, signs[MOST_BEARINGS];
+    int released = 0;
     if (SET_HAS_MOMENTA)
         wheel_momenta(run, work);
     mass_at_this_instant(run, work, mass);
@@ -238,15 +243,13 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
         released |= run->bearings[i].released;
     hold(run, work, (const vector3_t *)mass);
     find_held_force(run, work);
-    int overdone = released || bounds_passed(run, work, signs);
+    int overdone = released || ask_too_much(run, work, 0);
     for (int round = 0; overdone && round <= run->bearing_count; round++) {
         list_at_rest(run, work);
         decide_list(run, work);
         hold(run, work, (const vector3_t *)mass);
         find_held_force(run, work);
-        overdone = bounds_passed(run, work, signs);
-        if (overdone)
-            release(run, signs);
+        overdone = ask_too_much(run, work, 1);
     }
     for (int k = 0; k < 3; k++)
         run->hold.per_force[k] = run->hold.free < 3 && run->hold.free ? 1/mass[k][k] : 0;
@@ -255,7 +258,7 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
 /* A run begins: nothing sticks so far, in a set that has such bearings and for a run that has none. */
 static void clear_rolling_bearings(const omniroll_run_t *run, const work_t *work)
 {
-    work->sticking->count = 0;
+    work->standing->count = 0;
     for (int k = 0; SET_SPINS_STICK && k < run->wheels*(run->rollers_per_wheel - 1); k++)
         work->own.sticks[k] = work->own.torque[k] = lanes_of(0);
 }
@@ -272,7 +275,7 @@ static void decide_rolling_bearings(omniroll_run_t *run, const work_t *work)
         decide_resting(run, work);
     else {
         run->hold = (omniroll_hold_t){.speed = run->hold.speed};
-        work->sticking->count = 0;
+        work->standing->count = 0;
         turn_bearings(run, work);
     }
     guard_rates(run, work);
@@ -291,9 +294,7 @@ ALWAYS_INLINE void settle_rolling_bearings(omniroll_run_t *run, const work_t *wo
 /* Turning bearings whose rates have passed zero rest, and what holds no more lets go. Returns how many there are. */
 static int pass_rolling_bearings(omniroll_run_t *run, const work_t *work)
 {
-    int signs[MOST_BEARINGS], count = bounds_passed(run, work, signs);
-    if (count)
-        release(run, signs);
+    int count = ask_too_much(run, work, 1);
     for (int k = run->guard_count; k < all_guards(run); k++) {
         omniroll_bearing_t *const bearing = run->bearings + run->leads_to[2*k + 1];
         if (run->passed[k] && !bearing->resting) {      /* one that rests starts from rest in this phase     */
@@ -309,24 +310,14 @@ static int pass_rolling_bearings(omniroll_run_t *run, const work_t *work)
 /* A step begins: what sticks in it, and what holds that now. */
 static void begin_holding_rolling_wheels(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
-    int count = 0;
-    s->sticking = work->sticking;
-    s->contact = run->bearings != NULL ? run->bearings + run->axle_count : NULL, s->first_contact = 0;
-    for (int i = 0; SET_ROLLERS_STICK && i < rows_count(run); i++) {
-        if (run->bearings[i].mode != 0)
-            continue;
-        if (i < run->axle_count)
-            s->first_contact = count + 1;
-        else
-            s->contact_wheel[count - s->first_contact] = i - run->axle_count;
-        s->nearer_start[count] = s->nearer_end[count] = run->bearings[i].nearer;
-        s->nearer_rate[count++] = 0;
-    }
+    s->standing = work->standing;
+    memcpy(s->used_by, work->standing->used_by, sizeof s->used_by);
+    asked_now(run, work, &s->asked_start);
     s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
 }
 
-/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and a
- * facet is passed by some roundings. */
+/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and
+ * more is asked for than bearings take by some roundings. */
 ALWAYS_INLINE double size_held_by_rolling(const omniroll_run_t *run, int input)
 {
     const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
@@ -336,11 +327,11 @@ ALWAYS_INLINE double size_held_by_rolling(const omniroll_run_t *run, int input)
 /* Some time has passed. */
 static void rolling_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    (void)s;
     for (int i = 0; i < run->bearing_count; i++) {
         run->bearings[i].resting = run->bearings[i].mode == 0;
         run->bearings[i].released = 0;
     }
+    memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
     find_nearer(run, work);
     find_held_force(run, work);
     find_torques(run, work);

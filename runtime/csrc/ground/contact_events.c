@@ -21,9 +21,8 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
         at->nu[k] = lanes_of(s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight));
     for (int i = 0; i < wheels; i++)
         at->chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint);
-#if SET_HAS_HEADING
-    point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
-#endif
+    if (SET_HAS_HEADING)
+        point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
     for (int k = 0; k < SET_INPUTS*wheels; k++)
         at->input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
     for (int c = 0; c < s->core; c++)
@@ -34,9 +33,8 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     if (SET_STANDS)
         rollers_at_rest_at_end(s, wheels, at);
     wheels_stick(s, wheels, at->nu, s->core_here);
-#if SET_HAS_CONTACT_SPEEDS
-    rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
-#endif
+    if (SET_HAS_CONTACT_SPEEDS)
+        rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
     return point;
 }
 
@@ -101,9 +99,8 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     loads_in_state(s, wheels, point.core, load);
     if (s->turning)
         push_at_end(s, wheels, &point, at.ground_push);
-#if SET_STRIPS
-    push_corners_at_end(s, wheels, &at);
-#endif
+    if (SET_STRIPS)
+        push_corners_at_end(s, wheels, &at);
     core_rates_there(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
@@ -111,9 +108,8 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
             s->taken_late[i] = taken_by(force, s->per_reach + 2*i, load_squared(s, i, load[i])[0])
                 - weighted(&s->taken[i], &gauss_end);
     }
-#if SET_STANDS
-    measure_standing_at_end(s, wheels, &at);
-#endif
+    if (SET_STANDS)
+        measure_standing_at_end(s, wheels, &at);
 }
 
 /* Rates and forces of contacts that all stick, at the nodes of a step that has settled. */

@@ -21,9 +21,11 @@ ALWAYS_INLINE double asked_of_bearing(const standing_t *standing, int d, const a
     return now->asked[2*standing->wheel[d] + standing->way[d]];
 }
 
-/* How much of its friction a contact uses where these forces hold the wheels that stand. */
+/* How much of its friction a contact uses where these forces hold the wheels that stand: of wheels that roll, nothing. */
 static double contact_use(const standing_t *standing, const asked_t *now, const double *forces, int wheel)
 {
+    if (SET_HOLDS)
+        return 0;
     double force[2] = {now->along[2*wheel], now->along[2*wheel + 1]}, part[2] = {0, 0};
     for (int d = 0; d < standing->count; d++)
         if (standing->wheel[d] == wheel)
@@ -80,10 +82,29 @@ static double *new_equality(elements_t *c, int rows, double wanted)
     return row;
 }
 
+/* The torques of bearings of wheels that roll: contacts take what they are asked for. They give the force on nu, along the
+ * first axes of its span. */
+static int put_torques(const standing_t *standing, const asked_t *now)
+{
+    elements_t *const c = standing->problem;
+    vector3_t basis[3];
+    const int rows = standing->count, rank = span_of(&standing->rows, basis);
+    c->count = rows, c->equalities = 0;
+    for (int d = 0; d < rows; d++)
+        c->element[d] = (friction_element_t){
+            .kind = FRICTION_INTERVAL, .first = d, .rows = 1, .size = {most_of_bearing(standing, d), 0}, .strip = INFINITY,
+        };
+    for (int k = 0; k < rank; k++) {
+        double *const row = new_equality(c, rows, dot3(now->force, basis[k]));
+        for (int d = 0; d < rows; d++)
+            row[d] = dot3(standing->rows.rows[d], basis[k])/arm_of(standing, d, now);
+    }
+    return rows;
+}
+
 /* The forces of contacts, then the torques of bearings. They hold what is asked for; what a contact takes across the
  * direction in which its wheel stands is given. `place`: of the force in each direction. */
-static friction_problem_t problem_of_use(const standing_t *standing, const asked_t *now, int *place,
-                                         friction_solution_t *found)
+static int put_forces_and_torques(const standing_t *standing, const asked_t *now, int *place)
 {
     elements_t *const c = standing->problem;
     vector3_t basis[3];
@@ -106,6 +127,15 @@ static friction_problem_t problem_of_use(const standing_t *standing, const asked
         if (!standing->stands[across] && SET_FIRST_DIRECTION == 0)
             new_equality(c, rows, now->along[across])[place[d] + (standing->way[d] ? -1 : 1)] = 1;
     }
+    return rows;
+}
+
+/* What holds wheels that stand, for friction/. */
+static friction_problem_t problem_of_use(const standing_t *standing, const asked_t *now, int *place,
+                                         friction_solution_t *found)
+{
+    elements_t *const c = standing->problem;
+    const int rows = SET_HOLDS ? put_torques(standing, now) : put_forces_and_torques(standing, now, place);
     *found = (friction_solution_t){
         .force = c->force, .acceleration = c->rate, .state = c->state, .pull = c->powers,
     };
@@ -133,7 +163,7 @@ static double least_use(const standing_t *standing, const asked_t *now, double *
     const friction_problem_t problem = problem_of_use(standing, now, place, &found);
     const double use = friction_least_use(&problem, standing->problem->memory, &found);
     for (int d = 0; d < standing->count && use < INFINITY; d++)
-        forces[d] = found.force[place[d]];
+        forces[d] = SET_HOLDS ? found.force[d]/arm_of(standing, d, now) : found.force[place[d]];
     return largest_use(standing, now, forces);
 }
 
@@ -155,6 +185,23 @@ static double use_less_before(const standing_t *standing, const asked_t *now, co
     }
     const friction_problem_t problem = problem_of_use(standing, now, place, &found);
     return friction_use_rate(&problem, c->memory, change);
+}
+
+/* The motion in which bearings of wheels that roll can take least of what is asked for: the slopes of the least use by
+ * the force on nu. */
+static void motion_of_use(const standing_t *standing, const asked_t *now, double *motion)
+{
+    vector3_t basis[3];
+    friction_solution_t found;
+    int place[MOST_STANDING];
+    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
+    const int rank = span_of(&standing->rows, basis);
+    friction_least_use(&problem, standing->problem->memory, &found);
+    memset(motion, 0, sizeof(vector3_t));
+    for (int k = 0; k < rank; k++) {
+        const double change[3] = {k == 0, k == 1, k == 2};
+        add3(motion, friction_use_rate(&problem, standing->problem->memory, change), basis[k]);
+    }
 }
 
 /* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. What bearings

@@ -31,7 +31,7 @@ static void stand(omniroll_run_t *run, const work_t *work)
 {
     standing_t *const standing = work->standing;
     find_standing(run, work, 0, &standing->rows);
-    standing->count = 0, standing->most_holding = 0;
+    standing->count = 0, standing->most_holding = standing->rounding = 0;
     standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
     standing->contact = bearing_in_way(run, 0);
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
@@ -156,11 +156,12 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
 {
     double per_chi[MOST_WHEELS];
     const standing_t *const standing = work->standing;
+    memset(now, 0, sizeof *now);
     for (int k = 0; k < 3; k++)
-        now->force[k] = work->held_force[k][0];
-    for (int k = 0; k < 2*run->wheels; k++)
-        now->along[k] = work->ground_force[k][0], now->asked[k] = 0;
-    for (int d = 0; d < standing->count; d++)
+        now->force[k] = SET_STANDS ? work->held_force[k][0] : run->hold.force[k];
+    for (int k = 0; SET_STANDS && k < 2*run->wheels; k++)
+        now->along[k] = work->ground_force[k][0];
+    for (int d = 0; SET_STANDS && d < standing->count; d++)
         now->asked[2*standing->wheel[d] + standing->way[d]] = work->own.holding[standing->bearing[d]][0];
     find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
 }
@@ -212,26 +213,30 @@ static void release_used(omniroll_run_t *run, const standing_t *standing, const 
     for (int d = 0; d < standing->count; d++) {
         const int i = standing->wheel[d];
         const double of_bearing = bearing_use(standing, now, forces, d);
-        run->grips[i].released |= contact_use(standing, now, forces, i) >= use*(1 - USED);
+        if (SET_STANDS)
+            run->grips[i].released |= contact_use(standing, now, forces, i) >= use*(1 - USED);
         if (fabs(of_bearing) >= use*(1 - USED))
-            own_bearings(run)[standing->bearing[d]].released = of_bearing > 0 ? -1 : 1;
+            run->bearings[standing->bearing[d]].released = of_bearing > 0 ? -1 : 1;
     }
 }
 
-/* The same where the least use is beyond 1 by more than `roundings`; whether it is. */
-static int release_where_used(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
+/* The least use where it is beyond 1 by more than `roundings`, with its forces; else 0. */
+static double use_beyond(const standing_t *standing, const asked_t *now, double roundings, double *forces)
 {
-    const standing_t *const standing = work->standing;
-    double forces[MOST_STANDING];
-    if (!standing->count)
-        return 0;
-    if (roundings > 0 && uses_little(standing, now, standing->used_by))
+    if (!standing->count || (roundings > 0 && uses_little(standing, now, standing->used_by)))
         return 0;
     const double use = least_use(standing, now, forces);
-    if (!(use - 1 > roundings*rounding_of_use(use)))
-        return 0;
-    release_used(run, standing, now, use, forces);
-    return 1;
+    return use - 1 > roundings*rounding_of_use(standing, use) ? use : 0;
+}
+
+/* The same where the least use is beyond 1; whether it is. */
+static int release_where_used(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
+{
+    double forces[MOST_STANDING];
+    const double use = use_beyond(work->standing, now, roundings, forces);
+    if (use > 0)
+        release_used(run, work->standing, now, use, forces);
+    return use > 0;
 }
 
 /* Contacts that have been let go and would come to rest at once hold (rule 5). Returns how many there are. */
@@ -280,7 +285,7 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
     lanes_t nu_dot[3];
     s->standing = work->standing;
     /* contacts come before the bearings among the events */
-    s->facets = run->wheels;
+    s->of_contacts = run->wheels;
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
@@ -322,7 +327,7 @@ static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
 /* What has come to its end at the end of the step is let go, or rests. */
 static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    const int landed = s->landing - (s->wheels + s->guards + s->facets);
+    const int landed = s->landing - (s->wheels + s->guards + s->of_contacts);
     omniroll_bearing_t *const bearings = own_bearings(run);
     lanes_t nu_dot[3];
     asked_t now;

@@ -2,6 +2,7 @@
 #define USE_ROUNDINGS 64            /* a use is rounded to so many units in the last place: forces that hold */
 #define USE_LIFTS 4                 /* roundings above 1 at which a step ends; what is used up is let go there */
 #define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
+#define MUCH_USED 0.5               /* at some node, where more than all may be used between two             */
 #define USE_SLOPE 1e-6              /* of a step: over this the use's rate is found                          */
 
 /* How far the axis of each wheel's roller in contact is from the ground at these angles, and how that changes. */
@@ -9,7 +10,7 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
                       const double *chi, double *arm, double *per_chi)
 {
     double nearer[MOST_WHEELS], inside[MOST_WHEELS];
-    if (!SET_ROLLERS_TURN) {
+    if (!SET_ROLLERS_TURN && !SET_ROLLERS_STICK) {
         memset(arm, 0, sizeof *arm*(size_t)wheels), memset(per_chi, 0, sizeof *per_chi*(size_t)wheels);
         return;
     }
@@ -77,9 +78,9 @@ static int uses_little(const standing_t *standing, const asked_t *now, const dou
     return 0;
 }
 
-ALWAYS_INLINE double rounding_of_use(double use)
+ALWAYS_INLINE double rounding_of_use(const standing_t *standing, double use)
 {
-    return USE_ROUNDINGS*EPS*(1 + use);
+    return USE_ROUNDINGS*(EPS*(1 + use) + standing->rounding);
 }
 
 /* What standing wheels ask for at the step's end, and its rate there. */
@@ -93,11 +94,11 @@ static void asked_at_end(const step_t *s, const int wheels, asked_t *now, asked_
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, now->arm, per_chi);
     for (int i = 0; i < wheels; i++)
         change->arm[i] = per_chi[i]*s->end_rate[i];
-    for (int k = 0; k < 2*wheels; k++) {
+    for (int k = 0; SET_STANDS && k < 2*wheels; k++) {
         now->along[k] = weighted(&s->along[k], &gauss_end) + s->asked_late.along[k];
         change->along[k] = weighted(&s->along[k], &gauss_end_slope)/s->h;
     }
-    for (int d = 0; d < s->standing->count; d++) {
+    for (int d = 0; SET_STANDS && d < s->standing->count; d++) {
         const int k = s->standing->bearing[d], at = 2*s->standing->wheel[d] + s->standing->way[d];
         now->asked[at] = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
         change->asked[at] = weighted(s->own->held + k, &gauss_end_slope)/s->h;
@@ -128,14 +129,14 @@ static double length_to_use(step_t *s, const int wheels, double length)
     asked_at_end(s, wheels, &now, &change);
     if (!s->nearly_used && uses_little(s->standing, &now, s->used_by))
         return length;
-    const double use = least_use(s->standing, &now, s->used_by), rounding = rounding_of_use(use);
+    const double use = least_use(s->standing, &now, s->used_by), rounding = rounding_of_use(s->standing, use);
     const double value = use - 1 - USE_LIFTS*rounding, span = USE_SLOPE*s->h;
     s->nearly_used |= value > -NEAR_USED;
     if (value <= 0 && length <= s->h)
         return length;
     ask_later(&now, &change, wheels, -span, &before);
     double rate = use_less_before(s->standing, &now, &before, use)/span;
-    if (fabs(rate)*s->h < FACET_RISES*rounding)
+    if (fabs(rate)*s->h < HELD_RISES*rounding)
         rate = (use - least_use(s->standing, &s->asked_start, forces))/s->h;
     if (fabs(rate)*s->h < 0.5*USE_LIFTS*rounding)       /* it is as it was                                      */
         rate = 0;
@@ -144,34 +145,82 @@ static double length_to_use(step_t *s, const int wheels, double length)
     const double reached = reached_from(s, value, rate);
     if (!comes_first(s, reached, length))
         return length;
-    s->landing = wheels + s->guards + s->facets + s->own_count;
+    s->landing = wheels + s->guards + s->of_contacts + s->own_count;
     s->unsure = rate > 0 ? rounding/rate : 0;
     return reached;
 }
 
-/* A node at which more is used than there is, though not at the step's end: where, or 1. */
+/* What is asked for at a node. */
+static void asked_at_node(const step_t *s, const int wheels, int m, asked_t *now)
+{
+    double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
+    for (int k = 0; k < 3; k++)
+        now->force[k] = s->force[k].node[m];
+    for (int k = 0; SET_STANDS && k < 2*wheels; k++)
+        now->along[k] = s->along[k].node[m];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = s->at_chi[i].node[m];
+    find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now->arm, per_chi);
+    for (int d = 0; SET_STANDS && d < s->standing->count; d++)
+        now->asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];
+}
+
+/* The power that bearings can take in a motion; exactly none of those whose rows are all but across it. */
+static double taken_in_motion(const standing_t *standing, const asked_t *now, const double *motion)
+{
+    double taken = 0;
+    for (int d = 0; d < standing->count; d++) {
+        const double moved = fabs(dot3(standing->rows.rows[d], motion));
+        if (moved > PARALLEL*length3(standing->rows.rows[d])*length3(motion))
+            taken += moved*most_of_bearing(standing, d)/fabs(arm_of(standing, d, now));
+    }
+    return taken;
+}
+
+/* Where between the nodes bearings of wheels that roll are asked for more than they take: in the motion in which most is
+ * asked for at node `m`, or 1. What they take there is as much as they can, whatever is asked for. */
+static double turn_of_motion(const step_t *s, const int wheels, int m)
+{
+    asked_t now;
+    double forces[MOST_STANDING], motion[3];
+    nodes_t value;
+    memset(&now, 0, sizeof now);
+    asked_at_node(s, wheels, m, &now);
+    const double use = least_use(s->standing, &now, forces);
+    if (!(use > MUCH_USED && use < INFINITY))
+        return 1;
+    motion_of_use(s->standing, &now, motion);
+    for (int k = 0; k < NODES; k++) {
+        asked_at_node(s, wheels, k, &now);
+        value.node[k] = dot3(motion, now.force) - taken_in_motion(s->standing, &now, motion);
+    }
+    const double start = dot3(motion, s->asked_start.force) - taken_in_motion(s->standing, &s->asked_start, motion);
+    const nodes_t rate = times(gauss_slope, &value);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY,
+                       HELD_NOISE*rounding_of_use(s->standing, use)/USE_ROUNDINGS);
+}
+
+/* Where in the step more is used than there is, though not at its end, or 1. */
 static double turn_of_use(const step_t *s, const int wheels)
 {
     asked_t now;
-    double forces[MOST_STANDING];
+    double forces[MOST_STANDING], most = MUCH_USED;
+    int at = -1;
     memcpy(forces, s->used_by, sizeof forces);
     memset(&now, 0, sizeof now);
     for (int m = 0; m < NODES && s->standing->count; m++) {
-        double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
-        for (int k = 0; k < 3; k++)
-            now.force[k] = s->force[k].node[m];
-        for (int k = 0; k < 2*wheels; k++)
-            now.along[k] = s->along[k].node[m];
-        for (int i = 0; i < wheels; i++)
-            chi[i] = s->at_chi[i].node[m];
-        find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now.arm, per_chi);
-        for (int d = 0; d < s->standing->count; d++)
-            now.asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];
+        asked_at_node(s, wheels, m, &now);
+        if (SET_HOLDS) {
+            least_norm(&s->standing->rows, now.force, forces, 0);
+            const double use = largest_use(s->standing, &now, forces);
+            at = use > most ? m : at, most = fmax(most, use);
+            continue;
+        }
         if (uses_little(s->standing, &now, forces))
             continue;
         const double use = least_use(s->standing, &now, forces);
-        if (use - 1 > FACET_NOISE*rounding_of_use(use))
+        if (use - 1 > HELD_NOISE*rounding_of_use(s->standing, use))
             return gauss_node.node[m];
     }
-    return 1;
+    return at < 0 ? 1 : turn_of_motion(s, wheels, at);
 }

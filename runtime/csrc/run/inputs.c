@@ -33,10 +33,8 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
     set_wheel_speeds(run->wheels, &work->vehicle, lacking, in_lanes);
     for (int i = 0; i < run->wheels; i++)
         errors[i] = in_lanes[i][0];
-#if SET_SLIPS
-    for (int i = 0; i < run->wheels; i++)
+    for (int i = 0; SET_SLIPS && i < run->wheels; i++)
         errors[i] -= run->core[rates_at(run->wheels) + i];
-#endif
     omniroll_controller_sample(run->wheels, errors, sampler->sum, sampler->proportional, sampler->integral,
                                sampler->sample_time, sums, outputs);
     for (int i = 0; i < run->wheels; i++) {
@@ -90,12 +88,10 @@ static void put_guard(omniroll_run_t *run, const double *row, int wheel, omnirol
     guard[1] = margin.per_signal*slope;
     for (int k = 0; k < 3; k++)
         guard[2 + k] = SET_SLIPS ? 0 : margin.per_rate*row[k];
-#if SET_SLIPS
-    for (int i = 0; i < run->wheels; i++)
+    for (int i = 0; SET_SLIPS && i < run->wheels; i++)
         guard[6 + i] = i == wheel ? margin.per_rate : 0;
     for (int k = 6 + run->wheels; k < guard_size(run->wheels); k++)
         guard[k] = 0;
-#endif
     guard[5] = fabs(margin.at_zero) + fabs(margin.per_signal*value);
     run->leads_to[2*run->guard_count] = follows;
     run->leads_to[2*run->guard_count + 1] = wheel;
@@ -139,17 +135,13 @@ static void renew_inputs(omniroll_run_t *run)
         for (int i = 0; i < wheels; i++)
             run->signals[run->samplers[t].signal*wheels + i] += run->samplers[t].output[i];
     run->guard_count = 0;
-#if SET_INPUTS > 1
-    if (run->modal_count)
+    if (SET_INPUTS > 1 && run->modal_count)
         modes_act(run, run->modal);
-#endif
-#if SET_INPUTS
     for (int k = 0; k < SET_INPUTS*wheels; k++) {
         run->signals[2*size + k] = run->inputs[SET_INPUTS*wheels + k];
         run->inputs[k] = run->signals[k];
         run->inputs[SET_INPUTS*wheels + k] = run->signals[size + k];
     }
-#endif
     run->inputs_elapsed = run->elapsed;
     run->inputs_carry = run->carry;
     run->next_time = next_known_time(run);

@@ -17,8 +17,6 @@ typedef struct {
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
     lanes_t *held_force;            /* what holds bearings, or wheels that stand                             */
-    facet_t *facets;                /* of what the bearings that stick can take                              */
-    bearings_t *sticking;           /* these, where chi is 0                                                 */
     standing_t *standing;
     at_rest_t list, *at_rest;       /* contacts and bearings, at an instant                                  */
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
@@ -53,7 +51,7 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
     }
     work->list = list, work->at_rest = &work->list;
     work->elements = problem, work->problem = &work->elements;
-    if (SET_STANDS && work->standing)
+    if ((SET_HOLDS || SET_STANDS) && work->standing)
         work->standing->problem = work->problem;
 }
 
@@ -87,19 +85,10 @@ static void lay_out_ground(work_t *work, parts_t *parts, int wheels)
 }
 
 /* What holds bearings, or contacts and bearings, at rest. */
-static void lay_out_holding(work_t *work, parts_t *parts, int wheels)
+static void lay_out_holding(work_t *work, parts_t *parts)
 {
-    (void)wheels;
-    if (SET_HOLDS) {
-        work->held_force = lanes_part(parts, 3);
-        const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
-        work->facets = numbers_part(parts, most_facets(SET_BEARINGS*wheels)*facet);
-        work->sticking = numbers_part(parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
-    }
-    if (SET_STANDS) {
-        work->held_force = lanes_part(parts, 3);
-        work->standing = numbers_part(parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
-    }
+    work->held_force = lanes_part(parts, 3);
+    work->standing = numbers_part(parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
 }
 
 /* Bearings that stick one by one, each in a mode of its own. */
@@ -156,7 +145,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     if (SET_IS_COUPLED)
         lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
     if (SET_HOLDS || SET_STANDS)
-        lay_out_holding(work, &parts, wheels);
+        lay_out_holding(work, &parts);
     if (SET_OWN_BEARINGS)
         lay_out_bearings(work, &parts, wheels, rollers);
     if (SET_STANDS) {

@@ -16,8 +16,8 @@
 #define EARLY 2                     /* and where they are cheap after this sweep already                   */
 #define NOT_FAST 0.25               /* this ratio                                                          */
 #define MUCH_TOO_LONG 1000          /* times the error allowed, which the second sweep shows               */
-#define FACET_RISES 1e5             /* of roundings of what holds its slope at the end of a step is known    */
-#define FACET_NOISE 4096            /* roundings of what holds inside a step                                */
+#define HELD_RISES 1e5              /* of roundings of what holds its slope at the end of a step is known    */
+#define HELD_NOISE 4096             /* roundings of what holds inside a step                                */
 #define TELL_SLIPS 4                /* sweeps behind which it is known how slips go that begin with the step    */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 #define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
@@ -78,75 +78,6 @@ ALWAYS_INLINE int comes_first(const step_t *s, double reached, double length)
     return reached < length || (reached == s->h && length == s->h && s->landing < 0);
 }
 
-#define FACET_PASSED 256            /* roundings above zero is beyond a facet                               */
-
-/* How much larger than where chi is 0 the rates of the rollers in contact that stick are at the step's end. */
-ALWAYS_INLINE void nearer_at_end(step_t *s, const int wheels)
-{
-    double nearer[MOST_WHEELS], per_chi[MOST_WHEELS], chi[MOST_WHEELS];
-    for (int i = 0; i < wheels; i++)
-        chi[i] = fmax(-s->joint, fmin(s->joint, s->end_chi[i]));
-    nearer_at(wheels, s->vehicle, s->contact, s->joint, chi, nearer, per_chi);
-    for (int k = s->first_contact; k < s->sticking->count; k++) {
-        const int wheel = s->contact_wheel[k - s->first_contact];
-        s->nearer_end[k] = nearer[wheel];
-        s->nearer_rate[k] = per_chi[wheel]*s->end_rate[wheel];
-    }
-}
-
-/* The power that the bearings can take in a facet's motion: at the step's start and at its end, and its rate there. */
-ALWAYS_INLINE void reach_in_step(const step_t *s, const facet_t *facet, double *start, double *end, double *rate)
-{
-    *start = *end = facet->reach, *rate = 0;
-    if (SET_ROLLERS_STICK && s->sticking->count > s->first_contact) {
-        *start = reach_with(facet, s->sticking, s->nearer_start);
-        *end = reach_with(facet, s->sticking, s->nearer_end);
-        *rate = reach_with(facet, s->sticking, s->nearer_rate);
-    }
-    (void)s;
-}
-
-/* The value of a facet at the step's end, less what counts as its rounding, and its rate there. The polynomial's slope
- * is rounded more than a thousand times; where the facet hardly rises its rate over the whole step is better. */
-ALWAYS_INLINE double facet_at_end(const step_t *s, const facet_t *facet, const double *force, const double *slope,
-                                  double *rate)
-{
-    double rounding, at_start, reach_start, reach_end, reach_rate;
-    reach_in_step(s, facet, &reach_start, &reach_end, &reach_rate);
-    const double value = excess(facet, reach_end, force, s->force_size, &rounding);
-    const double start = excess(facet, reach_start, s->force_start, s->force_size, &at_start);
-    *rate = dot3(facet->normal, slope) - reach_rate;
-    if (fabs(*rate)*s->h < FACET_RISES*rounding)
-        *rate = (value - start)/s->h;
-    if (fabs(*rate)*s->h < 0.5*FACET_PASSED*rounding)       /* it is as it was                            */
-        *rate = 0;
-    return value - FACET_PASSED*rounding;
-}
-
-/* The length at which the first facet is passed, if that is before `length`. */
-ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
-{
-    double force[3], slope[3];
-    if (SET_ROLLERS_STICK && s->facets && s->sticking->count > s->first_contact)
-        nearer_at_end(s, wheels);
-    for (int k = 0; s->held && k < 3; k++) {
-        force[k] = weighted(&s->force[k], &gauss_end) + s->force_late[k];
-        slope[k] = weighted(&s->force[k], &gauss_end_slope)/s->h;
-    }
-    for (int f = 0; f < s->facets; f++) {
-        double rate;
-        const double value = facet_at_end(s, s->facet + f, force, slope, &rate);
-        if (!(rate > 0 || value > 0))
-            continue;
-        const double reached = reached_from(s, value, rate);
-        if (comes_first(s, reached, length)) {
-            length = reached;
-            s->landing = wheels + s->guards + f;
-        }
-    }
-    return length;
-}
-
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at);
 
 /* What the polynomials of what holds lack at the end of a step that ends where it holds no more, from an evaluation
@@ -172,7 +103,7 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
     core_rates(wheels, &point, nu_dot);
     if (SET_HOLDS)
         for (int k = 0; k < 3; k++)
-            s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
+            s->asked_late.force[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
     if (SET_OWN_BEARINGS)
         find_own_late(s, wheels, &at);
 }
@@ -221,13 +152,11 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
     }
     if (SET_IS_ACTED_ON)
         length = length_to_guard(s, wheels, length);
-    if (SET_HOLDS)
-        length = length_to_facet(s, wheels, length);
     if (SET_OWN_BEARINGS)
         length = length_to_own(s, wheels, length);
     if (SET_GRIPS)
         length = length_to_change(s, wheels, length);
-    if (SET_STANDS)
+    if (SET_HOLDS || SET_STANDS)
         length = length_to_use(s, wheels, length);
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
@@ -478,47 +407,4 @@ static double turn_of_guard(const step_t *s, int guard)
     const nodes_t rate = guard_rate(s, guard);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard.start[guard],
                        -INFINITY, PASSED*s->guard.noise[guard]);
-}
-
-/* Rates of what holds, in lengths of the step: of the force and, as its reach changes, of the rollers in contact. */
-typedef struct {
-    nodes_t force[3];
-    nodes_t nearer[MOST_WHEELS];
-} holding_rates_t;
-
-static void holding_rates(const step_t *s, const int wheels, holding_rates_t *rates)
-{
-    for (int k = 0; k < 3; k++)
-        rates->force[k] = times(gauss_slope, &s->force[k]);
-    if (SET_ROLLERS_STICK) {
-        nodes_t nearer[MOST_WHEELS];
-        if (s->sticking->count == s->first_contact)
-            return;
-        for (int b = 0; b < BLOCKS; b++)
-            nearer_at_nodes(s, wheels, s->contact, b, nearer);
-        for (int i = 0; i < wheels; i++)
-            rates->nearer[i] = times(gauss_slope, &nearer[i]);
-    }
-    (void)wheels;
-}
-
-/* A facet that is passed inside the step and not at its end: where it is farthest beyond, or 1. */
-static double turn_of_facet(const step_t *s, const holding_rates_t *rates, const facet_t *facet)
-{
-    double rounding, reach_start, reach_end, reach_rate;
-    nodes_t rate;
-    const nodes_t *const force_rate = rates->force;
-    reach_in_step(s, facet, &reach_start, &reach_end, &reach_rate);
-    const double start = excess(facet, reach_start, s->force_start, s->force_size, &rounding);
-    for (int b = 0; b < BLOCKS; b++)
-        rate.lanes[b] = facet->normal[0]*force_rate[0].lanes[b] + facet->normal[1]*force_rate[1].lanes[b]
-            + facet->normal[2]*force_rate[2].lanes[b];
-    if (SET_ROLLERS_STICK) {
-        for (int k = s->first_contact; k < s->sticking->count; k++) {
-            const double per_nearer = fabs(moved_by(s->sticking->rows[k], facet->normal))*s->sticking->bounds[k];
-            for (int b = 0; b < BLOCKS; b++)
-                rate.lanes[b] -= per_nearer*rates->nearer[s->contact_wheel[k - s->first_contact]].lanes[b];
-        }
-    }
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, FACET_NOISE*rounding);
 }

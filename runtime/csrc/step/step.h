@@ -83,7 +83,8 @@ typedef struct {
     double radius, arm;                         /* of a wheel; of its roller in contact where chi is 0     */
     double size[3], per_force;                  /* what a force on nu is rounded against; nu' that it gives */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found           */
-    const omniroll_bearing_t *contact;          /* bearings of rollers in contact                          */
+    const omniroll_bearing_t *contact;          /* bearings of rollers in contact, null where there are none */
+    double rounding;                            /* EPS: what a use is rounded to by terms of the force on nu */
     elements_t *problem;                        /* of what holds them: scratch                             */
 } standing_t;
 
@@ -185,18 +186,12 @@ typedef struct {
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
     approach_t approach;
     nodes_t rate_account[MOST_ACCOUNTS];
-    int held, facets;                           /* bearings that stick; the facets of what they can take */
-    const facet_t *facet;
-    const bearings_t *sticking;                 /* those whose rates follow from nu                */
+    int held;                                   /* bearings that stick                             */
+    int of_contacts;                            /* events of contacts, which stand before those of bearings */
     double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
     lanes_t directions[9], absent[3];           /* of nu                                         */
     nodes_t force[3];                           /* that holds, at the nodes                      */
-    double force_start[3], force_size[3], per_force[3];
-    double force_late[3];                       /* what its polynomials lack at the step's end   */
-    int first_contact;                          /* place among `sticking` where rollers in contact begin */
-    int contact_wheel[MOST_WHEELS];             /* the wheels of these                           */
-    const omniroll_bearing_t *contact;          /* the bearings of all rollers in contact        */
-    double nearer_start[MOST_BEARINGS], nearer_end[MOST_BEARINGS], nearer_rate[MOST_BEARINGS];
+    double force_size[3], per_force[3];
     int own_count;
     const omniroll_bearing_t *own_bearing;      /* those with rates of their own                 */
     const own_bearings_t *own;

@@ -23,16 +23,14 @@ ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *w
 }
 
 /* Bearings that stick, and the forces that hold them. */
-ALWAYS_INLINE void begin_held_forces(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+ALWAYS_INLINE void begin_held_forces(const omniroll_run_t *run, step_t *s, const int wheels)
 {
-    s->facet = work->facets;
     for (int i = 0; i < wheels; i++)
         s->turns[i] = !sticks(run, i);
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++) {
         s->absent[k] = lanes_of(run->hold.absent[k]);
-        s->force_start[k] = run->hold.force[k];
         s->force_size[k] = run->hold.size[k];
         s->per_force[k] = run->hold.per_force[k];
     }
@@ -79,11 +77,11 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     if (SET_APPROACHES)
         s->approach.stretched = 0;
     if (SET_STICKS) {
-        s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0;
+        s->held = run->hold.count, s->of_contacts = 0;
         begin_holding(run, work, s);
     }
     if (SET_HOLDS)
-        begin_held_forces(run, work, s, wheels);
+        begin_held_forces(run, s, wheels);
     if (SET_IS_ACTED_ON)
         begin_guards(run, s, wheels);
     (void)work;
@@ -195,10 +193,7 @@ ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest,
 /* What the polynomials of what holds lack at the end of a step: nothing is known of it yet. */
 ALWAYS_INLINE void nothing_is_late(step_t *s)
 {
-    if (SET_HOLDS)
-        for (int k = 0; k < 3; k++)
-            s->force_late[k] = 0;
-    if (SET_STANDS) {
+    if (SET_HOLDS || SET_STANDS) {
         memset(&s->asked_late, 0, sizeof s->asked_late);
         s->nearly_used = 0;
     }
@@ -289,14 +284,7 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
         turned = fmin(turned, turn_of_contacts(s, wheels));
     if (SET_STRIPS)
         turned = fmin(turned, turn_of_corners(s, wheels));
-    if (SET_HOLDS) {
-        holding_rates_t rates;
-        if (s->facets)
-            holding_rates(s, wheels, &rates);
-        for (int f = 0; f < s->facets; f++)
-            turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
-    }
-    if (SET_STANDS)
+    if (SET_HOLDS || SET_STANDS)
         turned = fmin(turned, turn_of_use(s, wheels));
     if (SET_OWN_BEARINGS)
         for (int k = 0; k < s->own_count; k++)
