@@ -136,6 +136,8 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     }
     if (SET_STICKS && !run->started)
         clear_bearings(run, work);
+    if (SET_STANDS || SET_HOLDS)                /* anew in each call: a copy of a session has other bearings      */
+        work->standing->contact = contact_bearings(run);
     if (SET_GRIPS) {
         run->ground.knows_rates = 0;
         friction_in_lanes(run, work);

@@ -18,6 +18,13 @@ ALWAYS_INLINE int rows_count(const omniroll_run_t *run)
     return run->bearing_count - run->own_count;
 }
 
+/* The bearings of rollers in contact; null where there are none. */
+ALWAYS_INLINE const omniroll_bearing_t *contact_bearings(const omniroll_run_t *run)
+{
+    const int some = SET_STANDS ? SET_ROLLERS_TURN : rows_count(run) > run->axle_count;
+    return some && run->bearings ? run->bearings + run->axle_count : 0;
+}
+
 #define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
 
 /* The ground's forces on wheels that are rigid, and what would hold their rollers then. */

@@ -95,7 +95,6 @@ static void put_standing(const omniroll_run_t *run, standing_t *standing)
 {
     standing->count = standing->rows.count;
     standing->radius = -1, standing->arm = 1, standing->most_holding = 0;
-    standing->contact = rows_count(run) > run->axle_count ? run->bearings + run->axle_count : 0;
     for (int d = 0; d < standing->count; d++) {
         const int of_axle = standing->bearing[d] < run->axle_count;
         standing->wheel[d] = standing->bearing[d] - (of_axle ? 0 : run->axle_count), standing->way[d] = of_axle;

@@ -33,7 +33,6 @@ static void stand(omniroll_run_t *run, const work_t *work)
     find_standing(run, work, 0, &standing->rows);
     standing->count = 0, standing->most_holding = standing->rounding = 0;
     standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
-    standing->contact = bearing_in_way(run, 0);
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
     memset(standing->size, 0, sizeof standing->size);
     for (int k = 0; k < run->own_count; k++) {
@@ -110,7 +109,7 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
     int moves = 0;
     if (SET_STRIPS)
         stop_in_modes(run, work);
-    work->standing->contact = bearing_in_way(run, 0), work->standing->arm = run->ground.reach;
+    work->standing->arm = run->ground.reach;
     const double least_arm = least_arm_now(run, work);
     run->hold.speed = fmax(run->hold.speed, FROM_REST*run->ground.settles);
     for (int i = 0; i < run->wheels; i++)
