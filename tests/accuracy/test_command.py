@@ -243,11 +243,13 @@ def test_bad_calls(tmp_path, capsys):
 
 
 def test_only_so_much_of_a_scene_is_taken_as_the_reference_can_follow(monkeypatch):
+    """A beginning of 0.05 s takes too little to tell; one of 0.2 s takes 3 s."""
+    took, followed = iter([0.5, 3.0]), []
+    monkeypatch.setattr("omniroll.studies.accuracy.study.working_clock", lambda: lambda: next(took))
+    monkeypatch.setattr("omniroll.studies.accuracy.study.confirmed", lambda task, times: followed.append(task.duration))
     scene = load_scene("scenes/motion-3.toml")
-    assert affordable(scene, 0.04, 1e-9) == 0.04
-    clocks = iter([lambda: 2.0, lambda: 2.0])
-    monkeypatch.setattr("omniroll.studies.accuracy.study.working_clock", lambda: next(clocks))
-    assert affordable(scene, 8.0, 15.0) == 0.38 and affordable(scene, 0.2, 15.0) == 0.2
+    assert affordable(scene, 0.04, 15.0) == 0.04 and not followed
+    assert affordable(scene, 8.0, 15.0) == 1.0 and followed == [0.05, 0.2]
 
 
 def test_a_motion_that_blew_up_is_shown_and_not_advised(found):

@@ -26,6 +26,7 @@ ENOUGH = 0.2  # s: a setting is timed again until this is used up, at most REPEA
 REPEATS = 5
 INTEGRATORS = (*PEERS, *heyoka_peer())
 TRIED = 0.05  # s of a scene, of which reference solutions tell what all of it would take
+LONGER, PART = 4, 0.1  # by how much the next beginning that is tried is longer, and until what share of the seconds
 
 
 @dataclass(frozen=True)
@@ -139,13 +140,16 @@ def study(
 
 def affordable(scene: Scene, duration: float, seconds: float) -> float:
     """How much of the first `duration` seconds of a scene reference solutions can follow in some seconds of work: two
-    digits, by what the beginning takes."""
-    if duration <= TRIED:
+    digits, by what the beginning takes. Beginnings that take a small part of these seconds are followed by longer ones:
+    many scenes start at rest, where steps are long."""
+    tried, took = TRIED, 0.0
+    while tried < duration and took < PART * seconds:
+        task, clock = checked_task(scene.vehicle, **_options(scene), duration=tried), working_clock()
+        confirmed(task, np.array([0.0, tried]))
+        took, tried = clock(), LONGER * tried
+    if tried >= duration and took < PART * seconds:
         return duration
-    task = checked_task(scene.vehicle, **_options(scene), duration=TRIED)
-    clock = working_clock()
-    confirmed(task, np.array([0.0, TRIED]))
-    reached = TRIED * seconds / max(clock(), 1e-9)
+    reached = tried / LONGER * seconds / took
     return duration if reached >= duration else max(TRIED, float(f"{reached:.2g}"))
 
 
