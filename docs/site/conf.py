@@ -6,6 +6,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import rendering  # noqa: E402
+import search_texts  # noqa: E402
 
 import omniroll  # noqa: E402
 
@@ -15,7 +16,7 @@ version = release = omniroll.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
 html_theme = "furo"
 html_title = f"omniroll {version}"
-html_show_search_summary = False  # it is fetched, which pages on a disk may not
+html_search_scorer = str(Path(__file__).parent / "search.js")
 html_copy_source = html_show_sphinx = False
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]
@@ -30,3 +31,5 @@ python_use_unqualified_type_names = True
 def setup(app):
     app.connect("autodoc-process-docstring", rendering.process_docstring)
     app.connect("autodoc-process-bases", rendering.process_bases)
+    app.connect("html-page-context", search_texts.add_texts)
+    app.connect("build-finished", search_texts.write_texts)

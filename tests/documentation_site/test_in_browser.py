@@ -69,8 +69,20 @@ def test_mathematics_is_set(opened):
     assert page.locator("mjx-merror").count() == 0 and "$`" not in page.inner_text("article")
 
 
-def test_the_search_finds_a_word(opened):
+@pytest.mark.parametrize(
+    "words, first, line",
+    [
+        ("energy ledger", "", "ledger"),
+        ("tracking wheels", "What instruments on the robot read", "wheel"),
+        ("fit", "How to fit a model to what a robot has recorded", "fit"),
+        ("motor", "A motor and a controller", "motor"),
+    ],
+)
+def test_the_search_shows_lines_and_the_page_of_the_subject_first(opened, words, first, line):
     page = opened("search")
-    page.goto((SITE / "search.html").as_uri() + "?q=energy+ledger")
+    page.goto((SITE / "search.html").as_uri() + f"?q={words.replace(' ', '+')}")
     page.wait_for_function("document.querySelector('.search-summary')?.innerText.includes('finished')")
-    assert "How to get tables" in page.locator("ul.search").inner_text()
+    found = page.locator("ul.search > li")
+    assert first in found.first.locator("a").first.inner_text()
+    page.wait_for_function("document.querySelector('ul.search p.context')")
+    assert line in page.locator("ul.search p.context").first.inner_text().lower()
