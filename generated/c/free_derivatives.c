@@ -708,3 +708,385 @@ void omniroll_forward_dynamics_derivatives_sharp(const omniroll_model *model, co
         nu_dot_by_momentum_sin[3*i + 2] = x_3_by_momentum_sin;
     }
 }
+
+/* Absolute axial speeds of the rollers in contact; and the slopes in a direction. Equations: (2.1). Steps:
+ * yaw, angle, contact_speed, inverse_rho, contact_spin (maxima/forms/rolling.mac). */
+void omniroll_contact_axial_along(const omniroll_model *model, const omniroll_real *nu,
+                                  const omniroll_real *chi, const omniroll_real *nu_along,
+                                  const omniroll_real *chi_along, omniroll_real *contact_axial,
+                                  omniroll_real *contact_axial_along)
+{
+    const int wheels = model->wheels;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    const omniroll_real nu_1_by_along = nu_along[0];
+    const omniroll_real nu_2_by_along = nu_along[1];
+    const omniroll_real nu_3_by_along = nu_along[2];
+    const omniroll_real yaw_rate_by_along = inverse_yaw_scale*nu_3_by_along;
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
+    const omniroll_real t2 = 2*l;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real chi_by_along = chi_along[i];
+        const omniroll_real t1 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t1);
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real half_cosine = omniroll_cos(t1);
+        const omniroll_real sine_by_along = cosine*chi_by_along;
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho_by_along = -l*sine*chi_by_along;
+        const omniroll_real rho = tip + t2*width;
+        const omniroll_real along_by_along = R*(nu_1_by_along*cos_alpha + nu_2_by_along*sin_alpha);
+        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const omniroll_real inv_rho = 1/rho;
+        const omniroll_real inverse_rho_by_along = -rho_by_along*inv_rho*inv_rho;
+        const omniroll_real inverse_rho = inv_rho;
+        const omniroll_real rolling_by_along = along*inverse_rho_by_along + inverse_rho*along_by_along;
+        const omniroll_real rolling = along*inverse_rho;
+        const omniroll_real axial_by_along = yaw_rate*sine_by_along + yaw_rate_by_along*sine
+            + rolling_by_along;
+        const omniroll_real axial = yaw_rate*sine + rolling;
+        contact_axial_along[i] = axial_by_along;
+        contact_axial[i] = axial;
+    }
+}
+
+/* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it; and the
+ * slopes in a direction. Equations: section 4. Steps: platform_matrix, no_force, inertia, row_matrix,
+ * free_yaw_inertia, solution (maxima/forms/system.mac); angle, inverse_rho, row
+ * (maxima/forms/rolling.mac); entering, entering_yaw (maxima/forms/impact.mac). */
+void omniroll_impact_along(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                           const omniroll_real *entering, const omniroll_real *leaving,
+                           const omniroll_real *nu_along, const omniroll_real *chi_along,
+                           const omniroll_real *entering_along, const omniroll_real *leaving_along,
+                           omniroll_real *nu_after, omniroll_real *nu_after_along)
+{
+    const int wheels = model->wheels;
+    (void)leaving;
+    (void)leaving_along;
+    const omniroll_real B = model->B;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real m0_11 = model->m0_11;
+    const omniroll_real m0_12 = model->m0_12;
+    const omniroll_real m0_13 = model->m0_13;
+    const omniroll_real m0_22 = model->m0_22;
+    const omniroll_real m0_23 = model->m0_23;
+    const omniroll_real m0_33 = model->m0_33;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    const omniroll_real nu_1_by_along = nu_along[0];
+    const omniroll_real nu_2_by_along = nu_along[1];
+    const omniroll_real nu_3_by_along = nu_along[2];
+    omniroll_real m11_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real m11 = m0_11;
+    omniroll_real m12_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real m12 = m0_12;
+    omniroll_real m13_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real m13 = m0_13;
+    omniroll_real m22_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real m22 = m0_22;
+    omniroll_real m23_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real m23 = m0_23;
+    omniroll_real m33_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real m33 = m0_33;
+    omniroll_real f1_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real f1 = OMNIROLL_NUMBER(0);
+    omniroll_real f2_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real f2 = OMNIROLL_NUMBER(0);
+    omniroll_real f3_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real t2 = 2*l;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real entering_i = entering[i];
+        const omniroll_real chi_by_along = chi_along[i];
+        const omniroll_real entering_by_along = entering_along[i];
+        const omniroll_real t1 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t1);
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real half_cosine = omniroll_cos(t1);
+        const omniroll_real sine_by_along = cosine*chi_by_along;
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho_by_along = -l*sine*chi_by_along;
+        const omniroll_real rho = tip + t2*width;
+        const omniroll_real inv_rho = 1/rho;
+        const omniroll_real inverse_rho_by_along = -rho_by_along*inv_rho*inv_rho;
+        const omniroll_real inverse_rho = inv_rho;
+        const omniroll_real R_cos_alpha = R*cos_alpha;
+        const omniroll_real row_1_by_along = R_cos_alpha*inverse_rho_by_along;
+        const omniroll_real row_1 = R_cos_alpha*inverse_rho;
+        const omniroll_real R_sin_alpha = R*sin_alpha;
+        const omniroll_real row_2_by_along = R_sin_alpha*inverse_rho_by_along;
+        const omniroll_real row_2 = R_sin_alpha*inverse_rho;
+        const omniroll_real sine_3_by_along = inverse_yaw_scale*sine_by_along;
+        const omniroll_real sine_3 = inverse_yaw_scale*sine;
+        const omniroll_real inertia_1_by_along = B*row_1_by_along;
+        const omniroll_real inertia_1 = B*row_1;
+        const omniroll_real inertia_2_by_along = B*row_2_by_along;
+        const omniroll_real inertia_2 = B*row_2;
+        const omniroll_real inertia_3_by_along = B*sine_3_by_along;
+        const omniroll_real inertia_3 = B*sine_3;
+        m11_by_along += row_1*inertia_1_by_along + inertia_1*row_1_by_along;
+        m11 += row_1*inertia_1;
+        m12_by_along += row_2*inertia_1_by_along + inertia_1*row_2_by_along;
+        m12 += row_2*inertia_1;
+        m13_by_along += sine_3*inertia_1_by_along + inertia_1*sine_3_by_along;
+        m13 += sine_3*inertia_1;
+        m22_by_along += row_2*inertia_2_by_along + inertia_2*row_2_by_along;
+        m22 += row_2*inertia_2;
+        m23_by_along += sine_3*inertia_2_by_along + inertia_2*sine_3_by_along;
+        m23 += sine_3*inertia_2;
+        m33_by_along += sine_3*inertia_3_by_along + inertia_3*sine_3_by_along;
+        m33 += sine_3*inertia_3;
+        f1_by_along += entering_i*inertia_1_by_along + inertia_1*entering_by_along;
+        f1 += entering_i*inertia_1;
+        f2_by_along += entering_i*inertia_2_by_along + inertia_2*entering_by_along;
+        f2 += entering_i*inertia_2;
+        f3_by_along += inertia_3_by_along*entering_i + inertia_3*entering_by_along;
+        f3 += inertia_3*entering_i;
+    }
+    const omniroll_real inv_m11 = 1/m11;
+    const omniroll_real pivot_1_by_along = -m11_by_along*inv_m11*inv_m11;
+    const omniroll_real pivot_1 = inv_m11;
+    const omniroll_real u12_by_along = m12*pivot_1_by_along + pivot_1*m12_by_along;
+    const omniroll_real u12 = m12*pivot_1;
+    const omniroll_real u13_by_along = m13*pivot_1_by_along + pivot_1*m13_by_along;
+    const omniroll_real u13 = m13*pivot_1;
+    const omniroll_real d22_by_along = m22_by_along - m12*u12_by_along - u12*m12_by_along;
+    const omniroll_real d22 = m22 - m12*u12;
+    const omniroll_real d23_by_along = m23_by_along - m12*u13_by_along - u13*m12_by_along;
+    const omniroll_real d23 = m23 - m12*u13;
+    const omniroll_real inv_d22 = 1/d22;
+    const omniroll_real pivot_2_by_along = -d22_by_along*inv_d22*inv_d22;
+    const omniroll_real pivot_2 = inv_d22;
+    const omniroll_real u23_by_along = d23*pivot_2_by_along + pivot_2*d23_by_along;
+    const omniroll_real u23 = d23*pivot_2;
+    const omniroll_real d33_by_along = m33_by_along - m13*u13_by_along - u13*m13_by_along - d23*u23_by_along
+        - u23*d23_by_along;
+    const omniroll_real d33 = m33 - m13*u13 - d23*u23;
+    const omniroll_real z2_by_along = f2_by_along - f1*u12_by_along - u12*f1_by_along;
+    const omniroll_real z2 = f2 - f1*u12;
+    const omniroll_real z3_by_along = f3_by_along - f1*u13_by_along - u13*f1_by_along - u23*z2_by_along
+        - z2*u23_by_along;
+    const omniroll_real z3 = f3 - f1*u13 - u23*z2;
+    const omniroll_real inv_d33 = 1/d33;
+    const omniroll_real x_3_by_along = z3_by_along*inv_d33 - z3*d33_by_along*inv_d33*inv_d33;
+    const omniroll_real x_3 = z3*inv_d33;
+    const omniroll_real x_2_by_along = pivot_2*z2_by_along - u23*x_3_by_along + z2*pivot_2_by_along
+        - x_3*u23_by_along;
+    const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
+    const omniroll_real x_1_by_along = f1*pivot_1_by_along + pivot_1*f1_by_along - u12*x_2_by_along
+        - u13*x_3_by_along - x_3*u13_by_along - x_2*u12_by_along;
+    const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_after_along[0] = nu_1_by_along + x_1_by_along;
+    nu_after[0] = nu_1 + x_1;
+    nu_after_along[1] = nu_2_by_along + x_2_by_along;
+    nu_after[1] = nu_2 + x_2;
+    nu_after_along[2] = nu_3_by_along + x_3_by_along;
+    nu_after[2] = nu_3 + x_3;
+}
+
+/* The same as impact, for sharp tips; and the slopes in a direction. Equations: section 4. Steps:
+ * fold_start, fold, folded_solution (maxima/forms/sharp_tips.mac); no_force (maxima/forms/system.mac);
+ * angle, inverse_rho, row (maxima/forms/rolling.mac). */
+void omniroll_impact_along_sharp(const omniroll_model *model, const omniroll_real *nu,
+                                 const omniroll_real *chi, const omniroll_real *entering,
+                                 const omniroll_real *leaving, const omniroll_real *nu_along,
+                                 const omniroll_real *chi_along, const omniroll_real *entering_along,
+                                 const omniroll_real *leaving_along, omniroll_real *nu_after,
+                                 omniroll_real *nu_after_along)
+{
+    const int wheels = model->wheels;
+    (void)leaving;
+    (void)leaving_along;
+    const omniroll_real B = model->B;
+    const omniroll_real start_d1 = model->start_d1;
+    const omniroll_real start_d2 = model->start_d2;
+    const omniroll_real start_d3 = model->start_d3;
+    const omniroll_real start_u12 = model->start_u12;
+    const omniroll_real start_u13 = model->start_u13;
+    const omniroll_real start_u23 = model->start_u23;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    const omniroll_real nu_1_by_along = nu_along[0];
+    const omniroll_real nu_2_by_along = nu_along[1];
+    const omniroll_real nu_3_by_along = nu_along[2];
+    omniroll_real d1_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real d1 = start_d1;
+    omniroll_real d2_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real d2 = start_d2;
+    omniroll_real d3_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real d3 = start_d3;
+    omniroll_real u12_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real u12 = start_u12;
+    omniroll_real u13_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real u13 = start_u13;
+    omniroll_real u23_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real u23 = start_u23;
+    omniroll_real t1_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real t1 = OMNIROLL_NUMBER(0);
+    omniroll_real t2_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real t2 = OMNIROLL_NUMBER(0);
+    omniroll_real t3_by_along = OMNIROLL_NUMBER(0);
+    omniroll_real t3 = OMNIROLL_NUMBER(0);
+    omniroll_real f1 = OMNIROLL_NUMBER(0);
+    omniroll_real f2 = OMNIROLL_NUMBER(0);
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real t5 = 2*l;
+    const omniroll_real t6 = 2*B;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real entering_i = entering[i];
+        const omniroll_real chi_by_along = chi_along[i];
+        const omniroll_real entering_by_along = entering_along[i];
+        const omniroll_real t4 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t4);
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real half_cosine = omniroll_cos(t4);
+        const omniroll_real sine_by_along = cosine*chi_by_along;
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho_by_along = -l*sine*chi_by_along;
+        const omniroll_real rho = tip + t5*width;
+        const omniroll_real inv_rho = 1/rho;
+        const omniroll_real inverse_rho_by_along = -rho_by_along*inv_rho*inv_rho;
+        const omniroll_real inverse_rho = inv_rho;
+        const omniroll_real R_cos_alpha = R*cos_alpha;
+        const omniroll_real row_1_by_along = R_cos_alpha*inverse_rho_by_along;
+        const omniroll_real row_1 = R_cos_alpha*inverse_rho;
+        const omniroll_real R_sin_alpha = R*sin_alpha;
+        const omniroll_real row_2_by_along = R_sin_alpha*inverse_rho_by_along;
+        const omniroll_real row_2 = R_sin_alpha*inverse_rho;
+        const omniroll_real sine_3_by_along = inverse_yaw_scale*sine_by_along;
+        const omniroll_real sine_3 = inverse_yaw_scale*sine;
+        const omniroll_real fold_d1_by_along = t6*row_1*row_1_by_along + d1_by_along;
+        const omniroll_real fold_d1 = B*row_1*row_1 + d1;
+        const omniroll_real inv_fold_d1 = 1/fold_d1;
+        const omniroll_real t7 = fold_d1_by_along*inv_fold_d1*inv_fold_d1;
+        const omniroll_real kept_1_by_along = d1_by_along*inv_fold_d1 - t7*d1;
+        const omniroll_real kept_1 = d1*inv_fold_d1;
+        const omniroll_real B_row_1 = B*row_1;
+        const omniroll_real gain_1_by_along = B*row_1_by_along*inv_fold_d1 - B_row_1*t7;
+        const omniroll_real gain_1 = B_row_1*inv_fold_d1;
+        const omniroll_real fold_weight_2_by_along = B*kept_1_by_along;
+        const omniroll_real fold_weight_2 = B*kept_1;
+        const omniroll_real fold_2_by_along = row_2_by_along - u12*row_1_by_along - row_1*u12_by_along;
+        const omniroll_real fold_2 = row_2 - u12*row_1;
+        const omniroll_real fold_3_by_along = sine_3_by_along - u13*row_1_by_along - row_1*u13_by_along;
+        const omniroll_real fold_3 = sine_3 - u13*row_1;
+        const omniroll_real fold_target_2_by_along = entering_by_along - t1*row_1_by_along
+            - row_1*t1_by_along;
+        const omniroll_real fold_target_2 = entering_i - t1*row_1;
+        d1_by_along = fold_d1_by_along;
+        d1 = fold_d1;
+        u12_by_along = u12*kept_1_by_along + row_2*gain_1_by_along + kept_1*u12_by_along
+            + gain_1*row_2_by_along;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13_by_along = u13*kept_1_by_along + sine_3*gain_1_by_along + kept_1*u13_by_along
+            + gain_1*sine_3_by_along;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1_by_along = entering_i*gain_1_by_along + t1*kept_1_by_along + kept_1*t1_by_along
+            + gain_1*entering_by_along;
+        t1 = entering_i*gain_1 + t1*kept_1;
+        const omniroll_real fold_weight_2_fold_2 = fold_weight_2*fold_2;
+        const omniroll_real fold_2_sq = fold_2*fold_2;
+        const omniroll_real fold_d2_by_along = 2*fold_weight_2_fold_2*fold_2_by_along
+            + fold_2_sq*fold_weight_2_by_along + d2_by_along;
+        const omniroll_real fold_d2 = d2 + fold_weight_2*fold_2_sq;
+        const omniroll_real inv_fold_d2 = 1/fold_d2;
+        const omniroll_real t8 = fold_d2_by_along*inv_fold_d2*inv_fold_d2;
+        const omniroll_real kept_2_by_along = d2_by_along*inv_fold_d2 - t8*d2;
+        const omniroll_real kept_2 = d2*inv_fold_d2;
+        const omniroll_real gain_2_by_along = fold_weight_2*fold_2_by_along*inv_fold_d2
+            - t8*fold_weight_2_fold_2 + fold_2*fold_weight_2_by_along*inv_fold_d2;
+        const omniroll_real gain_2 = fold_weight_2_fold_2*inv_fold_d2;
+        const omniroll_real fold_weight_3_by_along = fold_weight_2*kept_2_by_along
+            + kept_2*fold_weight_2_by_along;
+        const omniroll_real fold_weight_3 = fold_weight_2*kept_2;
+        const omniroll_real fold_33_by_along = fold_3_by_along - u23*fold_2_by_along - fold_2*u23_by_along;
+        const omniroll_real fold_33 = fold_3 - u23*fold_2;
+        const omniroll_real fold_target_3_by_along = fold_target_2_by_along - t2*fold_2_by_along
+            - fold_2*t2_by_along;
+        const omniroll_real fold_target_3 = fold_target_2 - t2*fold_2;
+        d2_by_along = fold_d2_by_along;
+        d2 = fold_d2;
+        u23_by_along = u23*kept_2_by_along + fold_3*gain_2_by_along + kept_2*u23_by_along
+            + gain_2*fold_3_by_along;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2_by_along = t2*kept_2_by_along + fold_target_2*gain_2_by_along + kept_2*t2_by_along
+            + gain_2*fold_target_2_by_along;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const omniroll_real t9 = fold_weight_3*fold_33;
+        const omniroll_real fold_33_sq = fold_33*fold_33;
+        const omniroll_real fold_d3_by_along = 2*t9*fold_33_by_along + fold_33_sq*fold_weight_3_by_along
+            + d3_by_along;
+        const omniroll_real fold_d3 = d3 + fold_weight_3*fold_33_sq;
+        const omniroll_real inv_fold_d3 = 1/fold_d3;
+        const omniroll_real t10 = fold_d3_by_along*inv_fold_d3*inv_fold_d3;
+        const omniroll_real kept_3_by_along = d3_by_along*inv_fold_d3 - t10*d3;
+        const omniroll_real kept_3 = d3*inv_fold_d3;
+        const omniroll_real gain_3_by_along = fold_weight_3*fold_33_by_along*inv_fold_d3 - t10*t9
+            + fold_33*fold_weight_3_by_along*inv_fold_d3;
+        const omniroll_real gain_3 = t9*inv_fold_d3;
+        d3_by_along = fold_d3_by_along;
+        d3 = fold_d3;
+        t3_by_along = t3*kept_3_by_along + fold_target_3*gain_3_by_along + kept_3*t3_by_along
+            + gain_3*fold_target_3_by_along;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+    }
+    const omniroll_real z2_by_along = -f1*u12_by_along;
+    const omniroll_real z2 = f2 - u12*f1;
+    const omniroll_real z3_by_along = -u23*z2_by_along - f1*u13_by_along - z2*u23_by_along;
+    const omniroll_real z3 = f3 - u13*f1 - u23*z2;
+    const omniroll_real inv_d3 = 1/d3;
+    const omniroll_real x_3_by_along = t3_by_along - z3*d3_by_along*inv_d3*inv_d3 + z3_by_along*inv_d3;
+    const omniroll_real x_3 = t3 + z3*inv_d3;
+    const omniroll_real inv_d2 = 1/d2;
+    const omniroll_real own_2_by_along = t2_by_along - z2*d2_by_along*inv_d2*inv_d2 + z2_by_along*inv_d2;
+    const omniroll_real own_2 = t2 + z2*inv_d2;
+    const omniroll_real inv_d1 = 1/d1;
+    const omniroll_real own_1_by_along = t1_by_along - f1*d1_by_along*inv_d1*inv_d1;
+    const omniroll_real own_1 = t1 + f1*inv_d1;
+    const omniroll_real x_2_by_along = own_2_by_along - u23*x_3_by_along - x_3*u23_by_along;
+    const omniroll_real x_2 = own_2 - u23*x_3;
+    const omniroll_real x_1_by_along = own_1_by_along - u12*x_2_by_along - u13*x_3_by_along
+        - x_3*u13_by_along - x_2*u12_by_along;
+    const omniroll_real x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_after_along[0] = nu_1_by_along + x_1_by_along;
+    nu_after[0] = nu_1 + x_1;
+    nu_after_along[1] = nu_2_by_along + x_2_by_along;
+    nu_after[1] = nu_2 + x_2;
+    nu_after_along[2] = nu_3_by_along + x_3_by_along;
+    nu_after[2] = nu_3 + x_3;
+}

@@ -721,3 +721,402 @@ def forward_dynamics_derivatives_sharp(model, nu, chi, momenta):
         nu_dot_by_momentum_sin[i][1] = x_2_by_momentum_sin
         nu_dot_by_momentum_sin[i][2] = x_3_by_momentum_sin
     return nu_dot, nu_dot_by_nu, nu_dot_by_chi, nu_dot_by_momentum_cos, nu_dot_by_momentum_sin
+
+
+def contact_axial_along(model, nu, chi, nu_along, chi_along):
+    """Absolute axial speeds of the rollers in contact; and the slopes in a direction.
+
+    Equations: (2.1). Steps: yaw, angle, contact_speed, inverse_rho, contact_spin (maxima/forms/rolling.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    nu_along[3] [1/s]: slope of nu in the direction.
+    chi_along[N] [rad]: slope of chi in the direction.
+    Returns these, as a tuple:
+      contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact.
+      contact_axial_along[N] [rad/s]: slope of contact_axial in the direction.
+    Operations: once 3 mul; per wheel 10 add, 26 mul, 1 div, 2 sincos. Intermediates: 23.
+    """
+    contact_axial = [None] * model.wheels
+    contact_axial_along = [None] * model.wheels
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    nu_1_by_along = nu_along[0]
+    nu_2_by_along = nu_along[1]
+    nu_3_by_along = nu_along[2]
+    yaw_rate_by_along = inverse_yaw_scale*nu_3_by_along
+    yaw_rate = inverse_yaw_scale*nu_3
+    t2 = 2*l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        chi_by_along = chi_along[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        cosine = 1 - 2*half_sine*half_sine
+        half_cosine = cos(t1)
+        sine_by_along = cosine*chi_by_along
+        sine = 2*half_sine*half_cosine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho_by_along = -l*sine*chi_by_along
+        rho = tip + t2*width
+        along_by_along = R*(nu_1_by_along*cos_alpha + nu_2_by_along*sin_alpha)
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inv_rho = 1/rho
+        inverse_rho_by_along = -rho_by_along*inv_rho*inv_rho
+        inverse_rho = inv_rho
+        rolling_by_along = along*inverse_rho_by_along + inverse_rho*along_by_along
+        rolling = along*inverse_rho
+        axial_by_along = yaw_rate*sine_by_along + yaw_rate_by_along*sine + rolling_by_along
+        axial = yaw_rate*sine + rolling
+        contact_axial_along[i] = axial_by_along
+        contact_axial[i] = axial
+    return contact_axial, contact_axial_along
+
+
+def impact_along(model, nu, chi, entering, leaving, nu_along, chi_along, entering_along, leaving_along):
+    """Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it; and the slopes in a direction.
+
+    Equations: section 4. Steps: platform_matrix, no_force, inertia, row_matrix, free_yaw_inertia, solution
+    (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac); entering, entering_yaw
+    (maxima/forms/impact.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
+    no switch is.
+    leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no switch
+    is.
+    nu_along[3] [1/s]: slope of nu in the direction.
+    chi_along[N] [rad]: slope of chi in the direction.
+    entering_along[N] [rad/s]: slope of entering in the direction.
+    leaving_along[N] [rad/s]: slope of leaving in the direction.
+    Returns these, as a tuple:
+      nu_after[3] [1/s]: quasi-velocities after the switch.
+      nu_after_along[3] [1/s]: slope of nu_after in the direction.
+    Operations: once 42 add, 58 mul, 3 div; per wheel 31 add, 55 mul, 1 div, 2 sincos. Intermediates: 76.
+    """
+    nu_after = [None] * 3
+    nu_after_along = [None] * 3
+    B = model.B
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    m0_11 = model.m0_11
+    m0_12 = model.m0_12
+    m0_13 = model.m0_13
+    m0_22 = model.m0_22
+    m0_23 = model.m0_23
+    m0_33 = model.m0_33
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    nu_1_by_along = nu_along[0]
+    nu_2_by_along = nu_along[1]
+    nu_3_by_along = nu_along[2]
+    m11_by_along = 0
+    m11 = m0_11
+    m12_by_along = 0
+    m12 = m0_12
+    m13_by_along = 0
+    m13 = m0_13
+    m22_by_along = 0
+    m22 = m0_22
+    m23_by_along = 0
+    m23 = m0_23
+    m33_by_along = 0
+    m33 = m0_33
+    f1_by_along = 0
+    f1 = 0
+    f2_by_along = 0
+    f2 = 0
+    f3_by_along = 0
+    f3 = 0
+    t2 = 2*l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        entering_i = entering[i]
+        chi_by_along = chi_along[i]
+        entering_by_along = entering_along[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        cosine = 1 - 2*half_sine*half_sine
+        half_cosine = cos(t1)
+        sine_by_along = cosine*chi_by_along
+        sine = 2*half_sine*half_cosine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho_by_along = -l*sine*chi_by_along
+        rho = tip + t2*width
+        inv_rho = 1/rho
+        inverse_rho_by_along = -rho_by_along*inv_rho*inv_rho
+        inverse_rho = inv_rho
+        R_cos_alpha = R*cos_alpha
+        row_1_by_along = R_cos_alpha*inverse_rho_by_along
+        row_1 = R_cos_alpha*inverse_rho
+        R_sin_alpha = R*sin_alpha
+        row_2_by_along = R_sin_alpha*inverse_rho_by_along
+        row_2 = R_sin_alpha*inverse_rho
+        sine_3_by_along = inverse_yaw_scale*sine_by_along
+        sine_3 = inverse_yaw_scale*sine
+        inertia_1_by_along = B*row_1_by_along
+        inertia_1 = B*row_1
+        inertia_2_by_along = B*row_2_by_along
+        inertia_2 = B*row_2
+        inertia_3_by_along = B*sine_3_by_along
+        inertia_3 = B*sine_3
+        m11_by_along = m11_by_along + (row_1*inertia_1_by_along + inertia_1*row_1_by_along)
+        m11 = m11 + row_1*inertia_1
+        m12_by_along = m12_by_along + (row_2*inertia_1_by_along + inertia_1*row_2_by_along)
+        m12 = m12 + row_2*inertia_1
+        m13_by_along = m13_by_along + (sine_3*inertia_1_by_along + inertia_1*sine_3_by_along)
+        m13 = m13 + sine_3*inertia_1
+        m22_by_along = m22_by_along + (row_2*inertia_2_by_along + inertia_2*row_2_by_along)
+        m22 = m22 + row_2*inertia_2
+        m23_by_along = m23_by_along + (sine_3*inertia_2_by_along + inertia_2*sine_3_by_along)
+        m23 = m23 + sine_3*inertia_2
+        m33_by_along = m33_by_along + (sine_3*inertia_3_by_along + inertia_3*sine_3_by_along)
+        m33 = m33 + sine_3*inertia_3
+        f1_by_along = f1_by_along + (entering_i*inertia_1_by_along + inertia_1*entering_by_along)
+        f1 = f1 + entering_i*inertia_1
+        f2_by_along = f2_by_along + (entering_i*inertia_2_by_along + inertia_2*entering_by_along)
+        f2 = f2 + entering_i*inertia_2
+        f3_by_along = f3_by_along + (inertia_3_by_along*entering_i + inertia_3*entering_by_along)
+        f3 = f3 + inertia_3*entering_i
+    inv_m11 = 1/m11
+    pivot_1_by_along = -m11_by_along*inv_m11*inv_m11
+    pivot_1 = inv_m11
+    u12_by_along = m12*pivot_1_by_along + pivot_1*m12_by_along
+    u12 = m12*pivot_1
+    u13_by_along = m13*pivot_1_by_along + pivot_1*m13_by_along
+    u13 = m13*pivot_1
+    d22_by_along = m22_by_along - m12*u12_by_along - u12*m12_by_along
+    d22 = m22 - m12*u12
+    d23_by_along = m23_by_along - m12*u13_by_along - u13*m12_by_along
+    d23 = m23 - m12*u13
+    inv_d22 = 1/d22
+    pivot_2_by_along = -d22_by_along*inv_d22*inv_d22
+    pivot_2 = inv_d22
+    u23_by_along = d23*pivot_2_by_along + pivot_2*d23_by_along
+    u23 = d23*pivot_2
+    d33_by_along = m33_by_along - m13*u13_by_along - u13*m13_by_along - d23*u23_by_along - u23*d23_by_along
+    d33 = m33 - m13*u13 - d23*u23
+    z2_by_along = f2_by_along - f1*u12_by_along - u12*f1_by_along
+    z2 = f2 - f1*u12
+    z3_by_along = f3_by_along - f1*u13_by_along - u13*f1_by_along - u23*z2_by_along - z2*u23_by_along
+    z3 = f3 - f1*u13 - u23*z2
+    inv_d33 = 1/d33
+    x_3_by_along = z3_by_along*inv_d33 - z3*d33_by_along*inv_d33*inv_d33
+    x_3 = z3*inv_d33
+    x_2_by_along = pivot_2*z2_by_along - u23*x_3_by_along + z2*pivot_2_by_along - x_3*u23_by_along
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1_by_along = (f1*pivot_1_by_along + pivot_1*f1_by_along - u12*x_2_by_along - u13*x_3_by_along
+        - x_3*u13_by_along - x_2*u12_by_along)
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu_after_along[0] = nu_1_by_along + x_1_by_along
+    nu_after[0] = nu_1 + x_1
+    nu_after_along[1] = nu_2_by_along + x_2_by_along
+    nu_after[1] = nu_2 + x_2
+    nu_after_along[2] = nu_3_by_along + x_3_by_along
+    nu_after[2] = nu_3 + x_3
+    return nu_after, nu_after_along
+
+
+def impact_along_sharp(model, nu, chi, entering, leaving, nu_along, chi_along, entering_along, leaving_along):
+    """The same as impact, for sharp tips; and the slopes in a direction.
+
+    Equations: section 4. Steps: fold_start, fold, folded_solution (maxima/forms/sharp_tips.mac); no_force
+    (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
+    no switch is.
+    leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no switch
+    is.
+    nu_along[3] [1/s]: slope of nu in the direction.
+    chi_along[N] [rad]: slope of chi in the direction.
+    entering_along[N] [rad/s]: slope of entering in the direction.
+    leaving_along[N] [rad/s]: slope of leaving in the direction.
+    Returns these, as a tuple:
+      nu_after[3] [1/s]: quasi-velocities after the switch.
+      nu_after_along[3] [1/s]: slope of nu_after in the direction.
+    Operations: once 28 add, 35 mul, 3 div; per wheel 60 add, 130 mul, 4 div, 2 sincos. Intermediates: 105.
+    """
+    nu_after = [None] * 3
+    nu_after_along = [None] * 3
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    nu_1_by_along = nu_along[0]
+    nu_2_by_along = nu_along[1]
+    nu_3_by_along = nu_along[2]
+    d1_by_along = 0
+    d1 = start_d1
+    d2_by_along = 0
+    d2 = start_d2
+    d3_by_along = 0
+    d3 = start_d3
+    u12_by_along = 0
+    u12 = start_u12
+    u13_by_along = 0
+    u13 = start_u13
+    u23_by_along = 0
+    u23 = start_u23
+    t1_by_along = 0
+    t1 = 0
+    t2_by_along = 0
+    t2 = 0
+    t3_by_along = 0
+    t3 = 0
+    f1 = 0
+    f2 = 0
+    f3 = 0
+    t5 = 2*l
+    t6 = 2*B
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        entering_i = entering[i]
+        chi_by_along = chi_along[i]
+        entering_by_along = entering_along[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        cosine = 1 - 2*half_sine*half_sine
+        half_cosine = cos(t4)
+        sine_by_along = cosine*chi_by_along
+        sine = 2*half_sine*half_cosine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho_by_along = -l*sine*chi_by_along
+        rho = tip + t5*width
+        inv_rho = 1/rho
+        inverse_rho_by_along = -rho_by_along*inv_rho*inv_rho
+        inverse_rho = inv_rho
+        R_cos_alpha = R*cos_alpha
+        row_1_by_along = R_cos_alpha*inverse_rho_by_along
+        row_1 = R_cos_alpha*inverse_rho
+        R_sin_alpha = R*sin_alpha
+        row_2_by_along = R_sin_alpha*inverse_rho_by_along
+        row_2 = R_sin_alpha*inverse_rho
+        sine_3_by_along = inverse_yaw_scale*sine_by_along
+        sine_3 = inverse_yaw_scale*sine
+        fold_d1_by_along = t6*row_1*row_1_by_along + d1_by_along
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        t7 = fold_d1_by_along*inv_fold_d1*inv_fold_d1
+        kept_1_by_along = d1_by_along*inv_fold_d1 - t7*d1
+        kept_1 = d1*inv_fold_d1
+        B_row_1 = B*row_1
+        gain_1_by_along = B*row_1_by_along*inv_fold_d1 - B_row_1*t7
+        gain_1 = B_row_1*inv_fold_d1
+        fold_weight_2_by_along = B*kept_1_by_along
+        fold_weight_2 = B*kept_1
+        fold_2_by_along = row_2_by_along - u12*row_1_by_along - row_1*u12_by_along
+        fold_2 = row_2 - u12*row_1
+        fold_3_by_along = sine_3_by_along - u13*row_1_by_along - row_1*u13_by_along
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2_by_along = entering_by_along - t1*row_1_by_along - row_1*t1_by_along
+        fold_target_2 = entering_i - t1*row_1
+        d1_by_along = fold_d1_by_along
+        d1 = fold_d1
+        u12_by_along = (u12*kept_1_by_along + row_2*gain_1_by_along + kept_1*u12_by_along
+            + gain_1*row_2_by_along)
+        u12 = u12*kept_1 + row_2*gain_1
+        u13_by_along = (u13*kept_1_by_along + sine_3*gain_1_by_along + kept_1*u13_by_along
+            + gain_1*sine_3_by_along)
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1_by_along = (entering_i*gain_1_by_along + t1*kept_1_by_along + kept_1*t1_by_along
+            + gain_1*entering_by_along)
+        t1 = entering_i*gain_1 + t1*kept_1
+        fold_weight_2_fold_2 = fold_weight_2*fold_2
+        fold_2_sq = fold_2*fold_2
+        fold_d2_by_along = (2*fold_weight_2_fold_2*fold_2_by_along + fold_2_sq*fold_weight_2_by_along
+            + d2_by_along)
+        fold_d2 = d2 + fold_weight_2*fold_2_sq
+        inv_fold_d2 = 1/fold_d2
+        t8 = fold_d2_by_along*inv_fold_d2*inv_fold_d2
+        kept_2_by_along = d2_by_along*inv_fold_d2 - t8*d2
+        kept_2 = d2*inv_fold_d2
+        gain_2_by_along = (fold_weight_2*fold_2_by_along*inv_fold_d2 - t8*fold_weight_2_fold_2
+            + fold_2*fold_weight_2_by_along*inv_fold_d2)
+        gain_2 = fold_weight_2_fold_2*inv_fold_d2
+        fold_weight_3_by_along = fold_weight_2*kept_2_by_along + kept_2*fold_weight_2_by_along
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33_by_along = fold_3_by_along - u23*fold_2_by_along - fold_2*u23_by_along
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3_by_along = fold_target_2_by_along - t2*fold_2_by_along - fold_2*t2_by_along
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2_by_along = fold_d2_by_along
+        d2 = fold_d2
+        u23_by_along = (u23*kept_2_by_along + fold_3*gain_2_by_along + kept_2*u23_by_along
+            + gain_2*fold_3_by_along)
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2_by_along = (t2*kept_2_by_along + fold_target_2*gain_2_by_along + kept_2*t2_by_along
+            + gain_2*fold_target_2_by_along)
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        t9 = fold_weight_3*fold_33
+        fold_33_sq = fold_33*fold_33
+        fold_d3_by_along = 2*t9*fold_33_by_along + fold_33_sq*fold_weight_3_by_along + d3_by_along
+        fold_d3 = d3 + fold_weight_3*fold_33_sq
+        inv_fold_d3 = 1/fold_d3
+        t10 = fold_d3_by_along*inv_fold_d3*inv_fold_d3
+        kept_3_by_along = d3_by_along*inv_fold_d3 - t10*d3
+        kept_3 = d3*inv_fold_d3
+        gain_3_by_along = (fold_weight_3*fold_33_by_along*inv_fold_d3 - t10*t9
+            + fold_33*fold_weight_3_by_along*inv_fold_d3)
+        gain_3 = t9*inv_fold_d3
+        d3_by_along = fold_d3_by_along
+        d3 = fold_d3
+        t3_by_along = (t3*kept_3_by_along + fold_target_3*gain_3_by_along + kept_3*t3_by_along
+            + gain_3*fold_target_3_by_along)
+        t3 = t3*kept_3 + fold_target_3*gain_3
+    z2_by_along = -f1*u12_by_along
+    z2 = f2 - u12*f1
+    z3_by_along = -u23*z2_by_along - f1*u13_by_along - z2*u23_by_along
+    z3 = f3 - u13*f1 - u23*z2
+    inv_d3 = 1/d3
+    x_3_by_along = t3_by_along - z3*d3_by_along*inv_d3*inv_d3 + z3_by_along*inv_d3
+    x_3 = t3 + z3*inv_d3
+    inv_d2 = 1/d2
+    own_2_by_along = t2_by_along - z2*d2_by_along*inv_d2*inv_d2 + z2_by_along*inv_d2
+    own_2 = t2 + z2*inv_d2
+    inv_d1 = 1/d1
+    own_1_by_along = t1_by_along - f1*d1_by_along*inv_d1*inv_d1
+    own_1 = t1 + f1*inv_d1
+    x_2_by_along = own_2_by_along - u23*x_3_by_along - x_3*u23_by_along
+    x_2 = own_2 - u23*x_3
+    x_1_by_along = own_1_by_along - u12*x_2_by_along - u13*x_3_by_along - x_3*u13_by_along - x_2*u12_by_along
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_after_along[0] = nu_1_by_along + x_1_by_along
+    nu_after[0] = nu_1 + x_1
+    nu_after_along[1] = nu_2_by_along + x_2_by_along
+    nu_after[1] = nu_2 + x_2
+    nu_after_along[2] = nu_3_by_along + x_3_by_along
+    nu_after[2] = nu_3 + x_3
+    return nu_after, nu_after_along
