@@ -5,9 +5,8 @@
  * slipping.c     forces on contacts that slip under Coulomb's friction
  * pieces.c       pieces of steps in which deviations are fast
  * turning.c      contacts that slip and stick, in its equations
- * in_blocks.c    the equations of a step in blocks, where contacts or bearings stick
+ * node_equations.c  its equations at its nodes, in blocks
  * blockwise.c    linear equations in blocks
- * apart.c        numbers of its core that hang together through nu alone
  * spins.c        free rollers that stick on their disks, in its equations
  * spin_nodes.c   the same at its nodes, once it is solved
  * passages.c     a switch
@@ -115,9 +114,6 @@ static void lay_out_points(variations_t *w, long long *size, char *base)
     w->weight_in_piece = part(base, size, (w->run->degree + 1)*NODES*(long long)sizeof(double));
     w->solving.row = part(base, size, NODES*equations*(long long)sizeof *w->solving.row);
     w->is_still = part(base, size, equations*w->directions*(long long)sizeof(int));
-    w->solving.answer = part(base, size, (w->core - 3)*NODES*nodes);
-    w->solving.answer_at = part(base, size, (w->core - 3)*(long long)sizeof(int));
-    w->solving.answered = part(base, size, NODES*groups*lane);
     w->contacts.aimed = part(base, size, wheels*(long long)sizeof *w->contacts.aimed);
     w->is_given = part(base, size, w->inputs*(long long)sizeof *w->is_given);
     w->numbered_column = part(base, size, w->run->columns*(long long)sizeof(int));
@@ -153,15 +149,11 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
 #if SET_GRIPS
     lay_out_ground(w, &size, base);
 #endif
-#if SET_CHANGES
     w->solving.kind = part(base, &size, equations*equations*(long long)sizeof *w->solving.kind);
     w->solving.block = part(base, &size, equations*equations*NODES*(long long)sizeof(nodes_t));
     w->solving.right = part(base, &size, unknowns*groups*lane);
     w->solving.pivot_row = part(base, &size, 3*NODES*(long long)sizeof *w->solving.pivot_row);
-    w->solving.system = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
-#else
-    w->solving.system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
-#endif
+    w->solving.memory = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
     lay_out_points(w, &size, base);
 #if SET_GATHERS
     lay_out_spins(w, &size, base);

@@ -59,16 +59,13 @@ static double fastest(const variations_t *w, double h)
 static int has_turns(const variations_t *w, long long row)
 {
     int found = 0;
-#if SET_GRIPS
     for (int i = 0; i < w->wheels; i++)
         found |= turns_in(w, row, i);
-#endif
-    (void)w, (void)row;
     return found;
 }
 
-/* Whether deviations of speeds are too fast for the nodes of a step, whose rates stand behind a system so wide. */
-static int are_too_fast(const variations_t *w, long long row, double h, int width)
+/* Whether deviations of speeds are too fast for the nodes of a step, whose rates are known. */
+static int are_too_fast(const variations_t *w, long long row, double h)
 {
     const int speeds = SET_SLIPS && !SET_DISKS_STICK ? w->core : first_momentum(w), nodes = w->nodes;
     const double rate = has_turns(w, row) ? 0 : fastest(w, h);
@@ -82,7 +79,7 @@ static int are_too_fast(const variations_t *w, long long row, double h, int widt
             lanes_t last = {0}, before = {0}, end = start_of_core(w, a)[g];
             size += lanes_abs(end);
             for (int j = 0; j < nodes; j++) {
-                const lanes_t change = h*w->solving.row[a*nodes + j][width + g];
+                const lanes_t change = h*w->solving.row[a*nodes + j][g];
                 last += w->run->gauss_last[j]*change, before += w->run->gauss_before_last[j]*change;
                 end += w->run->gauss_weight[j]*change;
             }

@@ -2,7 +2,13 @@
  * size. They move with the numbers, and with the directions of the slips; how these turn, turning.c solves for.
  * Massless rollers slip one way alone. */
 
-#if SET_GRIPS
+/* The number of the core that is a speed of a wheel, by which the slip of its contact goes. */
+ALWAYS_INLINE int contact_speed(const variations_t *w, int i, int k) { return 3 + k*w->wheels + i; }
+
+#if !SET_GRIPS
+ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i) { return (void)w, (void)row, (void)i, 0; }
+ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i) { return (void)w, (void)row, (void)i, 0; }
+#else
 ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
 {
     return w->run->drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
@@ -20,7 +26,7 @@ ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
 #if SET_STRIPS
     return slides_in(w, row, i) && own_mode(w, row, roller_bearing(w, i, 0)) == 0;
 #else
-    return SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i);
+    return SET_HAS_WHEEL_SPEEDS && slides_in(w, row, i);
 #endif
 }
 
@@ -31,7 +37,7 @@ ALWAYS_INLINE int slips_both_ways(const point_t *at, int i)
     return at->contact_sticks[i][0] > 0.5;
 #else
     (void)at, (void)i;
-    return SET_HAS_CONTACT_SPEEDS;
+    return SET_HAS_WHEEL_SPEEDS;
 #endif
 }
 
@@ -170,18 +176,13 @@ static void put_slopes_of_slips(const variations_t *w, int b)
     }
 }
 
-#define CONTACT_SPEEDS (1 + SET_HAS_CONTACT_SPEEDS)     /* numbers of the core by which the slip of a contact goes */
-
-/* The number of the core that is such a speed. */
-ALWAYS_INLINE int contact_speed(const variations_t *w, int i, int k) { return 3 + k*w->wheels + i; }
-
 /* The slope of such a speed of a contact that sticks by another number of the slips, in a block: what keeps the slip
  * zero. */
 ALWAYS_INLINE lanes_t slope_of_speed(const variations_t *w, int i, int k, int place, int b)
 {
     const nodes_t *const y = slope_of_slip(w, i, 1);
     const int first = contact_speed(w, i, 0);
-#if SET_HAS_CONTACT_SPEEDS
+#if SET_HAS_WHEEL_SPEEDS
     const nodes_t *const x = slope_of_slip(w, i, 0);
     const int second = contact_speed(w, i, 1);
     const lanes_t both = x[first].lanes[b]*y[second].lanes[b] - x[second].lanes[b]*y[first].lanes[b];
@@ -196,7 +197,7 @@ ALWAYS_INLINE lanes_t slope_of_speed(const variations_t *w, int i, int k, int pl
 /* Whether a direction is a speed of a contact that sticks. */
 ALWAYS_INLINE int follows(const variations_t *w, long long row, int d)
 {
-    return d >= 3 && d < 3 + CONTACT_SPEEDS*w->wheels && sticks_in(w, row, (d - 3)%w->wheels);
+    return d >= 3 && d < 3 + WHEEL_SPEEDS*w->wheels && sticks_in(w, row, (d - 3)%w->wheels);
 }
 
 /* Whether nothing moves in a direction by itself: such a speed, or the turn of a slip that does not turn. */
@@ -210,7 +211,7 @@ ALWAYS_INLINE int is_bound_to_ground(const variations_t *w, long long row, int d
 static void let_speeds_follow(const variations_t *w, long long row, int place, int b)
 {
     for (int i = 0; i < w->wheels; i++)
-        for (int k = 0; k < CONTACT_SPEEDS && sticks_in(w, row, i); k++)
+        for (int k = 0; k < WHEEL_SPEEDS && sticks_in(w, row, i); k++)
             w->along[contact_speed(w, i, k)] = place < 0 ? lanes_of(0) : slope_of_speed(w, i, k, place, b);
 }
 

@@ -67,8 +67,27 @@ static void put_axial_rates(variations_t *w, int j, int g)
     }
 }
 
+/* What the axial speeds of a wheel's rollers, which fade alike, have changed by at the nodes, by rows, where their rates
+ * but for that are units there: P = (1 - h T f)^-1 h T. */
+static void put_faded(const variations_t *w, int wheel, double h, nodes_t *to)
+{
+    const int momentum = first_momentum(w) + 2*wheel, blocks = w->blocks;
+    const nodes_t *const own = &w->slope[momentum*w->directions + momentum];
+    for (int j = 0; j < w->nodes; j++) {
+        lanes_t *const row = w->solving.pivot_row[j] = w->solving.memory + j*2*blocks;
+        for (int b = 0; b < blocks; b++) {
+            row[blocks + b] = h*w->once[j].lanes[b];
+            row[b] = -row[blocks + b]*own->lanes[b];
+        }
+        row[j/LANES][j%LANES] += 1;
+    }
+    solve(&(equations_t){w->solving.pivot_row, w->nodes, blocks, blocks});
+    for (int j = 0; j < w->nodes; j++)
+        memcpy(to[j].lanes, w->solving.pivot_row[j] + blocks, blocks*sizeof(lanes_t));
+}
+
 /* The deviations of the axial speeds: at the nodes, and at the end of the step in the place of those at its start. With
- * the rates y from above and what apart.c has of a momentum of the wheel, P, they have changed by P y at the nodes. */
+ * the rates y from above they have changed by P y at the nodes. */
 static void put_axial_moved(variations_t *w, long long step, long long row, double h)
 {
     const int groups = w->groups, nodes = w->nodes;
@@ -81,14 +100,18 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
             put_axial_rates(w, j, g);
         }
     }
+    nodes_t faded[NODES];
     for (int k = 0; k < FREE(w); k++) {
         lanes_t *const own = w->spins.axial_nodes + k*NODES*groups, *const start = w->spins.axial_moved + k*groups;
-        memset(w->solving.answered, 0, nodes*groups*sizeof *w->solving.answered);
-        add_product_of(w, answer_of(w, first_momentum(w) + k/(w->rollers - 1)*2), 1, own, w->solving.answered);
+        lanes_t *const changes = w->solving.memory + 2*NODES*w->blocks;      /* behind what P was made in */
+        if (k%(w->rollers - 1) == 0)
+            put_faded(w, k/(w->rollers - 1), h, faded);
+        memset(changes, 0, nodes*groups*sizeof *changes);
+        add_product_of(w, faded, 1, own, changes);
         for (int g = 0; g < groups; g++) {
             lanes_t end = start[g];
             for (int j = 0; j < nodes; j++) {
-                const lanes_t change = w->solving.answered[j*groups + g];
+                const lanes_t change = changes[j*groups + g];
                 end += h*w->run->gauss_weight[j]*(own[j*groups + g] + w->spins.fading[k]*change);
                 own[j*groups + g] = start[g] + change;
             }

@@ -7,7 +7,7 @@
  *
  * with a torque that is constant in a step; fading is there with viscous friction, alike for the rollers of a wheel. nu
  * feels the axial speeds through two momenta of each wheel. So beside nu these momenta are what a step's system is for:
- * they act upon themselves and nu alone (apart.c), and where wheels may slip upon these. One that sticks goes with its
+ * they act upon themselves and nu alone, and where wheels may slip upon these. One that sticks goes with its
  * disk, and its spin does not deviate.
  *
  * What is known of the momenta here are sums that generated functions give of numbers of the rollers: momenta are those

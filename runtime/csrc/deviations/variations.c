@@ -18,6 +18,7 @@
 
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 #define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
+#define WHEEL_SPEEDS (SET_SLIPS*(1 + SET_HAS_CONTACT_SPEEDS))   /* numbers of the core that are speeds of one wheel */
 #define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS || SET_STRIPS)  /* whether slips have directions that turn, one for
                                                                      * each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
@@ -62,11 +63,8 @@ typedef struct {
 typedef struct {
     int *kind;                  /* what blockwise.c works on                                    */
     nodes_t *block;
-    lanes_t *right, **pivot_row;
-    nodes_t *answer;            /* (core - 3) x NODES, and whose a number has: apart.c          */
-    int *answer_at;
-    lanes_t *answered;          /* NODES x groups                                               */
-    lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
+    lanes_t *right, **pivot_row, *memory;
+    lanes_t **row;              /* equations x NODES: right sides at the nodes, which become the rates of the core */
 } solving_t;
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
@@ -558,7 +556,7 @@ ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t
 }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
-static void put_right(variations_t *w, int a, int width)
+static void put_right(variations_t *w, int a)
 {
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
@@ -581,10 +579,10 @@ static void put_right(variations_t *w, int a, int width)
                     sum[i] += slope[fed + u].node[j + i]*w->length*w->node.node[j + i]
                         *w->given[(w->inputs + u)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
-                row[j + i][width + g] = sum[i];
+                row[j + i][g] = sum[i];
         }
     for (int j = 0; j < w->nodes; j++)
-        add_numbers(w, w->core_by, w->equations, a, j, row[j] + width);
+        add_numbers(w, w->core_by, w->equations, a, j, row[j]);
 }
 
 /* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. */
@@ -670,13 +668,8 @@ NEVER_INLINE void solve(const equations_t *e)
     }
 }
 
-#if !SET_GRIPS || SET_GATHERS
-#include "deviations/apart.c"
+#include "deviations/node_equations.c"
 #include "deviations/spin_nodes.c"
-#endif
-#if SET_GRIPS || SET_OWN_BEARINGS
-#include "deviations/in_blocks.c"
-#endif
 #if SET_GRIPS
 #include "deviations/turning.c"
 #endif
@@ -699,7 +692,7 @@ static void put_slopes(variations_t *w, long long step, long long row)
 
 /* The deviations of the core at the nodes, from its rates: of those of its numbers that carry something, or that spins
  * at the nodes go with. */
-static void put_core(variations_t *w, double h, int width)
+static void put_core(variations_t *w, double h)
 {
     const int groups = w->groups, count = SET_GATHERS ? first_momentum(w) : CARRYING(w->wheels);
     for (int a = 0; a < count; a++) {
@@ -709,7 +702,7 @@ static void put_core(variations_t *w, double h, int width)
                 at[j*groups + g] = start_of_core(w, a)[g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
         for (int j = 0; j < w->nodes; j++)
-            memcpy(rate + j*groups, w->solving.row[a*w->nodes + j] + width, groups*sizeof *rate);
+            memcpy(rate + j*groups, w->solving.row[a*w->nodes + j], groups*sizeof *rate);
         integrate(w, h, rate, at);
     }
 }
@@ -749,25 +742,25 @@ static void put_carried_rates(variations_t *w, double h)
 }
 
 /* The rates at a node of what stands at a place among the deviations. */
-ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int node, int width)
+ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int node)
 {
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
-        return w->solving.row[core*w->nodes + node] + width;
+        return w->solving.row[core*w->nodes + node];
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
 /* Whether the nodes see what the deviations of nu do in a step: of its rates, as Legendre's polynomials, the last one
  * makes next to nothing of the way of the wheels. The steps are as long as the run lets them be, which may hardly move where
  * what is beside it does. */
-static int are_seen(const variations_t *w, double h, int width)
+static int are_seen(const variations_t *w, double h)
 {
     for (int g = 0; g < w->groups; g++) {
         lanes_t last = {0}, size = {0};
         for (int a = 0; a < 3; a++) {
             lanes_t sum = {0};
             for (int j = 0; j < w->nodes; j++) {
-                const lanes_t rate = w->solving.row[a*w->nodes + j][width + g];
+                const lanes_t rate = w->solving.row[a*w->nodes + j][g];
                 sum += w->run->gauss_last[j]*rate;
                 size += h*h*w->run->gauss_weight[j]*lanes_abs(rate);
             }
@@ -782,73 +775,6 @@ static int are_seen(const variations_t *w, double h, int width)
     return 1;
 }
 
-#if SET_GRIPS
-static int put_core_rates(variations_t *w, long long row, double h)
-{
-    put_rates_on_ground(w, row, h);
-    return 0;
-}
-#elif SET_OWN_BEARINGS
-static int put_core_rates(variations_t *w, long long row, double h)
-{
-    (void)row;
-    put_rates_in_blocks(w, h);
-    return 0;
-}
-#else
-/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in
- * blocks, one number's rates at the nodes each: those of the first `solved` numbers. */
-static void put_matrix(variations_t *w, double h, int a, int solved)
-{
-    const nodes_t *const slope = w->slope + a*w->directions;
-    for (int c = 0; c < solved; c++) {
-        nodes_t twice = {{{0}}};
-        for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
-            for (int b = 0; b < w->blocks; b++)
-                twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-        const int linear = !w->is_still[a*w->directions + c], squared = !is_zero(w, &twice);
-        for (int j = 0; j < w->nodes; j++) {
-            lanes_t *const to = w->solving.row[a*w->nodes + j] + c*w->blocks;
-            for (int b = 0; b < w->blocks; b++) {
-                lanes_t sum = {0};
-                if (linear)
-                    sum -= h*slope[c].node[j]*w->once[j].lanes[b];
-                if (squared)
-                    sum -= h*h*twice.node[j]*w->twice[j].lanes[b];
-                to[b] = sum;
-            }
-            if (c == a)
-                to[j/LANES][j%LANES] += 1;
-        }
-    }
-}
-
-/* The rates of the core at the nodes, as right sides behind the `width` vectors of a system. Returns the width. */
-static int put_core_rates(variations_t *w, long long row, double h)
-{
-    (void)row;
-    const int apart = w->core > 3 && !SET_SLIPS && stand_apart(w), solved = apart ? 3 : w->core;
-    const int unknowns = w->nodes*solved, width = unknowns/LANES;
-    for (int a = 3; apart && a < w->core; a++)
-        put_answer(w, h, a);
-    for (int k = 0; k < w->nodes*w->core; k++)
-        w->solving.row[k] = w->solving.system + k*(width + w->groups);
-    for (int a = 0; a < w->core; a++) {
-        if (a < solved)
-            put_matrix(w, h, a, solved);
-        put_right(w, a, width);
-    }
-    for (int a = solved; a < w->core; a++)
-        eliminate(w, h, a, width);
-    solve(&(equations_t){w->solving.row, unknowns, width, w->groups});
-    if (apart)
-        put_answers_of_nu(w, h, width);
-    for (int a = solved; a < w->core; a++)
-        put_rates_apart(w, a, width);
-    return width;
-}
-#endif
-
 #include "deviations/pieces.c"
 
 /* The deviations at the end of a step, or of a piece of it of length h, from those at its start; rates (nodes x size x
@@ -858,17 +784,17 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
     const int groups = w->groups, places = SET_GATHERS ? 3 + w->wheels + first_momentum(w) : w->size;
     put_slopes(w, step, row);
     put_felt(w, h);
-    const int width = put_core_rates(w, row, h);
-    if ((w->run->most_last > 0 && !are_seen(w, h, width)) || are_too_fast(w, row, h, width))
+    put_core_rates(w, row, h);
+    if ((w->run->most_last > 0 && !are_seen(w, h)) || are_too_fast(w, row, h))
         return 0;
-    put_core(w, h, width);
+    put_core(w, h);
     put_carried_rates(w, h);
 #if SET_GATHERS
     finish_spins(w, step, row, h, rates);
 #endif
     for (int place = 0; place < places; place++)
         for (int j = 0; j < w->nodes; j++) {
-            const lanes_t *const rate = rate_at_node(w, place, j, width);
+            const lanes_t *const rate = rate_at_node(w, place, j);
             for (int g = 0; g < groups; g++)
                 w->moved[place*groups + g] += h*w->run->gauss_weight[j]*rate[g];
             if (rates)

@@ -1,0 +1,104 @@
+/* The equations of a step at its nodes: the rates of the core, and the turns of the directions of slips, as unknowns with
+ * blocks of slopes (blockwise.c). Further numbers of the core, as momenta of free rollers or the speeds of one wheel, act
+ * upon themselves, each other and nu. So they are eliminated one by one, and nu is last, as in an arrow. The speeds of a
+ * wheel whose contact sticks follow from all others. */
+#include "deviations/blockwise.c"
+
+/* A block of the equations: of a row by the rates of a number of the core, or by a turn. */
+static void put_block(const variations_t *w, double h, const blockwise_t *e, const int *unknown, int p, int q)
+{
+    const int a = unknown[p], c = unknown[q], turns = c >= w->core, at = turns ? first_turn(w) + c - w->core : c;
+    const nodes_t *const slope = w->slope + a*w->directions;
+    const int linear = !w->is_still[a*w->directions + at];
+    nodes_t twice = {{{0}}}, *const to = block_of(e, p, q);
+    for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
+        if (!w->is_still[a*w->directions + w->core + f])
+            for (int b = 0; b < w->blocks; b++)
+                twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
+    const int squared = !is_zero(w, &twice), is_full = !turns && (linear || squared);
+    const int kind = is_full ? FULL : linear || a == c ? DIAGONAL : NO_BLOCK;
+    *kind_of(e, p, q) = kind;
+    for (int j = 0; is_full && j < w->nodes; j++) {
+        for (int b = 0; b < w->blocks; b++)
+            to[j].lanes[b] = -h*slope[c].node[j]*w->once[j].lanes[b] - h*h*twice.node[j]*w->twice[j].lanes[b];
+        to[j].node[j] += a == c;
+    }
+    for (int b = 0; kind == DIAGONAL && b < w->blocks; b++)
+        to->lanes[b] = turns ? -slope[at].lanes[b] : lanes_of(a == c);
+}
+
+/* List what a step is solved for, nu last: further numbers of the core, then those of each wheel, unless its contact
+ * sticks, and the turns of the direction of its slip. Returns how many, without those whose rates follow: these stand
+ * behind. */
+static int list_unknowns(const variations_t *w, long long row, int *unknown)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    int count = 0;
+    for (int a = 3 + WHEEL_SPEEDS*wheels; a < w->core; a++)
+        unknown[count++] = a;
+    for (int i = 0; i < wheels; i++) {
+        for (int k = 0; k < WHEEL_SPEEDS && !sticks_in(w, row, i); k++)
+            unknown[count++] = contact_speed(w, i, k);
+        if (turns_in(w, row, i))
+            unknown[count++] = w->core + i;
+    }
+    for (int a = 0; a < 3; a++)
+        unknown[count++] = a;
+    int all = count;
+    for (int i = 0; i < wheels; i++)
+        for (int k = 0; k < WHEEL_SPEEDS && sticks_in(w, row, i); k++)
+            unknown[all++] = contact_speed(w, i, k);
+    return count;
+}
+
+/* The rates that follow, when the others and the turns are known. */
+static void put_rates_that_follow(variations_t *w, double h, const int *unknown, int count)
+{
+    const int groups = w->groups, nodes = w->nodes, all = NODES*groups;
+    lanes_t *const rate = w->carried_at;
+    memset(w->core_at, 0, w->core*all*sizeof *rate);
+    memset(w->felt_at, 0, w->felt*all*sizeof *rate);
+    for (int p = 0; p < count; p++)
+        if (unknown[p] < w->core)
+            integrate(w, h, w->solving.row[unknown[p]*nodes], w->core_at + unknown[p]*all);
+    for (int f = 0; f < w->felt; f++) {
+        for (int k = 0; k < nodes*groups; k++)
+            rate[k] = carried_by(w, carries_felt(w, f), w->core_at + k, w->core_at + 3*all + k, all);
+        integrate(w, h, rate, w->felt_at + f*all);
+    }
+    for (int p = count; unknown[p] >= 0; p++) {
+        const int a = unknown[p];
+        for (int d = 0; d < w->directions; d++) {
+            const int turns = d - first_turn(w);
+            if (w->is_still[a*w->directions + d] || (d >= w->core + w->felt && turns < 0))
+                continue;
+            const lanes_t *const by = d < w->core ? w->core_at + d*all : turns < 0 ? w->felt_at + (d - w->core)*all
+                                                                       : w->solving.row[(w->core + turns)*nodes];
+            const nodes_t *const slope = &w->slope[a*w->directions + d];
+            for (int j = 0; j < nodes; j++)
+                for (int g = 0; g < groups; g++)
+                    w->solving.row[a*nodes + j][g] += slope->node[j]*by[j*groups + g];
+        }
+    }
+}
+
+/* The rates of the core at the nodes, by rows of right sides. */
+static void put_core_rates(variations_t *w, long long row, double h)
+{
+    int unknown[w->equations + 1];
+    memset(unknown, -1, sizeof unknown);
+    const int count = list_unknowns(w, row, unknown);
+    const solving_t *const own = &w->solving;
+    const blockwise_t e = {count, 3, w->nodes, w->blocks, w->groups,
+                           own->kind, own->block, own->right, own->memory, own->pivot_row};
+    for (int p = 0; unknown[p] >= 0; p++) {
+        for (int j = 0; j < w->nodes; j++)
+            w->solving.row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
+        put_right(w, unknown[p]);
+        for (int q = 0; q < count && p < count; q++)
+            put_block(w, h, &e, unknown, p, q);
+    }
+    solve_blockwise(&e);
+    if (unknown[count] >= 0)
+        put_rates_that_follow(w, h, unknown, count);
+}
