@@ -15,6 +15,7 @@ SKID = Contact(law="coulomb", friction=0.4, wheel_rates=0.0)
 LETS_GO = Contact(law="coulomb", friction=(0.3, 0.35), static_friction=(0.4, 0.45))
 RISING = TorqueTable((0.0, 1.0), ((0, 0, 0), (1.0, -0.6, 0.4)))
 TO_AND_FRO = TorqueTable((0.0, 0.2, 0.4, 1.0), ((1.0, -0.5, 0.6), (-1.0, 0.5, -0.6), (1.0, -0.6, 0.4), (1, 1, 1)))
+KICK = TorqueTable((0.0, 0.1), ((0.0, 0.0, 0.0), (2.0, -1.5, 0.4)), interpolation="hold")
 NUMBERS = {"nu[0]": 1e-4, "chi[1]": 1e-4, "mass": 1e-3, "wheel_inertia": 1e-6, "wheel_radius": 1e-6,
            "platform_radius": 1e-5, "friction": 1e-3}  # fmt: skip
 OF_PUSH = {"mass": 1e-3, "friction": 1e-4, "torque[1][0]": 1e-4, "times[1]": 1e-4}
@@ -31,6 +32,8 @@ CASES = {
     "lets go, massless": (Case("massless", effects=(LETS_GO, RISING), start=STILL, duration=0.6), OF_PUSH | OF_STATIC),
     "lets go, free": (Case("free", effects=(LETS_GO, RISING), start=STILL, duration=0.5), OF_PUSH | OF_STATIC),
     "one friction": (Case("free", effects=(GROUND, RISING), start=STILL, duration=0.4), OF_PUSH),
+    "kicked": (Case("massless", effects=(Contact(law="coulomb", friction=0.05), KICK), start=STILL, duration=0.15),
+               {"times[1]": 1e-4, "mass": 1e-3, "friction": 1e-5}),
     "turns back": (Case("massless", effects=(Contact(law="coulomb", friction=0.1), TO_AND_FRO), duration=0.8),
                    OF_PUSH | {"nu[1]": 1e-3}),
     "four wheels": (Case("free", vehicle=FOUR, effects=(SKID,), start=FOUR_START, duration=0.4),
@@ -153,7 +156,7 @@ def _at_edge():
     "case, names, reason",
     [
         (Case("massless", effects=(LETS_GO, TorqueTable((0.0, 1.0), ((0,) * 3, (2.0,) * 3))),
-              start=STILL | {"chi": (0.0, 0.0, 0.0)}), ("torque[1][0]",), "change their modes together"),
+              start=STILL | {"chi": (0.0, 0.0, 0.0)}), ("torque[1][0]",), "apart where a number changes; by torque"),
         (Case("free", effects=(Contact(law="coulomb", friction=1.0),), start=TIED, duration=1.3), ("chi[0]",),
          "more than one order"),
         (_at_edge(), ("mass",), "only just|all its friction"),

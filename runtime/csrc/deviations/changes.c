@@ -1,12 +1,14 @@
-/* What happens to contacts, and to bearings that have rates of their own, where wheels may slip: which of them come to
- * rest, turn on, let go and break away, and the rates before, in between and afterwards. */
+/* What happens to contacts and bearings: which of them come to rest, turn on, let go and break away, and the rates before,
+ * in between and afterwards. */
 
-#if SET_CHANGES
 #define SAME_DIRECTION 0.999        /* the cosine of the angle between directions of which none is another one     */
 
-/* A change of modes at the state of a row: from those of one row to those of another. */
+/* A change of modes at the state of a row: from those of one row to those of another; NONE: nothing sticks. */
+enum { NONE = -1 };
 typedef struct {
     long long row, before, after;
+    const double *knot;         /* columns: by how much the time deviates at which drives jump there; or null */
+    int only;                   /* 0, or 1 + the place of the bearing that alone has its mode of afterwards then */
 } change_t;
 
 #if SET_GRIPS
@@ -78,7 +80,7 @@ ALWAYS_INLINE int is_held(const variations_t *w, const change_t *e, int k)
     return i < 0 || rests_behind(w, e->row, i) || (sticks_in(w, e->row, i) && !slips_along_axle(w, e, i));
 #else
     (void)w, (void)e, (void)k;
-    return 1;
+    return !SET_SERIES_ALONE || k < roller_bearing(w, 0, 0);
 #endif
 }
 
@@ -97,7 +99,7 @@ ALWAYS_INLINE int stops(const variations_t *w, const change_t *e, int k)
 /* Whether a massless roller stops on its disk while its contact slips: no speed comes to rest, and no rate jumps. */
 ALWAYS_INLINE int settles(const variations_t *w, const change_t *e, int k)
 {
-    return SET_STRIPS && own_mode(w, e->before, k) != 0 && own_mode(w, e->after, k) == 0 && !is_held(w, e, k);
+    return SET_IN_SERIES && own_mode(w, e->before, k) != 0 && own_mode(w, e->after, k) == 0 && !is_held(w, e, k);
 }
 
 /* The mode of a bearing while those that come to rest stay there. */
@@ -123,7 +125,10 @@ enum { BEFORE, RESTING, AFTER };     /* of a change: resting, while those that c
 /* The mode of a bearing in one of these. */
 ALWAYS_INLINE long long mode_of(const variations_t *w, const change_t *e, int which, int k)
 {
-    return which == RESTING ? mode_at_rest(w, e, k) : own_mode(w, which == AFTER ? e->after : e->before, k);
+    if (which == BEFORE && e->before == NONE)
+        return 1;
+    const int is_after = which == AFTER && (!e->only || e->only == 1 + k);
+    return which == RESTING ? mode_at_rest(w, e, k) : own_mode(w, is_after ? e->after : e->before, k);
 }
 
 /* Let the bearings of the point have the modes of one of these. */
@@ -140,21 +145,33 @@ static void put_modes_of(const variations_t *w, const change_t *e, int which)
     }
 }
 
-#if SET_STANDS
 #include "deviations/standing.c"
+
+#if SET_SERIES_ALONE
+/* What the ground would ask of massless rollers if they stuck, at the point, and how that moves. */
+static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
+{
+    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
+    lanes_t spin[MOST_WHEELS], spin_moved[MOST_WHEELS], none[MOST_WHEELS] = {{0}}, sticks[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        sticks[i] = lanes_of(1);
+    set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, sticks, w->along,
+                         w->along + chi, w->along + POINT_CORE, none, none, spin, w->bearings.holding + wheels,
+                         spin_moved, w->bearings.holding + 3*wheels);
+}
 #endif
 
 /* The rates then, with the accelerations of the bearings and what holds those that stick. */
 static void rates_of_change(const variations_t *w, const change_t *e, int which, lanes_t *rate, double *dot,
                             double *asked)
 {
-    const long long row = SET_GRIPS && which == AFTER ? e->after : e->row;
+    const long long row = which == AFTER ? e->after : e->row, modes = which == AFTER ? e->after : e->before;
     put_state(w, row, w->point);
-#if SET_STANDS
-    if (which == RESTING)
-        put_held_at_rest(w, e);
+#if SET_DIRECTIONS
+    if (which == RESTING || modes == NONE)
+        put_held_in(w, e, which);
     else
-        put_held(w, which == AFTER ? e->after : e->before, -1);
+        put_held(w, modes, -1);
 #endif
     put_modes_of(w, e, which);
 #if SET_GRIPS
@@ -162,32 +179,33 @@ static void rates_of_change(const variations_t *w, const change_t *e, int which,
         if (rests_behind(w, e->row, i))
             w->point[point_inputs(w) + SET_MODES_INPUT*w->wheels + i] = lanes_of(1);
 #endif
-#if SET_IN_SERIES && !SET_STRIPS
-    put_modes_in_contact(w, e->row);
-#endif
+    (void)modes;
     rates_at_point(w, row, rate);
+#if SET_SERIES_ALONE
+    put_asked_in_series(w, w->vehicle);
+#endif
     const point_t at = point_of(w, w->vehicle, w->point);
     for (int k = 0; k < MOST_OWN(w); k++)
         dot[k] = own_dot(w, &at, k, 0), asked[k] = own_asked(w, &at, k);
 }
 
-/* Whether some bearings, so many from one on, have other modes in another row. */
-static int modes_differ(const variations_t *w, long long row, long long other, int from, int count)
+/* Whether some bearings have other modes in another row. */
+static int modes_differ(const variations_t *w, long long row, long long other)
 {
-    const long long *const one = w->run->own_mode + row*WITH_SERIES(w) + from;
-    return memcmp(one, w->run->own_mode + other*WITH_SERIES(w) + from, count*sizeof *one) != 0;
+    const long long *const one = w->run->own_mode + row*MOST_OWN(w);
+    return memcmp(one, w->run->own_mode + other*MOST_OWN(w), MOST_OWN(w)*sizeof *one) != 0;
 }
 
-/* For how long they have had the modes of a row; where they never had others, how long the run is. */
-static double time_of_own_modes(const variations_t *w, long long row, int from, int count)
+/* For how long they have had the modes of a row; where they never had others and wheels may slip, how long the run is. */
+static double time_of_own_modes(const variations_t *w, long long row)
 {
     const omniroll_variations_t *const run = w->run;
     long long first = row;
-    if (count == 0)
+    if (MOST_OWN(w) == 0)
         return run->elapsed[run->rows - 1];
-    while (first > 0 && !modes_differ(w, first - 1, row, from, count))
+    while (first > 0 && !modes_differ(w, first - 1, row))
         first--;
-    return first > 0 ? run->elapsed[row] - run->elapsed[first] : run->elapsed[run->rows - 1];
+    return first > 0 || SET_HOLDS ? run->elapsed[row] - run->elapsed[first] : run->elapsed[run->rows - 1];
 }
 
 static int some_turn_on(const variations_t *w, const change_t *e)
@@ -218,7 +236,7 @@ static int changes_modes(const variations_t *w, long long row)
         if (changes_mode(w, row, i))
             return 1;
 #endif
-    return SET_OWN_BEARINGS && modes_differ(w, row, row + 1, 0, WITH_SERIES(w));
+    return SET_OWN_BEARINGS && modes_differ(w, row, row + 1);
 }
 
 /* Whether a drive jumps between a row and the next. */
@@ -268,4 +286,3 @@ static int are_same(const variations_t *w, const lanes_t *one, const lanes_t *ot
     }
     return apart <= w->run->jumps*largest;
 }
-#endif

@@ -19,12 +19,11 @@
  * rests.c        slips and rates of bearings that come to rest
  * holding.c      what holds wheels that stand
  * letting_go.c   contacts that let go, and bearings that break away
- * saltations.c   how deviations pass all of that
- * in_series.c    massless rollers that break away where wheels slip under smooth laws
- * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll */
+ * saltations.c   how deviations pass all of that */
 #include "deviations/variations.c"
 
 #include "deviations/passages.c"
+#if SET_CHANGES
 #include "deviations/small.c"
 #include "deviations/ways.c"
 #include "deviations/responses.c"
@@ -33,8 +32,7 @@
 #include "deviations/holding.c"
 #include "deviations/letting_go.c"
 #include "deviations/saltations.c"
-#include "deviations/in_series.c"
-#include "deviations/spin_rests.c"
+#endif
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -52,6 +50,7 @@ static void lay_out_own_bearings(variations_t *w, long long *size, char *base)
     w->bearings.holding = part(base, size, 4*wheels);
     w->bearings.spin_dot = part(base, size, 2*w->rollers*wheels);
     w->bearings.yaw_mass = part(base, size, 2*(long long)sizeof(lanes_t));
+    w->bearings.nu_dot = part(base, size, 6*(long long)sizeof(lanes_t));
 }
 #endif
 
@@ -170,6 +169,21 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
     return lay_out(&w, run, 0)/(long long)sizeof(double);
 }
 
+/* The inverse of T. */
+static void put_inverse(variations_t *w)
+{
+    const int blocks = w->blocks;
+    for (int j = 0; j < w->nodes; j++) {
+        lanes_t *const row = w->solving.pivot_row[j] = w->solving.memory + j*2*blocks;
+        memcpy(row, w->once[j].lanes, blocks*sizeof *row);
+        memset(row + blocks, 0, blocks*sizeof *row);
+        row[blocks + j/LANES][j%LANES] = 1;
+    }
+    solve(&(equations_t){w->solving.pivot_row, w->nodes, blocks, blocks});
+    for (int j = 0; j < w->nodes; j++)
+        memcpy(w->inverse[j].lanes, w->solving.pivot_row[j] + blocks, blocks*sizeof(lanes_t));
+}
+
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (char *)run->work);
@@ -203,6 +217,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
             for (int i = 0; i < nodes; i++)
                 w->twice[j].node[k] += integral[j*nodes + i]*integral[i*nodes + k];
         }
+    put_inverse(w);
 }
 
 /* Axial speeds' deviations of a phase (columns x wheels x rollers), from the vectors or into them. */
@@ -302,7 +317,7 @@ static int grazes(const variations_t *w, long long row, const int *direction)
  * known how; else nothing has been done. */
 static int enter_step(variations_t *w, long long row)
 {
-    return pass_change(w, &(change_t){row, row - 1, row});
+    return pass_change(w, &(change_t){row, row - 1, row, 0, 0});
 }
 #endif
 
@@ -312,27 +327,28 @@ static int is_not_plain(const variations_t *w, long long row, const int *directi
     return switching > 1 || grazes(w, row, direction);
 }
 
-/* Pass what happens between a row and the next where no wheel switches. Returns whether it was known how; else nothing
- * has been done. */
-static int pass_others(variations_t *w, long long row)
+/* Pass what happens between a row and the next where no wheel switches; `knot`: by how much the time deviates (columns)
+ * at which drives jump there, or null. Returns whether it was known how; else nothing has been done. */
+static int pass_others(variations_t *w, long long row, const double *knot)
 {
 #if SET_CHANGES
-    if (!changes_modes(w, row))
-        return 1;
-    if (drives_jump(w, row))
-        return 0;
-#if SET_IN_SERIES && !SET_GRIPS
-    if (changes_in_series(w, row))
-        return !modes_differ(w, row, row + 1, 0, MOST_OWN(w)) && pass_in_series(w, row);
+    double still[w->columns];
+    memset(still, 0, sizeof still);
+    if (changes_modes(w, row)) {
+        const double *const jump = knot ? knot : drives_jump(w, row) ? still : 0;
+        return pass_change(w, &(change_t){row, row, row + 1, jump, 0});
+    }
 #endif
-    return pass_change(w, &(change_t){row, row, row + 1});
-#else
-    (void)w, (void)row;
+    if (knot) {
+        lanes_t before[w->size], after[w->size];
+        rates_in_row(w, row, before);
+        rates_in_row(w, row + 1, after);
+        add_jump(w, before, after, knot);
+    }
     return 1;
-#endif
 }
 
-#if SET_SPINS_STICK || SET_OWN_BEARINGS
+#if SET_OWN_BEARINGS
 /* A step begins in a row: pass what happens there, where that is known. */
 static void enter_at(variations_t *w, long long row)
 {
@@ -351,9 +367,8 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     prepare(w, run);
     enter_phase(w, phase);
     into_lanes(w, row_of(w, first), w->size, w->moved);
-#if SET_SPINS_STICK || SET_OWN_BEARINGS
-    if (run->enters[first] > 0 && (first == 0 || run->step_of[first - 1] < 0))
-        enter_at(w, first);
+    refuse(w, UNKNOWN, 0);
+#if SET_OWN_BEARINGS
     if (run->enters[first])
         return first;
 #endif
@@ -373,18 +388,21 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             if (switching && rests_at_switch(w, row))
                 return row;
 #endif
-            if (!switching && !pass_others(w, row))
+            if (!switching && !pass_others(w, row, row == first ? run->knot : 0))
                 return row;
             if (switching) {
                 pass_switch(w, phase++, row, direction);
+#if SET_HOLDS
+                take_what_sticks(w, row + 1);       /* also what goes on to stick through an impact */
+#endif
                 memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);
                 if (SET_HAS_ROLLERS)
                     exchange_axial(w, phase, 1);
             }
         }
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
-#if SET_SPINS_STICK || SET_OWN_BEARINGS
-        if (run->enters[row + 1] > 0)
+#if SET_OWN_BEARINGS
+        if (run->enters[row + 1])
             enter_at(w, row + 1);
         if (run->enters[row + 1])
             return row + 1;
@@ -434,39 +452,17 @@ void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, 
     }
 }
 
-void omniroll_rates_in_rows(const omniroll_variations_t *run, long long count, const long long *rows,
-                            const long long *phases, double *rates)
+void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase)
 {
+#if SET_HOLDS
     variations_t own, *const w = &own;
     prepare(w, run);
-    lanes_t rate[w->size];
-    long long phase = -1;
-    for (long long k = 0; k < count; k++) {
-        if (phase < 0 || phases[k] != phase)
-            enter_phase(w, phase = phases[k]);
-        rates_in_row(w, rows[k], rate);
-        for (int place = 0; place < w->size; place++)
-            rates[k*w->size + place] = rate[place][0];
-    }
-}
-
-void omniroll_turning_rows(const omniroll_variations_t *run, double *rows)
-{
-#if SET_SLIPS
-    (void)run, (void)rows;
+    enter_phase(w, phase);
+    into_lanes(w, row_of(w, row), w->size, w->moved);
+    take_what_sticks(w, row);
+    out_of_lanes(w, w->moved, w->size, row_of(w, row));
 #else
-    variations_t own, *const w = &own;
-    prepare(w, run);
-    const int wheels = OWN_WHEELS(w->wheels);
-    const lanes_t still[3] = {{0}};
-    for (int number = 1; number < run->models; number++)
-        for (int d = 0; d < 3; d++) {
-            lanes_t nu[3] = {{0}}, rate[MOST_WHEELS], moved[MOST_WHEELS];
-            nu[d] = lanes_of(1);
-            set_wheel_speeds_along(wheels, &w->vehicle[number], nu, still, rate, moved);
-            for (int i = 0; i < wheels; i++)
-                rows[((number - 1)*wheels + i)*3 + d] = moved[i][0];
-        }
+    (void)run, (void)row, (void)phase;
 #endif
 }
 

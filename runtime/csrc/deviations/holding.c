@@ -1,6 +1,6 @@
 /* What holds wheels that stand: forces along the directions that they take from nu, how much of what contacts and
  * bearings can hold these use, and how that moves. Where there are many such forces the wheels are held if some of them
- * do it; which of them is the least use of all is Python's (runtime/omniroll/engine/least_use_slopes.py). */
+ * do it. */
 
 #if SET_STANDS
 /* The forces along rows, up to three, that hold what they are asked for. Returns whether these are the only ones. */
@@ -16,7 +16,7 @@ static int find_only_forces(const stand_t *stand, int count, const lanes_t *aske
             matrix[a*count + b] = one[0]*other[0] + one[1]*other[1] + one[2]*other[2];
         }
     }
-    return solve_scaled(matrix, count, force, 1);
+    return solve_dependent(matrix, count, force, 1) == count;
 }
 
 /* Of many forces that do those that use little. Returns whether they were found. */
@@ -31,12 +31,8 @@ static int find_small_forces(const stand_t *stand, int count, const lanes_t *ask
         for (int c = 0; c < 9; c++)
             matrix[c] += by[j]*stand[j].row[c/3]*stand[j].row[c%3];
     }
-#if SET_STRIPS                      /* wheels may stand that leave the vehicle to turn on the spot */
-    solve_dependent(matrix, 3, right, 1);
-#else
-    if (!solve_scaled(matrix, 3, right, 1))
+    if (solve_dependent(matrix, 3, right, 1) < 3 && !SET_STRIPS)    /* which may leave the vehicle to turn on the spot */
         return 0;
-#endif
     for (int j = 0; j < count; j++)
         force[j] = by[j]*(stand[j].row[0]*right[0] + stand[j].row[1]*right[1] + stand[j].row[2]*right[2]);
     return 1;
@@ -169,5 +165,121 @@ static double bearing_use_along(const variations_t *w, int column, const held_t 
     const double use = asked + own->per_bearing*held->force[j][0];
     *moved = (use < 0 ? -1 : 1)*(asked_moved + own->per_bearing*held->moved[j][0] + grown*held->force[j][0]);
     return fabs(use);
+}
+#endif
+
+#if SET_HOLDS
+/* Bearings of wheels that roll hold nu together. Where one breaks away, the vehicle begins to move along n, in which all
+ * others that stick rest, or those that do afterwards: a facet of what they can hold. With the force h that holds nu, the
+ * rows g and the largest torques S of those that stick they use
+ *
+ *     n . h / sum S |g . n|
+ *
+ * of it, and n turns with the rows of those at rest. */
+#define IS_AT_REST 1e-12        /* of the length of a row: its rate along n is rounding */
+
+/* The rows of all bearings whose rates follow from nu, at a point, and how they move. */
+static void put_rows_along(const variations_t *w, const point_t *at, const point_t *along, double (*row)[3],
+                           double (*moved)[3])
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    const lanes_t still[3] = {{0}};
+    for (int d = 0; d < 3; d++) {
+        lanes_t nu[3] = {{0}}, rate[2][MOST_WHEELS], rate_moved[2][MOST_WHEELS];
+        nu[d] = lanes_of(1);
+        set_wheel_rates_along(wheels, at->vehicle, nu, at->chi, still, along->chi, rate[0], rate[1], rate_moved[0],
+                              rate_moved[1]);
+        for (int k = 0; k < MOST_ROWS(w); k++) {
+            const int of = k >= AXLES(w);
+            row[k][d] = rate[of][k%wheels][0], moved[k][d] = rate_moved[of][k%wheels][0];
+        }
+    }
+}
+
+ALWAYS_INLINE double dot3(const double *a, const double *b) { return a[0]*b[0] + a[1]*b[1] + a[2]*b[2]; }
+
+/* The direction in which nu begins to move where a bearing breaks away. Returns whether there is one. */
+static int find_motion(const variations_t *w, const change_t *e, int broken, double (*row)[3], double *n)
+{
+    double basis[4][3];
+    for (int others = 1; others >= 0; others--) {      /* all others rest, or those that do afterwards */
+        int taken = 0, first;
+        for (int k = 0; k < MOST_OWN(w); k++)
+            if (row_of_bearing(w, k) >= 0 && own_mode(w, e->before, k) == 0
+                && (others ? k != broken : own_mode(w, e->after, k) == 0))
+                taken = add_to_basis(basis, taken, row[row_of_bearing(w, k)], SAME);
+        first = taken;
+        for (int k = 0; k < MOST_OWN(w); k++)
+            if (row_of_bearing(w, k) >= 0 && own_mode(w, e->before, k) == 0)
+                taken = add_to_basis(basis, taken, row[row_of_bearing(w, k)], SAME);
+        if (taken == first + 1) {
+            memcpy(n, basis[first], sizeof basis[first]);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* How that turns with the rows of those at rest in it, as these move: within what they and it span. */
+static void turn_motion(const variations_t *w, const change_t *e, double (*row)[3], double (*moved)[3], const double *n,
+                        double *turn)
+{
+    double matrix[9] = {0}, basis[3][3];
+    lanes_t right[3] = {{0}};
+    int taken = 0, all;
+    for (int k = 0; k < MOST_OWN(w); k++) {
+        const int r = row_of_bearing(w, k);
+        if (r < 0 || own_mode(w, e->before, k) != 0 || fabs(dot3(row[r], n)) > IS_AT_REST*sqrt(dot3(row[r], row[r])))
+            continue;
+        const double squared = dot3(row[r], row[r]);
+        taken = add_to_basis(basis, taken, row[r], SAME);
+        for (int c = 0; c < 3; c++) {
+            right[c] -= row[r][c]*dot3(moved[r], n)/squared;
+            for (int d = 0; d < 3; d++)
+                matrix[3*c + d] += row[r][c]*row[r][d]/squared;
+        }
+    }
+    all = taken;
+    for (int c = 0; c < 3; c++)
+        all = add_to_basis(basis, all, (const double[3]){c == 0, c == 1, c == 2}, 0.5);
+    for (int k = taken; k < 3; k++)
+        for (int c = 0; c < 9; c++)
+            matrix[c] += basis[k][c/3]*basis[k][c%3];
+    solve_small(matrix, 3, right, 1);
+    for (int c = 0; c < 3; c++)
+        turn[c] = right[c][0];
+}
+
+/* How much of what bearings can hold is used where one breaks away, and how that moves along a column or with time;
+ * not a number where that is not determined. */
+static double hold_use_along(const variations_t *w, int column, const change_t *e, int broken, const point_t *at,
+                             const point_t *along, double *moved)
+{
+    double row[MOST_STANDS][3], row_moved[MOST_STANDS][3], n[3], turn[3], use = 0, grown = 0, reach = 0;
+    put_rows_along(w, at, along, row, row_moved);
+    if (!find_motion(w, e, broken, row, n)) {
+        *moved = NAN;
+        return NAN;
+    }
+    turn_motion(w, e, row, row_moved, n, turn);
+    for (int c = 0; c < 3; c++) {
+        use += at->held_force[c][0]*n[c];
+        grown += along->held_force[c][0]*n[c] + at->held_force[c][0]*turn[c];
+    }
+    const double side = use < 0 ? -1 : 1;
+    grown *= side;
+    for (int k = 0; k < MOST_OWN(w); k++) {
+        const int r = row_of_bearing(w, k);
+        if (r < 0 || own_mode(w, e->before, k) != 0)
+            continue;
+        const double rate = dot3(row[r], n), most = w->run->own_most[k];
+        if (fabs(rate) <= IS_AT_REST*sqrt(dot3(row[r], row[r])))
+            continue;
+        reach += most*fabs(rate);
+        grown -= (column < 0 ? 0 : moved_most(w, column, k))*fabs(rate)
+            + most*(rate < 0 ? -1 : 1)*(dot3(row_moved[r], n) + dot3(row[r], turn));
+    }
+    *moved = grown/reach;
+    return side*use/reach;
 }
 #endif

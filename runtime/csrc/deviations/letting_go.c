@@ -5,7 +5,6 @@
  *
  * Where one is at its bound only just, or several are apart beside the run, the caller decides. */
 
-#if SET_CHANGES
 #if SET_GRIPS
 /* How much of what static friction can hold a contact that sticks takes at the point, squared. */
 ALWAYS_INLINE double taken_at(const variations_t *w, const point_t *at, int i)
@@ -73,6 +72,9 @@ static void move_along(const variations_t *w, long long row, int column, const l
     turn_pushes(w, row, model, &at, &along);
 #endif
     rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
+#if SET_SERIES_ALONE
+    put_asked_in_series(w, at.vehicle);
+#endif
 }
 
 /* List the contacts that let go, then the bearings that break away, as units: of a contact one for both components.
@@ -145,6 +147,10 @@ static double beyond(const variations_t *w, int column, const release_t *release
             return bearing_use_along(w, column, held, j, &at, &along, moved) - 1;
     }
 #endif
+#if SET_HOLDS
+    if (row_of_bearing(w, k) >= 0)
+        return hold_use_along(w, column, release->change, k, &at, &along, moved) - 1;
+#endif
     (void)release;
 #if SET_GRIPS
     if (k < 0)
@@ -170,7 +176,7 @@ static void move_release(const variations_t *w, int column, release_t *release)
 /* For how long all have had the modes from which they go. */
 static double time_before(const variations_t *w, const change_t *e)
 {
-    double lasted = time_of_own_modes(w, e->before, 0, MOST_OWN(w));
+    double lasted = time_of_own_modes(w, e->before);
 #if SET_GRIPS
     lasted = fmin(lasted, time_of_modes(w, e->before));
 #endif
@@ -185,12 +191,12 @@ static int keep_reached(const variations_t *w, release_t *release, int *unit, in
     int count = 0;
     move_release(w, TIMES_ALONE, release);
     for (int j = 0; j < all; j++)
-        if (beyond(w, TIMES_ALONE, release, unit[j], &rises[count]) >= -w->run->reached)
+        if (!(beyond(w, TIMES_ALONE, release, unit[j], &rises[count]) < -w->run->reached))
             unit[count++] = unit[j];
     take_way_back(w);
     for (int j = 0; j < count; j++)
         if (!(rises[j]*lasted > w->run->only_just))
-            return 0;
+            return refuse(w, LETS_GO_ONLY_JUST, 0);
     return count;
 }
 
@@ -209,8 +215,7 @@ static int put_times_of_release(const variations_t *w, release_t *release, const
         }
         take_way_back(w);
         if (!(most - least <= LETS_GO_TOGETHER*fmax(fabs(least), fabs(most))))
-            return 0;
+            return refuse(w, HAPPENS_APART, p);
     }
     return 1;
 }
-#endif

@@ -1,30 +1,52 @@
-/* The equations of a step at its nodes: the rates of the core, and the turns of the directions of slips, as unknowns with
- * blocks of slopes (blockwise.c). Further numbers of the core, as momenta of free rollers or the speeds of one wheel, act
- * upon themselves, each other and nu. So they are eliminated one by one, and nu is last, as in an arrow. The speeds of a
- * wheel whose contact sticks follow from all others. */
+/* The equations of a step at its nodes, in blocks of slopes (blockwise.c). Unknowns are the rates of nu, the turns of the
+ * directions of slips, and of further numbers of the core, as momenta of free rollers or the speeds of one wheel, by how
+ * much they have changed at the nodes, z = h T r: by these the slopes are diagonal. Such numbers act upon themselves, a few
+ * others and nu. So they are eliminated one by one, and nu is last, as in an arrow. The speeds of a wheel whose contact
+ * sticks follow from all others. */
 #include "deviations/blockwise.c"
 
-/* A block of the equations: of a row by the rates of a number of the core, or by a turn. */
+/* What a row feels of wheels and heading by a number of the core, which carries them. Returns whether it feels any. */
+static int put_carried_slope(const variations_t *w, const nodes_t *slope, const int *still, int c, nodes_t *to)
+{
+    memset(to, 0, sizeof *to);
+    for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
+        if (!still[w->core + f])
+            for (int b = 0; b < w->blocks; b++)
+                to->lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
+    return !is_zero(w, to);
+}
+
+/* A block of the equations: of a row by an unknown. */
 static void put_block(const variations_t *w, double h, const blockwise_t *e, const int *unknown, int p, int q)
 {
     const int a = unknown[p], c = unknown[q], turns = c >= w->core, at = turns ? first_turn(w) + c - w->core : c;
     const nodes_t *const slope = w->slope + a*w->directions;
-    const int linear = !w->is_still[a*w->directions + at];
-    nodes_t twice = {{{0}}}, *const to = block_of(e, p, q);
-    for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
-        if (!w->is_still[a*w->directions + w->core + f])
-            for (int b = 0; b < w->blocks; b++)
-                twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-    const int squared = !is_zero(w, &twice), is_full = !turns && (linear || squared);
+    const int *const still = w->is_still + a*w->directions;
+    const int linear = !still[at], is_change = c >= 3 && !turns;
+    nodes_t carried, *const to = block_of(e, p, q);
+    const int carries = put_carried_slope(w, slope, still, c, &carried);
+    const int is_full = carries || (is_change ? a == c : linear && !turns);
     const int kind = is_full ? FULL : linear || a == c ? DIAGONAL : NO_BLOCK;
     *kind_of(e, p, q) = kind;
-    for (int j = 0; is_full && j < w->nodes; j++) {
-        for (int b = 0; b < w->blocks; b++)
-            to[j].lanes[b] = -h*slope[c].node[j]*w->once[j].lanes[b] - h*h*twice.node[j]*w->twice[j].lanes[b];
-        to[j].node[j] += a == c;
-    }
     for (int b = 0; kind == DIAGONAL && b < w->blocks; b++)
-        to->lanes[b] = turns ? -slope[at].lanes[b] : lanes_of(a == c);
+        to->lanes[b] = turns || is_change ? -slope[at].lanes[b] : lanes_of(a == c);
+    for (int j = 0; is_full && j < w->nodes; j++) {
+        const double own = slope[c].node[j];
+        for (int b = 0; b < w->blocks; b++)
+            to[j].lanes[b] = is_change ? (a == c)*(1/h)*w->inverse[j].lanes[b] - h*carried.node[j]*w->once[j].lanes[b]
+                                       : -h*own*w->once[j].lanes[b] - h*h*carried.node[j]*w->twice[j].lanes[b];
+        to[j].node[j] += is_change ? -own : a == c;
+    }
+}
+
+/* The rates of a number from its changes at the nodes. */
+static void put_rates_of_changes(variations_t *w, double h, lanes_t *value)
+{
+    const long long size = w->nodes*w->groups*(long long)sizeof *value;
+    lanes_t *const rate = w->carried_at;
+    memset(rate, 0, size);
+    add_product_of(w, w->inverse, 1/h, value, rate);
+    memcpy(value, rate, size);
 }
 
 /* List what a step is solved for, nu last: further numbers of the core, then those of each wheel, unless its contact
@@ -99,6 +121,9 @@ static void put_core_rates(variations_t *w, long long row, double h)
             put_block(w, h, &e, unknown, p, q);
     }
     solve_blockwise(&e);
+    for (int p = 0; p < count; p++)
+        if (unknown[p] >= 3 && unknown[p] < w->core)
+            put_rates_of_changes(w, h, right_of(&e, p));
     if (unknown[count] >= 0)
         put_rates_that_follow(w, h, unknown, count);
 }

@@ -1,27 +1,41 @@
-/* Bearings that may stick where wheels may slip: which of them do in a row, and their room at a point. There wheels and
- * rollers have speeds of their own, so that a bearing that sticks takes no direction from nu. */
+/* Bearings that may stick: which of them do in a row, and their room at a point. Where wheels may slip, wheels and
+ * rollers have speeds of their own, and a bearing that sticks takes no direction from nu. Where they roll, axles and
+ * rollers in contact go with nu, and each that sticks takes a direction. */
 
 /* The bearings are those of the axles, if these may stick, then those of the rollers, if these may: wheel by wheel, of
  * each first that in contact. Massless rollers in contact stand in their place: they have no speeds of their own. Where
  * contacts stick the speed of a wheel along its axle is theirs. */
-#define MOST_OWN(w) (SET_AXLES_STICK*(w)->wheels + SET_DISKS_STICK*(w)->wheels*(w)->rollers + SET_STRIPS*(w)->wheels)
-#define WITH_SERIES(w) (MOST_OWN(w) + (SET_IN_SERIES && !SET_STRIPS)*(w)->wheels)
-#define OF_A_WHEEL(w) (SET_IN_SERIES ? 1 : (w)->rollers)    /* bearings of its rollers */
+#define AXLES_MAY_STICK (SET_AXLES_STICK || (SET_HOLDS && SET_BEARING_INPUT >= 0))
+#define ROLLERS_MAY_STICK (SET_DISKS_STICK || SET_IN_SERIES || (SET_HOLDS && SET_CONTACT_BEARING_INPUT >= 0))
+#define OF_A_WHEEL(w) (SET_GATHERS ? (w)->rollers : 1)      /* bearings of its rollers */
+#define AXLES(w) (AXLES_MAY_STICK*(w)->wheels)
+#define MOST_OWN(w) (AXLES(w) + ROLLERS_MAY_STICK*(w)->wheels*OF_A_WHEEL(w))
+#define MOST_ROWS(w) (AXLES(w) + ROLLERS_MAY_STICK*(w)->wheels)     /* those below */
+#define SET_SERIES_ALONE (SET_IN_SERIES && !SET_STRIPS)     /* whether no contact sticks beside massless rollers */
 ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
 {
-    return SET_AXLES_STICK*w->wheels + wheel*OF_A_WHEEL(w) + place;
+    return AXLES(w) + wheel*OF_A_WHEEL(w) + place;
+}
+
+/* Where the row stands that says the rate of a bearing for each of nu, or -1: of those whose rates follow from nu. */
+ALWAYS_INLINE int row_of_bearing(const variations_t *w, int k)
+{
+    const int roller = k - AXLES(w);
+    if (!SET_HOLDS || (roller >= 0 && roller%OF_A_WHEEL(w) != 0))
+        return -1;
+    return roller < 0 ? k : AXLES(w) + roller/OF_A_WHEEL(w);
 }
 
 /* In a row 0 where one sticks, else the sign of its rate. */
 ALWAYS_INLINE long long own_mode(const variations_t *w, long long row, int k)
 {
-    return w->run->own_mode[row*WITH_SERIES(w) + k];
+    return w->run->own_mode[row*MOST_OWN(w) + k];
 }
 
 /* How the largest torque of a bearing at rest moves with a column. */
 ALWAYS_INLINE double moved_most(const variations_t *w, int column, int k)
 {
-    return w->run->own_most_moved[column*WITH_SERIES(w) + k];
+    return w->run->own_most_moved[column*MOST_OWN(w) + k];
 }
 
 /* What the functions take and give of axles and of rollers in contact at a point, or as these move. */
@@ -80,7 +94,7 @@ static void put_own_modes(const variations_t *w, long long row)
 /* Of a list with a place for each axle, each roller in contact and each free roller that of a bearing. */
 ALWAYS_INLINE lanes_t *of_bearing(const variations_t *w, int k, lanes_t *axles, lanes_t *contact, lanes_t *free)
 {
-    const int roller = k - SET_AXLES_STICK*w->wheels, wheel = roller/OF_A_WHEEL(w), place = roller%OF_A_WHEEL(w);
+    const int roller = k - AXLES(w), wheel = roller/OF_A_WHEEL(w), place = roller%OF_A_WHEEL(w);
     if (roller < 0)
         return axles + k;
     return place == 0 ? contact + wheel : free + wheel*(w->rollers - 1) + place - 1;
@@ -91,6 +105,16 @@ ALWAYS_INLINE lanes_t *of_bearing(const variations_t *w, int k, lanes_t *axles, 
 ALWAYS_INLINE double own_dot(const variations_t *w, const point_t *at, int k, int lane)
 {
     lanes_t *contact = 0, *free = 0;
+    if (SET_SERIES_ALONE && k >= roller_bearing(w, 0, 0))       /* no speed comes to rest: changes.c */
+        return 0;
+#if SET_HOLDS
+    const int row = row_of_bearing(w, k);
+    const double *const own = w->run->hold_row + 3*row;
+    const lanes_t *const nu_dot = w->bearings.nu_dot + (at->nu == w->along + POINT_NU ? 3 : 0);
+    if (row >= 0)
+        return own[0]*nu_dot[0][lane] + own[1]*nu_dot[1][lane] + own[2]*nu_dot[2][lane];
+    free = at->core_dot;
+#endif
 #if SET_STRIPS
     if (k >= roller_bearing(w, 0, 0))
         return at->slip_dot[2*(k - roller_bearing(w, 0, 0))][lane]/w->run->standing[1];
@@ -105,10 +129,17 @@ ALWAYS_INLINE double own_asked(const variations_t *w, const point_t *at, int k)
 {
     lanes_t *axles = 0, *contact = 0, *free = 0;
     (void)at;
+    if (row_of_bearing(w, k) >= 0)          /* what holds nu says it: holding.c */
+        return 0;
+#if SET_SPINS_STICK
+    free = at->free_holding;
+#endif
 #if SET_AXLES_STICK
     axles = at->axle_holding;
 #endif
-#if SET_STRIPS
+#if SET_SERIES_ALONE
+    contact = w->bearings.holding + (at->nu == w->along + POINT_NU ? 3 : 1)*w->wheels;
+#elif SET_STRIPS
     contact = at->contact_holding;
 #elif SET_DISKS_STICK
     contact = at->contact_holding, free = at->free_holding;
@@ -120,7 +151,7 @@ ALWAYS_INLINE double own_asked(const variations_t *w, const point_t *at, int k)
 ALWAYS_INLINE lanes_t *own_torque(const variations_t *w, lanes_t *own, int k)
 {
     lanes_t *const inputs = own + point_inputs(w), *free = 0;
-#if SET_DISKS_STICK
+#if SET_GATHERS
     free = own == w->along ? w->spins.bearing_along : w->spins.bearing;
 #endif
     return of_bearing(w, k, inputs + SET_BEARING_INPUT*w->wheels, inputs + SET_CONTACT_BEARING_INPUT*w->wheels, free);

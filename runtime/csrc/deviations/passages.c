@@ -52,6 +52,9 @@ NEVER_INLINE void rates_at_point(const variations_t *w, long long row, lanes_t *
 #endif
     (void)row;
     rates_along(wheels, &at, &along, rate, moved);
+#if SET_HOLDS
+    memcpy(w->bearings.nu_dot, rate, 3*sizeof *rate);
+#endif
     wheel_rates_at(w, w->point, rate + 3);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
     for (int k = 0; k < w->known - 3; k++)
@@ -77,6 +80,24 @@ static void rates_in_modes(const variations_t *w, long long row, long long of_mo
 static void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
 {
     rates_in_modes(w, row, row, rate);
+}
+
+/* Why a row is not passed. */
+typedef enum { UNKNOWN, RESTS_ONLY_JUST, LETS_GO_ONLY_JUST, HAPPENS_APART } why_t;
+
+/* Returns 0. */
+static int refuse(const variations_t *w, why_t why, int column)
+{
+    w->run->why[0] = (int)why, w->run->why[1] = column;
+    return 0;
+}
+
+/* Rates jump at times that deviate (columns). */
+static void add_jump(variations_t *w, const lanes_t *before, const lanes_t *after, const double *time)
+{
+    for (int p = 0; p < w->columns; p++)
+        for (int k = 0; k < w->size; k++)
+            w->moved[k*w->groups + p/LANES][p%LANES] += (before[k][0] - after[k][0])*time[p];
 }
 
 /* The physical roller at a free place of a wheel. */

@@ -1,7 +1,6 @@
 /* What unit forces on contacts and unit torques of bearings do, where something comes to rest.
  *
  * A unit is a component of a contact's slip, 2*wheel + component, or 2*wheels + the place of a bearing. */
-#if SET_CHANGES
 
 /* Let the force or the torque of a unit be 1 in a lane. */
 ALWAYS_INLINE void push_unit(const variations_t *w, const point_t *along, int unit, int lane)
@@ -36,6 +35,9 @@ static void put_responses(const variations_t *w, const int *unit, int count, dou
         for (int k = first; k < count && k < first + LANES; k++)
             push_unit(w, &along, unit[k], k - first);
         rates_along(wheels, &at, &along, nu_dot, moved);
+#if SET_HOLDS
+        memcpy(w->bearings.nu_dot + 3, moved, sizeof moved);
+#endif
         for (int k = first; k < count && k < first + LANES; k++) {
             for (int a = 0; a < w->known; a++)
                 to_known[a*count + k] = (a < 3 ? moved[a] : along.core_dot[a - 3])[k - first];
@@ -55,4 +57,3 @@ static void take_responses(variations_t *w, const double *to_known, int count, c
             for (int g = 0; g < groups; g++)
                 w->moved[place_of_core(w, a)*groups + g] -= to_known[a*count + k]*force[k*groups + g];
 }
-#endif

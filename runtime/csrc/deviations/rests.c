@@ -11,13 +11,11 @@
  *
  *     d- := d- - R F' l                                (l: 0 = slips of the new d- across their directions) */
 
-#if SET_CHANGES
 /* What comes to rest in a change, as units (responses.c): components of slips, then bearings. */
 typedef struct {
     int contacts, count;
     int *unit;
 } resting_t;
-#endif
 
 #if SET_GRIPS
 #define MOST_COMPONENTS (2*MOST_WHEELS)
@@ -224,7 +222,6 @@ static void aim_rests(const variations_t *w, long long row) { (void)w, (void)row
 #define MOST_COMPONENTS 0
 #endif
 
-#if SET_CHANGES
 #if SET_STRIPS
 /* How speeds of wheels along their axles move, over the distance of the rollers' axes from the ground in their middles,
  * as a vector of columns does. */
@@ -239,6 +236,18 @@ static void put_axle_speeds_moved(const variations_t *w, int group, lanes_t *own
         moved[i] = slip_moved[2*i]/w->run->standing[1];
 }
 #endif
+
+/* How the rate of a row for nu moves, as a vector of columns does. */
+static lanes_t rate_moved(const variations_t *w, int row, const lanes_t *own, int group)
+{
+    lanes_t sum = lanes_of(0);
+    for (int c = 0; c < 3 && SET_HOLDS; c++) {
+        sum += w->run->hold_row[3*row + c]*own[POINT_NU + c];
+        for (int p = group*LANES; p < w->columns && p < (group + 1)*LANES; p++)
+            sum[p%LANES] += w->run->hold_row_moved[p*3*MOST_ROWS(w) + 3*row + c]*w->point[POINT_NU + c][0];
+    }
+    return sum;
+}
 
 /* The deviations of the rates of some bearings in a row, which w->point has: count x groups. */
 static void put_turning(const variations_t *w, const int *of, int count, lanes_t *to)
@@ -262,8 +271,12 @@ static void put_turning(const variations_t *w, const int *of, int count, lanes_t
         put_axle_speeds_moved(w, g, own, axle);
         contact = axle;
 #endif
+#if SET_SPINS_STICK
+        free = own + POINT_CORE;
+#endif
         for (int j = 0; j < count; j++)
-            to[j*w->groups + g] = *of_bearing(w, of[j], own + POINT_CORE, contact, free);
+            to[j*w->groups + g] = row_of_bearing(w, of[j]) >= 0 ? rate_moved(w, row_of_bearing(w, of[j]), own, g)
+                                                                : *of_bearing(w, of[j], own + POINT_CORE, contact, free);
     }
 }
 
@@ -287,13 +300,13 @@ static int rest_grazes(const variations_t *w, const resting_t *rests, const doub
 {
 #if SET_GRIPS
     if (grazes_rest(w, rests->unit, rests->contacts))
-        return 1;
+        return !refuse(w, RESTS_ONLY_JUST, 0);
 #endif
     for (int j = rests->contacts; j < rests->count; j++) {
         const int k = rests->unit[j] - 2*w->wheels;
         const double possible = fabs(dot[k]) + (fabs(asked[k]) + w->run->own_most[k])/w->run->own_inertia[k];
         if (fabs(dot[k]) <= w->run->only_just*possible)
-            return 1;
+            return !refuse(w, RESTS_ONLY_JUST, 0);
     }
     return 0;
 }
@@ -347,16 +360,16 @@ static void take_roundings(variations_t *w, const change_t *e, const resting_t *
     if (rests->count > rests->contacts)
         put_rests_moved(w, rests, left);
     for (int j = rests->contacts; j < rests->count; j++) {
-        const int roller = rests->unit[j] - 2*wheels - SET_AXLES_STICK*wheels, places = w->rollers;
-        if (SET_STRIPS && roller >= 0)              /* which has no rate of its own */
-            continue;
+        const int roller = rests->unit[j] - 2*wheels - AXLES(w), places = OF_A_WHEEL(w);
+        if ((SET_STRIPS && roller >= 0) || row_of_bearing(w, rests->unit[j] - 2*wheels) >= 0)
+            continue;                               /* which have no rates of their own */
         const int a = roller < 0 ? 3 + rests->unit[j] - 2*wheels
             : roller%places == 0 ? 3 + wheels + roller/places
                                  : first_momentum(w) + roller/places*(places - 1) + roller%places - 1;
         for (int g = 0; g < groups; g++)
             w->moved[place_of_core(w, a)*groups + g] -= left[j*groups + g];
     }
-#if SET_STANDS
+#if SET_DIRECTIONS
     if (is_still_in(w, e->after))
         memset(w->moved, 0, 3*groups*sizeof *w->moved);
 #endif
@@ -409,13 +422,9 @@ static int take_rests(variations_t *w, const change_t *e, const resting_t *rests
     put_rests_moved(w, rests, force);
 #if SET_STRIPS
     forget_what_is_held(w, rests, to_own);
-    solve_dependent(to_own, count, force, groups);
-#else
-    if (!solve_scaled(to_own, count, force, groups))
-        return 0;
 #endif
+    solve_dependent(to_own, count, force, groups);
     take_responses(w, to_known, count, force);
     take_roundings(w, e, rests, force);
     return 1;
 }
-#endif

@@ -1,16 +1,16 @@
-/* How deviations pass where contacts and bearings change their modes, where wheels may slip: the saltation. With what
- * has come to rest taken away (rests.c), and the rates f* while it stays at rest,
+/* How deviations pass where contacts and bearings change their modes: the saltation. With what has come to rest taken
+ * away (rests.c), and the rates f* while it stays at rest,
  *
- *     d+ = d* + (f* - f+) dt
+ *     d* = d- - R W^+ ds,    d+ = d* + (f* - f+) dt
  *
- * where dt is by how much the time deviates. Of what turns back at once, or on behind a rest, it is that of the rest,
- * dt = -ds/s', where slips are measured along their directions. Where nothing comes to rest d* is d-, and f* is f-: the time is that of what lets go (letting_go.c),
- * or of slips that turn back through zero, along the rolling direction alone.
+ * where dt is by how much the time deviates. Where drives jump it is that of the jump. Of what turns back at once, or on
+ * behind a rest, it is that of the rest, dt = -ds/s', where slips are measured along their directions. Where nothing comes
+ * to rest d* is d-, and f* is f-: the time is that of what lets go (letting_go.c), or of slips that turn back through
+ * zero, along the rolling direction alone.
  *
- * Where R W^-1 says too little, where a wheel that stands is at its bound or lets go whose forces are not determined,
- * where something only just happens, or several things do apart beside the run, the caller decides. */
+ * Where a wheel that stands is at its bound or lets go whose forces are not determined, where something only just happens,
+ * or several things do apart beside the run, there is no derivative. */
 
-#if SET_CHANGES
 #if SET_GRIPS
 /* List the components of such slips behind a row. Returns how many. */
 static int list_turns_back(const variations_t *w, long long row, int *component)
@@ -65,6 +65,23 @@ static int settles_only_just(const variations_t *w, const change_t *e, const lan
     return found;
 }
 
+/* Massless rollers break away, each at its time: under a smooth law the force of a wheel goes with the mode of its roller
+ * alone, and what it does to the rates adds to what others do. */
+static int pass_one_by_one(variations_t *w, release_t *release, const int *unit, int count, const double *rises)
+{
+    const change_t *const e = release->change;
+    double time[count*w->columns], dot[MOST_OWN(w)], asked[MOST_OWN(w)];
+    lanes_t after[w->size];
+    for (int j = 0; j < count; j++)
+        put_times_of_release(w, release, unit + j, 1, rises + j, time + j*w->columns);
+    for (int j = 0; j < count; j++) {
+        const change_t one = {e->row, e->before, e->after, 0, 1 + unit[j] - 2*w->wheels};
+        rates_of_change(w, &one, AFTER, after, dot, asked);
+        add_jump(w, release->before, after, time + j*w->columns);
+    }
+    return 1;
+}
+
 /* Pass what lets go, from the rates `before`, which have been computed last, to those `after`. */
 static int pass_let_go(variations_t *w, const change_t *e, const lanes_t *before, const lanes_t *after)
 {
@@ -73,6 +90,10 @@ static int pass_let_go(variations_t *w, const change_t *e, const lanes_t *before
     release_t release = {.change = e, .before = before};
     if (are_same(w, before, after))
         return 1;
+    if (e->knot) {
+        add_jump(w, before, after, e->knot);
+        return 1;
+    }
     if (SET_OWN_BEARINGS && step_before(w, e->row) < 0)     /* no step has said yet how inputs deviate          */
         return 0;
 #if SET_STANDS
@@ -80,9 +101,20 @@ static int pass_let_go(variations_t *w, const change_t *e, const lanes_t *before
         return 0;
 #endif
     const int count = keep_reached(w, &release, unit, list_let_go(w, e, unit), rises);
+    if (SET_SERIES_ALONE && count && unit[0] >= 2*w->wheels + roller_bearing(w, 0, 0))
+        return pass_one_by_one(w, &release, unit, count, rises);
     if (!count || !put_times_of_release(w, &release, unit, count, rises, time))
         return 0;
     add_jump(w, before, after, time);
+    return 1;
+}
+
+/* Whether drives that jump where something comes to rest do so at that time beside the run as well. */
+static int is_knot(const variations_t *w, const change_t *e, const double *time)
+{
+    for (int p = 0; p < w->columns && e->knot; p++)
+        if (fabs(e->knot[p] - time[p]) > LETS_GO_TOGETHER*fmax(fabs(e->knot[p]), fabs(time[p])))
+            return refuse(w, HAPPENS_APART, p);
     return 1;
 }
 
@@ -94,7 +126,7 @@ static int pass_rests(variations_t *w, const change_t *e, const resting_t *rests
     double time[w->columns];
     if (on && rests->contacts && !put_directions_right(w, e, rests))
         return 0;
-    if (on && !put_times_of_stops(w, rests, dot, time) && !are_same(w, resting, after))
+    if (on && (!put_times_of_stops(w, rests, dot, time) || !is_knot(w, e, time)) && !are_same(w, resting, after))
         return 0;
     if (!take_rests(w, e, rests))
         return 0;
@@ -112,7 +144,7 @@ static int pass_change(variations_t *w, const change_t *e)
     lanes_t before[w->size], resting[w->size], after[w->size];
     const resting_t rests = list_resting(w, e, unit);
     const int gone = list_let_go(w, e, go), turn = rests.count && some_turn_on(w, e), slip = some_go_on(w, e);
-    const int on = turn || slip;
+    const int on = turn || slip || (rests.count && e->knot);
 #if SET_GRIPS
     int turned[MOST_WHEELS];
     back = e->after > e->row ? list_turns_back(w, e->row, turned) : 0;
@@ -137,6 +169,25 @@ static int pass_change(variations_t *w, const change_t *e)
 #endif
     if (!rests.count)
         return pass_let_go(w, e, before, after);
-    return !rest_grazes(w, &rests, dot, asked) && pass_rests(w, e, &rests, on, dot, resting, after);
+    return (e->knot || !rest_grazes(w, &rests, dot, asked)) && pass_rests(w, e, &rests, on, dot, resting, after);
+}
+
+#if SET_HOLDS
+/* Let all that sticks in a row take what it does from the deviations there, as if it came to rest then. */
+static void take_what_sticks(variations_t *w, long long row)
+{
+    const change_t e = {row, NONE, row, 0, 0};
+    const int bearings = MOST_OWN(w);
+    int unit[bearings + 1];
+    double dot[bearings + 1], asked[bearings + 1];
+    resting_t rests = {.unit = unit};
+    lanes_t rate[w->size];
+    for (int k = 0; k < bearings; k++)
+        if (own_mode(w, row, k) == 0)
+            unit[rests.count++] = 2*w->wheels + k;
+    if (!rests.count)
+        return;
+    rates_of_change(w, &e, BEFORE, rate, dot, asked);
+    take_rests(w, &e, &rests);
 }
 #endif

@@ -26,7 +26,7 @@ ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
 #if SET_STRIPS
     return slides_in(w, row, i) && own_mode(w, row, roller_bearing(w, i, 0)) == 0;
 #else
-    return SET_HAS_WHEEL_SPEEDS && slides_in(w, row, i);
+    return SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i);
 #endif
 }
 
@@ -37,7 +37,7 @@ ALWAYS_INLINE int slips_both_ways(const point_t *at, int i)
     return at->contact_sticks[i][0] > 0.5;
 #else
     (void)at, (void)i;
-    return SET_HAS_WHEEL_SPEEDS;
+    return SET_HAS_CONTACT_SPEEDS;
 #endif
 }
 
@@ -182,7 +182,7 @@ ALWAYS_INLINE lanes_t slope_of_speed(const variations_t *w, int i, int k, int pl
 {
     const nodes_t *const y = slope_of_slip(w, i, 1);
     const int first = contact_speed(w, i, 0);
-#if SET_HAS_WHEEL_SPEEDS
+#if SET_HAS_CONTACT_SPEEDS
     const nodes_t *const x = slope_of_slip(w, i, 0);
     const int second = contact_speed(w, i, 1);
     const lanes_t both = x[first].lanes[b]*y[second].lanes[b] - x[second].lanes[b]*y[first].lanes[b];

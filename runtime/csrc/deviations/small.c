@@ -1,5 +1,5 @@
 /* Small systems of numbers, one for all columns. */
-#if SET_GRIPS || SET_OWN_BEARINGS
+
 /* Solve a small system by rows, whose right sides become the solution. Returns whether it is regular. */
 static int solve_small(double *matrix, int count, lanes_t *right, int groups)
 {
@@ -31,38 +31,14 @@ static int solve_small(double *matrix, int count, lanes_t *right, int groups)
     return 1;
 }
 
-#if SET_CHANGES
-#define SAME 1e-9       /* of 1: pivots of a matrix whose diagonal is 1, below which it says too little */
+#define SAME 1e-9       /* of 1: pivots of a matrix whose diagonal is 1, below which rows depend on others */
 
-/* Scale a matrix and its right sides so that its diagonal is 1, and solve it. Returns 0 where it says too little. */
-static int solve_scaled(double *matrix, int count, lanes_t *right, int groups)
+/* Scale a symmetric matrix so that its diagonal is 1, and solve it. Where rows depend on others, and their right sides
+ * with them, those unknowns are 0. Returns how many rows are independent. */
+static int solve_dependent(double *matrix, int count, lanes_t *right, int groups)
 {
     double scale[count + 1];
-    for (int k = 0; k < count; k++)
-        scale[k] = 1/sqrt(fabs(matrix[k*count + k]));
-    for (int i = 0; i < count; i++) {
-        for (int k = 0; k < count; k++)
-            matrix[i*count + k] *= scale[i]*scale[k];
-        for (int g = 0; g < groups; g++)
-            right[i*groups + g] *= scale[i];
-    }
-    if (!solve_small(matrix, count, right, groups))
-        return 0;
-    for (int i = 0; i < count; i++) {
-        if (!(fabs(matrix[i*count + i]) > SAME))
-            return 0;
-        for (int g = 0; g < groups; g++)
-            right[i*groups + g] *= scale[i];
-    }
-    return 1;
-}
-
-#if SET_STRIPS
-/* The same where rows of the matrix may depend on others, and their right sides with them: those unknowns are 0. */
-static void solve_dependent(double *matrix, int count, lanes_t *right, int groups)
-{
-    double scale[count + 1];
-    int taken[count + 1];
+    int taken[count + 1], rank = 0;
     for (int k = 0; k < count; k++)
         scale[k] = matrix[k*count + k] != 0 ? 1/sqrt(fabs(matrix[k*count + k])) : 0, taken[k] = 0;
     for (int k = 0; k < count*count; k++)
@@ -77,7 +53,7 @@ static void solve_dependent(double *matrix, int count, lanes_t *right, int group
                 largest = fabs(matrix[k*count + k]), p = k;
         if (p < 0)
             break;
-        taken[p] = 1;
+        taken[p] = 1, rank++;
         for (int i = 0; i < count; i++) {
             const double factor = i == p ? 0 : matrix[i*count + p]/matrix[p*count + p];
             for (int c = 0; c < count; c++)
@@ -90,7 +66,5 @@ static void solve_dependent(double *matrix, int count, lanes_t *right, int group
         const int i = k/groups;
         right[k] = taken[i] ? right[k]*(scale[i]/matrix[i*count + i]) : lanes_of(0);
     }
+    return rank;
 }
-#endif
-#endif
-#endif

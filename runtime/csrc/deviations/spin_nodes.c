@@ -151,8 +151,6 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
 #if SET_GRIPS
         memset(w->along, 0, point_size(w)*sizeof *w->along);
         memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
-#endif
-#if SET_GRIPS
         put_held(w, row, -1);
         put_forces_on_contacts(w, row);
 #endif

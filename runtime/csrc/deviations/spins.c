@@ -27,12 +27,8 @@ NEVER_INLINE void rates_at(const variations_t *w, const point_t *at, const point
 /* The mode of a free roller in a row. */
 ALWAYS_INLINE long long free_mode_in(const variations_t *w, long long row, int k)
 {
-#if SET_DISKS_STICK
     const int places = w->rollers - 1;
     return own_mode(w, row, roller_bearing(w, k/places, 1 + k%places));
-#else
-    return w->run->free_mode[row*FREE(w) + k];
-#endif
 }
 
 /* Which free rollers stick as in a row, and the torques of the others' bearings. */
@@ -114,9 +110,7 @@ static void prepare_spins(variations_t *w)
     memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
     for (int c = 0; c < 3; c++)
         w->held[ABSENT + c] = lanes_of(1);
-#if SET_OWN_BEARINGS
     memset(w->bearings.sticks, 0, 2*w->wheels*sizeof *w->bearings.sticks);
-#endif
     put_response(w, 1, 0, w->spins.response);
     put_response(w, 0, 1, w->spins.fading);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);

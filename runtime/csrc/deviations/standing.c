@@ -1,7 +1,8 @@
-/* Wheels that stand, in a change of modes: along their axles where contact and roller stick, and along their rolling
- * direction where contact and axle do. Each takes that direction from nu. */
+/* What takes directions from nu in a change of modes: bearings that stick of wheels that roll, and wheels that stand,
+ * along their axles where contact and roller stick, and along their rolling direction where contact and axle do. */
 #define MOST_STANDS (2*MOST_WHEELS)
 
+#if SET_STANDS
 /* Whether a wheel does, along the axle (0) or the rolling direction (1). */
 ALWAYS_INLINE int stands_in(const variations_t *w, const change_t *e, int which, int i, int way)
 {
@@ -63,7 +64,9 @@ static int list_stands(const variations_t *w, const change_t *e, int which, stan
         }
     return count;
 }
+#endif
 
+#if SET_DIRECTIONS
 /* Take from a vector what orthonormal ones have in it. Returns its length. */
 static double take_basis(double (*basis)[3], int count, double *vector)
 {
@@ -89,15 +92,32 @@ static int add_to_basis(double (*basis)[3], int count, const double *vector, dou
     return count + (left > part);
 }
 
-/* What wheels leave to nu that stand while what has come to rest stays there. */
-static void put_held_at_rest(const variations_t *w, const change_t *e)
+/* List the rows of all that takes a direction from nu in one of the instants of a change. Returns how many. */
+static int list_rows(const variations_t *w, const change_t *e, int which, const double **row)
 {
+    int count = 0;
+#if SET_HOLDS
+    for (int k = 0; k < MOST_OWN(w); k++)
+        if (row_of_bearing(w, k) >= 0 && mode_of(w, e, which, k) == 0)
+            row[count++] = w->run->hold_row + 3*row_of_bearing(w, k);
+#else
     stand_t stand[MOST_STANDS];
+    count = list_stands(w, e, which, stand);
+    for (int j = 0; j < count; j++)
+        row[j] = stand[j].row;
+#endif
+    return count;
+}
+
+/* What is left to nu then. */
+static void put_held_in(const variations_t *w, const change_t *e, int which)
+{
+    const double *row[MOST_STANDS];
     double basis[3][3];
-    const int stands = list_stands(w, e, RESTING, stand);
+    const int rows = list_rows(w, e, which, row);
     int taken = 0, left;
-    for (int j = 0; j < stands; j++)
-        taken = add_to_basis(basis, taken, stand[j].row, SAME);
+    for (int j = 0; j < rows; j++)
+        taken = add_to_basis(basis, taken, row[j], SAME);
     left = taken;
     for (int c = 0; c < 3; c++)     /* of three units one always has more than half outside of what there is */
         left = add_to_basis(basis, left, (const double[3]){c == 0, c == 1, c == 2}, 0.5);
@@ -115,3 +135,4 @@ ALWAYS_INLINE int is_still_in(const variations_t *w, long long row)
     const double *const absent = w->run->allowed + w->run->hold[row]*(12 + 9*(w->run->models - 1)) + ABSENT;
     return absent[0] != 0 && absent[1] != 0 && absent[2] != 0;
 }
+#endif

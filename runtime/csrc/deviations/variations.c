@@ -23,7 +23,7 @@
                                                                      * each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
-#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES)  /* whether bearings may stick then */
+#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES || SET_HOLDS)     /* bearings may stick */
 #define SET_CHANGES (SET_GRIPS || SET_OWN_BEARINGS)     /* or contacts: saltations.c */
 
 /* Contacts at a point of a step, in a row, and at its nodes. */
@@ -43,6 +43,7 @@ typedef struct {
     lanes_t *sticks, *holding;  /* 2*wheels: of axles, of rollers in contact; 4*wheels: the same at a point, and how
                                  * these move */
     lanes_t *spin_dot, *yaw_mass;       /* at a point, and how they move: 2*wheels*rollers, 2   */
+    lanes_t *nu_dot;            /* 6: at a point, where wheels roll, and how it moves                */
 } bearing_modes_t;
 
 /* Free rollers that may stick on their disks. */
@@ -89,7 +90,7 @@ typedef struct {
     nodes_t *core_by, *chi_by, *pose_by;    /* of each number: equations, wheels, 3             */
     nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
     double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
-    nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
+    nodes_t twice[NODES], once[NODES], inverse[NODES];  /* T^2, T and T^-1 by rows                  */
     nodes_t node;               /* where the nodes are in a step, from 0 to 1                   */
     double length;              /* of the step, in s                                            */
     const double *weight;       /* degree + 1 x nodes: of the polynomials' coefficients at the nodes    */

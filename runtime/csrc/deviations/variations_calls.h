@@ -31,18 +31,19 @@ typedef struct {
     const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
     const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
                                              * of its columns are absent, 3; how the directions move with each number */
-    const long long *own_mode;              /* T x B: of bearings where wheels may slip 0 where one sticks, else its
-                                             * rate's sign: of axles, then of rollers by wheel and place, of massless
-                                             * ones those in contact; or null */
+    const long long *own_mode;              /* T x B: of bearings 0 where one sticks, else its rate's sign: of axles,
+                                             * then of rollers by wheel and place, of others than free ones those in
+                                             * contact; or null */
     const double *own_sliding, *own_most, *own_most_moved, *own_inertia;    /* B, of these: torques of those that turn;
                                              * the largest at rest; P x B, how these move; B, inertias */
-    const long long *free_mode;             /* T x N x (n-1): 0 where a free roller sticks, else its spin's sign; or null */
-    const double *free_torque;              /* the same: torques of the bearings of those that turn; or null */
-    const double *free_most, *free_most_moved;  /* N x (n-1), P x that: the largest torques at rest, and how they move */
-    const double *held_for;                 /* T: in s, for how long modes have been those that end in a row */
-    int *enters;                            /* T: not 0 where something happens as a step begins: 1 where it is looked
-                                             * at here, which makes 0 of it; -1: the caller does it. Or null. Behind a
-                                             * step that another call has followed the caller does it as well */
+    const double *free_torque;              /* T x N x (n-1): torques of the free rollers' bearings that turn; or null */
+    int *enters;                            /* T: not 0 where something happens as a step begins, until it is passed; or
+                                             * null */
+    const double *hold_row;                 /* B x 3: of wheels that roll, the rates of axles and then of rollers in
+                                             * contact for each of nu; or null */
+    const double *hold_row_moved;           /* P x B x 3: how these move; or null */
+    const double *knot;                     /* P: by how much the time deviates at which drives jump at `first`; or null */
+    int *why;                               /* 2: why a row has not been passed, and by which column: why_t in ways.c */
     const double *grip;                     /* models x N x 3: loads of the contacts, their friction along
                                              * the axle and along the rolling direction; behind the first how they
                                              * move. Or null */
@@ -75,8 +76,7 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
- * grazes, or contacts or bearings change their modes as saltations.c does not know, or a step begins with what
- * spin_rests.c does not know. -1 - row: the step from this row asks for more nodes, all that there are. */
+ * grazes, or contacts or bearings change their modes as saltations.c does not know. -1 - row: the step from this row asks for more nodes, all that there are. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 
@@ -92,12 +92,8 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
 void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
                              const long long *phases, const double *x, double *moved);
 
-/* The rates of what deviates, m, in each of some rows, each in its phase. */
-void omniroll_rates_in_rows(const omniroll_variations_t *run, long long count, const long long *rows,
-                            const long long *phases, double *rates);
-
-/* How the rates of the wheels for each of nu move with the numbers: models - 1 x N x 3. */
-void omniroll_turning_rows(const omniroll_variations_t *run, double *rows);
+/* Let all that sticks in a row in which a phase begins, of wheels that roll, take what it does from the deviations. */
+void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase);
 
 /* The names of the numbers of the core beside nu, and of the inputs, in their order. */
 const char *omniroll_variations_states(void);

@@ -1,5 +1,4 @@
 /* How a point moves with time, or as the deviations of a column do, in a row in which something happens. */
-#if SET_CHANGES
 #define LETS_GO_TOGETHER 1e-9       /* of the larger one: times that differ by less are the same */
 #define TIMES_ALONE (-1)            /* in the place of a column: the way of time */
 
@@ -26,9 +25,13 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
         const double *const drive = run->drive + first*all;
         for (int k = 0; k < moving; k++)
             to[k] = lanes_of(column < 0 ? (drive[all + k] - drive[k])/h : own[k*columns] + h*rises[k*columns]);
-        for (int i = 0; i < SET_IN_SERIES*w->wheels && column < 0; i++)     /* torques that are constant in a step */
-            to[SET_CONTACT_BEARING_INPUT*w->wheels + i] = lanes_of(0);
-#if SET_DISKS_STICK
+        for (int i = 0; i < (SET_IN_SERIES || SET_HOLDS)*w->wheels && column < 0; i++) {    /* are constant in a step */
+            if (SET_CONTACT_BEARING_INPUT >= 0)
+                to[SET_CONTACT_BEARING_INPUT*w->wheels + i] = lanes_of(0);
+            if (SET_HOLDS && SET_BEARING_INPUT >= 0)
+                to[SET_BEARING_INPUT*w->wheels + i] = lanes_of(0);
+        }
+#if SET_GATHERS
         for (int k = 0; k < FREE(w) && column >= 0; k++)
             w->spins.bearing_along[k] = lanes_of(own[(all + k)*columns]);
 #endif
@@ -59,17 +62,9 @@ static int put_times_of_zeros(const variations_t *w, const lanes_t *moved, const
             least = fmin(least, time[p]), most = fmax(most, time[p]);
         }
         if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
-            return 0;
+            return refuse(w, HAPPENS_APART, p);
     }
     return 1;
-}
-
-/* Rates jump at times that deviate (columns). */
-static void add_jump(variations_t *w, const lanes_t *before, const lanes_t *after, const double *time)
-{
-    for (int p = 0; p < w->columns; p++)
-        for (int k = 0; k < w->size; k++)
-            w->moved[k*w->groups + p/LANES][p%LANES] += (before[k][0] - after[k][0])*time[p];
 }
 
 /* No way any more. */
@@ -86,4 +81,3 @@ static void take_way_back(const variations_t *w)
     memset(w->contacts.yielding + w->wheels, 0, w->wheels*sizeof *w->contacts.yielding);
 #endif
 }
-#endif

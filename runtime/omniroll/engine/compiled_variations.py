@@ -15,8 +15,16 @@ from omniroll.codegen.along import SUFFIX
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.deviations import Deviations
-from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
-from omniroll.engine.hold_deviations import HoldDeviations, InC
+from omniroll.engine.events_beside import (
+    APART,
+    GRAZES,
+    JUMPS,
+    LETS_GO_ONLY_JUST,
+    REACHED,
+    RESTS_ONLY_JUST,
+    UNKNOWN,
+)
+from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import FREE, IN_CONTACT
 from omniroll.engine.sticking import Sticking
@@ -172,7 +180,7 @@ class CompiledVariations:
     rows    (T, m, P) deviations in the rows; follow() fills them
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
-    holds   where bearings may stick; sticking, contacts and bearings that may where wheels may slip
+    sticking  contacts and bearings that may stick
     turns   (T,) 1 in rows in which these change their modes as a step begins, until that is passed
     """
 
@@ -183,8 +191,7 @@ class CompiledVariations:
         rows: np.ndarray,
         inputs: np.ndarray,
         axial: np.ndarray | None,
-        holds: HoldDeviations | None,
-        sticking: Sticking | None,
+        sticking: HoldDeviations | Sticking | None,
     ):
         self.module = module = library_of(motion)
         self.motion, self.columns = motion, columns
@@ -197,15 +204,31 @@ class CompiledVariations:
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked, self.turns = 0, np.zeros(len(rows), np.int32)
-        self._fill(holds, None if sticking is None or not sticking.has_bearings else sticking)
+        self._why = np.zeros(2, np.int32)
+        self._fill(sticking)
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
         self.module.lib.omniroll_deviate(self.struct, self._pointer(spins, float))
 
-    def follow(self, first: int, last: int, phase: int, as_one: bool = False) -> int:
-        """Fill the rows behind `first` up to `last`; returns where it has come, before a switch that is not plain."""
+    def begin(self, phase: int) -> None:
+        """Let what sticks where a phase begins, of wheels that roll, take what it does from the deviations there."""
+        self.module.lib.omniroll_begin(self.struct, int(self.motion.phases[phase]), phase)
+
+    def why(self) -> str:
+        """Why a row has not been passed."""
+        reason, column = self._why.tolist()
+        texts = UNKNOWN, RESTS_ONLY_JUST, LETS_GO_ONLY_JUST, APART.format(self.columns.names[column])
+        return texts[reason]
+
+    def follow(self, first: int, last: int, phase: int, as_one: bool = False, knot: np.ndarray | None = None) -> int:
+        """Fill the rows behind `first` up to `last`; returns where it has come, before a switch that is not plain, or
+        something else that it does not pass: why() says for what reason.
+
+        knot  (P,) by how much the time deviates at which drives jump behind `first`; None where none does
+        """
         call = self.module.lib.omniroll_follow
+        self.struct[0].knot = self.module.ffi.NULL if knot is None else self._pointer(knot, float)
         self._take_nodes(self.nodes)
         reached = call(self.struct, first, last, phase, as_one)
         while reached < 0:  # a step asks for more nodes; where many do, all get them
@@ -246,20 +269,6 @@ class CompiledVariations:
         pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(x, float)
         self.module.lib.omniroll_moved_in_steps(self.struct, len(steps), *pointers, self._pointer(moved, float))
         return moved
-
-    def _turning_rows(self) -> np.ndarray:
-        """(Q, N, 3) how the wheels' rates for each of nu move with the numbers."""
-        found = np.empty((len(self.models) - 1, self.motion.plain.wheels, 3))
-        self.module.lib.omniroll_turning_rows(self.struct, self._pointer(found, float))
-        return found
-
-    def _rates_in_rows(self, rows: np.ndarray) -> np.ndarray:
-        """(k, m) the rates of what deviates in rows (k,)."""
-        found = np.empty((len(rows), self.rows.shape[1]))
-        phases = np.searchsorted(self.motion.phases, rows, side="right") - 1
-        pointers = self._pointer(rows, np.int64), self._pointer(phases, np.int64), self._pointer(found, float)
-        self.module.lib.omniroll_rates_in_rows(self.struct, len(rows), *pointers)
-        return found
 
     def _take_nodes(self, wanted: int) -> None:
         """Work with so many nodes in a step, where vectors are no wider."""
@@ -312,14 +321,15 @@ class CompiledVariations:
         noises = contacts.noises(motion.y, ends)
         return {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
 
-    def _drive(self) -> np.ndarray:
-        """(T, F, N) what drives give, and modes; of bearings that may stick where wheels may slip the torques of those
-        that turn."""
+    def _drive(self, holds: HoldDeviations | None) -> np.ndarray:
+        """(T, F, N) what drives give, and modes; of bearings that may stick the torques of those that turn."""
         motion, trajectory = self.motion, self.motion.trajectory
         names, kept = _drives(motion.deviations), trajectory.effects.drives()
         if not names:
             return np.zeros(1)
         drive = trajectory.drive[:, [kept.index(name) for name in names]]
+        for name in () if holds is None else holds.holds.names:
+            drive[:, names.index(name)] = holds.drive(name)
         if motion.axles is not None:
             drive[:, names.index(TORQUE)] = motion.axles.torques
         if motion.rollers is not None:
@@ -328,7 +338,7 @@ class CompiledVariations:
             drive[:, names.index(IN_CONTACT)] = motion.massless.torques
         return drive
 
-    def _fill(self, holds: HoldDeviations | None, bearings: Sticking | None) -> None:
+    def _fill(self, sticking: HoldDeviations | Sticking | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
@@ -348,15 +358,17 @@ class CompiledVariations:
         for name, array in integers.items():
             setattr(run, name, self._pointer(array, np.int32))
         whole = {"contact": trajectory.contact, "step_of": steps, "step_rows": trajectory.step_rows}
+        holds = sticking if isinstance(sticking, HoldDeviations) else None
+        bearings = sticking if holds is not None or (sticking is not None and sticking.has_bearings) else None
+        run.why = self._pointer(self._why, np.int32)
+        if bearings is not None:
+            self.turns[:] = bearings.alone
+            whole["own_mode"], run.enters = bearings.modes, self._pointer(self.turns, np.int32)
         if holds is not None:
             whole["hold"] = holds.holds.which
-            if holds.holds.spins is not None:
-                whole["free_mode"] = holds.holds.spins.modes
-                run.enters = self._pointer(holds.left_to_do, np.int32)
-        if bearings is not None:
-            if motion.rollers is not None:
-                self.turns[:] = motion.rollers.alone
-            whole["own_mode"], run.enters = bearings.modes, self._pointer(self.turns, np.int32)
+            run.allowed = self._pointer(holds.tables, float)
+            run.hold_row = self._pointer(holds.holds.rows, float)
+            run.hold_row_moved = self._pointer(holds.turning_rows, float)
         if motion.standing is not None:
             whole["hold"] = motion.standing.which
             run.allowed = self._pointer(bearings.tables, float)
@@ -365,17 +377,16 @@ class CompiledVariations:
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
-            "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(), "dense": dense, "moved": self.rows,
-            "given": self.inputs, "least": NO_ANGLE / columns.sizes,
+            "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(holds), "dense": dense,
+            "moved": self.rows, "given": self.inputs, "least": NO_ANGLE / columns.sizes,
         }  # fmt: skip
         if motion.contacts is not None:
             numbers |= self._of_contacts(motion.contacts)
         if holds is not None and holds.holds.spins is not None:
-            numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
-            numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}
+            numbers["free_torque"] = holds.holds.spins.torques
         if bearings is not None:
             numbers |= {"own_sliding": bearings.sliding, "own_most": bearings.holding}
-            numbers |= {"own_most_moved": bearings.torques[1], "own_inertia": bearings.inertias}
+            numbers |= {"own_most_moved": bearings.most_moved, "own_inertia": bearings.inertias}
         if motion.rollers is not None:
             numbers["free_torque"] = motion.rollers.torques[..., 1:]
         if self.axial is not None:
@@ -386,6 +397,3 @@ class CompiledVariations:
         memory = np.empty(size + ALIGNMENT // 8)
         start = -memory.ctypes.data % ALIGNMENT // 8
         run.work = self._pointer(memory[start : start + size], float)
-        if holds is not None:
-            holds.in_c = InC(self._turning_rows, self._rates_in_rows)
-            run.allowed = self._pointer(holds.tables, float)

@@ -4,22 +4,18 @@ The force of a contact that slips depends on the direction of its slip alone. So
 modes and these directions; that the slips follow the directions is one more equation (variations.py).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
 
 from omniroll.kernels.kernel import Kernel
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.accelerations import call_named
-from omniroll.results.dense import values_at
 from omniroll.results.slipping import as_if_rigid, slip_roundings
 from omniroll.results.trajectory import Trajectory
 
-AIMS, AIMED = 8, 1e-13  # rounds of Newton's rule at most, and turns in rad after which there is none
-LATE = 0.9  # of a step towards rest: there the slip goes nearly where it goes last
 NEAR_REST = 30  # times what is zero of a slip: the direction of less on the way to rest is what an iteration has left
-TURNS = 1e-9  # of its speed towards rest: a slip whose rate across its direction turns by less per rad does not turn
 MODES = ("sticks", "slip_heading")  # what rows keep of contacts
 
 
@@ -73,7 +69,6 @@ class ContactModes:
     def __init__(self, trajectory: Trajectory, plain: Kernel, deviations, rigid: np.ndarray | None = None):
         """rigid: (T, N) bool, wheels whose massless rollers stick in the rows; None where these may not."""
         self.plain, self.deviations = plain, deviations
-        self.dense, self.step_rows = trajectory.dense, trajectory.step_rows
         self.grip = trajectory.effects.grip(plain.vehicle)
         names = trajectory.effects.drives()
         self.headings = trajectory.drive[:, names.index("slip_heading")]
@@ -145,45 +140,6 @@ class ContactModes:
         found = np.zeros_like(self.slides)
         found[:-1] = self.turning[:-1] & self.sticks[1:]
         return found
-
-    def aim(self, y: np.ndarray, inputs: np.ndarray, held: Callable[[np.ndarray], Mapping[str, np.ndarray]]) -> None:
-        """Turn slips that come to rest behind rows to where they go last: against their rates, to which their forces
-        add.
-
-        y, inputs  (T, size) and (T, U) of the rows, the headings among the latter
-        held       from rows what functions take of all that sticks
-        """
-        rows = np.flatnonzero(self.rests.any(axis=1))
-        rests, kernel, count = self.rests[rows], TangentKernel(self.plain), self.plain.wheels
-        headings = self.deviations.views(inputs)["slip_heading"]
-        own = self.deviations.views(np.arange(inputs.shape[1]))["slip_heading"]
-        units = np.zeros((count, 1, inputs.shape[1]))
-        units[np.arange(count), 0, own] = 1.0
-        self._begin_aiming(rows, inputs, headings)
-        for _ in range(AIMS if rows.size else 0):
-            turned = with_tangent(inputs[rows], np.broadcast_to(units, (count, *inputs[rows].shape)))
-            rates = self.deviations.known_of(kernel, y[rows], turned, held(rows))["slip_dot"]
-            cos, sin, rate = np.cos(headings[rows]), np.sin(headings[rows]), rates[0].real
-            moved = np.moveaxis(tangent_of(rates), 0, -2)  # (k, N, N, 2), by the headings
-            matrix = moved[..., 1] * cos[..., None] - moved[..., 0] * sin[..., None]
-            falls = -rate[..., 0] * cos - rate[..., 1] * sin
-            matrix += (1 - TURNS) * falls[..., None] * np.eye(count)
-            matrix = np.where(rests[..., None] & rests[:, None], matrix, np.eye(count))
-            idle = ~matrix.any(axis=-1)  # neither falls nor turns: what stands holds the vehicle
-            matrix += idle[..., None] * np.eye(count)
-            turn = -np.linalg.solve(matrix, np.where(rests, rate[..., 1] * cos - rate[..., 0] * sin, 0.0)[..., None])
-            headings[rows] += turn[..., 0]
-            if np.abs(turn).max() <= AIMED:
-                break
-        self.headings = headings.copy()
-
-    def _begin_aiming(self, rows: np.ndarray, inputs: np.ndarray, headings: np.ndarray) -> None:
-        """Where contacts that come to rest go late in the steps that end in some rows, into headings (T, N)."""
-        ends = rows[np.isin(rows - 1, self.step_rows)]
-        steps = np.searchsorted(self.step_rows, ends - 1)
-        late = values_at(self.dense[steps], np.full(len(ends), LATE))
-        slip = slips(self.plain, self.deviations.known_in(late, inputs[ends]))
-        headings[ends] = np.where(self.rests[ends], np.arctan2(slip[..., 1], slip[..., 0]), headings[ends])
 
     def along_and_across(
         self, kernel: TangentKernel, known: Mapping[str, np.ndarray], headings: np.ndarray

@@ -1,8 +1,6 @@
 """When events happen in the motions beside a run: what is told from what, and the error where that is not known."""
 
-from collections.abc import Iterable, Sequence
-
-import numpy as np
+from collections.abc import Iterable
 
 from omniroll.errors import NoDerivativeError
 
@@ -11,11 +9,15 @@ TOGETHER = 1e-9  # of the larger one: times, and deviations, that differ by less
 REACHED = 1e-6  # of what a body takes, or a facet: it has been reached
 GRAZES = 1e-6  # of the rate that it could have: what comes to zero, or to its bound, more slowly grazes it
 
-
-def apart(names: Sequence[str], times: np.ndarray) -> str:
-    """Of the numbers of these names (P,), those by which deviations of times (k, P) differ; "" where none is."""
-    found = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)
-    return ", ".join(np.array(names)[found])
+RESTS_ONLY_JUST = "a contact or a bearing only just comes to rest, so that a change however small lets it go on"
+LETS_GO_ONLY_JUST = (
+    "what holds a contact or a bearing only just comes to its bound, so that a change however small lets it stick on"
+)
+APART = "several contacts or bearings stop or let go together, and apart where a number changes; by {}"
+UNKNOWN = (
+    "several contacts or bearings change their modes together, or one only just does, so that a change however small "
+    "makes another motion"
+)
 
 
 def no_derivative(t: float, reason: str, wheels: Iterable[int]) -> NoDerivativeError:

@@ -9,7 +9,6 @@ from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.deviations import Deviations
-from omniroll.engine.events_beside import JUMPS
 from omniroll.engine.holds import Holds
 from omniroll.engine.massless_modes import MasslessModes, StripModes
 from omniroll.engine.roller_modes import RollerModes
@@ -37,7 +36,6 @@ class Motion:
         self.starts_step = np.zeros(len(trajectory), bool)
         self.starts_step[trajectory.step_rows] = True
         self.y = trajectory.state_rows()
-        self._jumps: dict[tuple[str, ...], np.ndarray] = {}  # of rows, by the names that do not count
 
     @cached_property
     def axial(self) -> np.ndarray | None:
@@ -94,15 +92,6 @@ class Motion:
             return None
         return Standing(self.plain, self.contacts, self.axles, self.rollers or self.strips)
 
-    def drives_jump(self, row: int, but: tuple[str, ...]) -> bool:
-        """Whether drives jump between a row and the next, but for those of some names."""
-        if but not in self._jumps:
-            own = [k for k, name in enumerate(self.trajectory.effects.drives()) if name not in but]
-            drive = np.abs(self.trajectory.drive[:, own])
-            jumps = np.abs(np.diff(self.trajectory.drive[:, own], axis=0)) > JUMPS * np.maximum(drive[1:], drive[:-1])
-            self._jumps[but] = jumps.any(axis=(1, 2))
-        return bool(self._jumps[but][row])
-
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
         found: dict[str, np.ndarray] = {}
@@ -113,22 +102,10 @@ class Motion:
     @cached_property
     def inputs(self) -> np.ndarray:
         """(T, U) what the rows' phases were given."""
-        found = self._given_in(np.arange(len(self.trajectory)))
-        if self.contacts is not None and self.contacts.turns:
-            self.contacts.aim(self.y, found, self.held_at)
-        return found
+        return self.given_in(np.arange(len(self.trajectory)))
 
-    def inputs_in(self, row: int) -> np.ndarray:
-        """(U,) the same of one row. Of the first one they are had without the others, if no slip is aimed there."""
-        return self.inputs[row] if row or "inputs" in vars(self) else self._first_inputs
-
-    @cached_property
-    def _first_inputs(self) -> np.ndarray:
-        aims = self.contacts is not None and self.contacts.turns and self.contacts.rests[0].any()
-        return self.inputs[0] if aims else self._given_in(np.zeros(1, int))[0]
-
-    def _given_in(self, rows: np.ndarray) -> np.ndarray:
-        """(k, U) what the phases of rows (k,) were given; slips that come to rest are not aimed."""
+    def given_in(self, rows: np.ndarray) -> np.ndarray:
+        """(k, U) what the phases of rows (k,) were given."""
         trajectory, shapes = self.trajectory, self.deviations.inputs
         given = {name: trajectory.drive[rows, k] for k, name in enumerate(trajectory.effects.drives())}
         if "momenta" in shapes:
@@ -229,11 +206,6 @@ class Columns:
 
     def __len__(self) -> int:
         return len(self.columns)
-
-    def behind_another(self, trajectory: Trajectory) -> "Columns":
-        """The same of this run behind one more column in which no number deviates."""
-        names = tuple(name for name in self.names if name)
-        return columns_beside(trajectory, names, others=1 + len(self) - len(names))
 
     @property
     def names(self) -> tuple[str, ...]:

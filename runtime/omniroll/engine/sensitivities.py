@@ -14,7 +14,7 @@ changes at a time that deviates, d+ = d- + (f- - f+) dt.
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,9 +57,9 @@ def check_names(task: Task, names: Sequence[str]) -> None:
     refuse_what_is_not_followed(task.effects.effects, plain)
 
 
-def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
-    """What deviations do where bearings may stick; None where none may."""
-    return None if motion.holds is None else HoldDeviations(motion, columns)
+def sticking_of(motion: Motion, columns: Columns) -> HoldDeviations | Sticking | None:
+    """What C takes of contacts and bearings that may stick; None where none may."""
+    return Sticking.of(motion, columns) if motion.holds is None else HoldDeviations(motion, columns)
 
 
 @dataclass(frozen=True)
@@ -149,8 +149,8 @@ class Followed:
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations:
         if self.compiled is None:
-            holds, sticking = hold_deviations(motion, columns), Sticking.of(motion, columns)
-            self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, holds, sticking)
+            sticking = sticking_of(motion, columns)
+            self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, sticking)
         return self.compiled
 
 
@@ -171,10 +171,8 @@ class Sweep:
         plain = self.motion.plain
         shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
         self.axial = np.zeros(shape) if plain.has_spins else None
-        self.holds, self.sticking = hold_deviations(motion, columns), Sticking.of(motion, columns)
-        self.compiled = CompiledVariations(
-            motion, columns, self.rows, self.inputs, self.axial, self.holds, self.sticking
-        )
+        self.sticking = sticking_of(motion, columns)
+        self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, self.sticking)
 
     def followed(self) -> Followed:
         columns = self.columns.names
@@ -182,8 +180,8 @@ class Sweep:
 
     def run(self) -> None:
         """Fill the rows: in C from one row to the next at which something is left to Python, and up to switches that
-        are not plain, or changes of contacts' modes that are not."""
-        compiled, last, row, given = self.compiled, len(self.trajectory) - 1, 0, 0
+        are not plain."""
+        last, row, given = len(self.trajectory) - 1, 0, 0
         self._put_start()
         stops = np.append(np.flatnonzero(self._stops()), last)
         samples = np.append(np.flatnonzero(self._samples()), last)
@@ -191,20 +189,18 @@ class Sweep:
             end = int(stops[np.searchsorted(stops, row, side="right")])
             if self.motion.starts_step[row]:
                 self._enter(row, self.rows[row])
-            elif self._jumped(row):
-                row += 1
-                continue
+            elif row + 1 in self.switched:
+                self._refuse_rests(row)
             if row >= given:
                 given = int(samples[np.searchsorted(samples, row, side="right")])
                 self._give(row, given)
             phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
-            reached = compiled.follow(row, end, phase)
+            reached = self.compiled.follow(row, end, phase, knot=self._knot(row))
             if reached < end and not self.motion.starts_step[reached]:
-                if not self._jumped(reached):
-                    if reached + 1 not in self.switched:
-                        reason = "a slip comes to rest and at once goes on elsewhere, as something else changes"
-                        raise self._no_derivative(self._instant(reached), reason, np.zeros(0, int))
-                    self._pass_together(reached)
+                if reached + 1 not in self.switched:
+                    self.sticking.refuse(reached, self.compiled.why())
+                self._refuse_rests(reached)
+                self._pass_together(reached)
                 reached += 1
             row = reached
             self._phase_begun(row)
@@ -214,13 +210,15 @@ class Sweep:
         found, trajectory = self._samples(), self.trajectory
         if self.sticking is not None:
             found[self.sticking.rests_at_switches] = True
-        if not self.moving:
-            return found
-        found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
-        if self.holds is not None:
-            found |= self.holds.left_to_do < 0
-            found[:-1] |= self.holds.changes & ~self.motion.directions[1:].any(axis=1)  # a switch is none of these
+        if self.moving:
+            found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
         return found
+
+    def _knot(self, row: int) -> np.ndarray | None:
+        """(P,) by how much the time deviates at which a drive jumps behind a row; None where none does."""
+        if not self.moving or self.motion.starts_step[row]:
+            return None
+        return self.drives.jump(self.trajectory.elapsed[row + 1])
 
     def _samples(self) -> np.ndarray:
         """(T,) bool: rows at which samples are due, up to which it is known what drives give."""
@@ -235,67 +233,15 @@ class Sweep:
         """The walk has come to a row: for those who look at phases."""
 
     def _enter(self, row: int, moved: np.ndarray) -> None:
-        """A step begins with deviations (m, P), changed where bearings stick or turn back now. Samples are due."""
-        if self.holds is not None and self.holds.left_to_do[row] and not self._enters_in_c(row):
-            self.holds.left_to_do[row] = 0
-            if self.holds.turns_alone[row]:
-                moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
-            if self.holds.enters[row]:
-                moved[:] = self.holds.entered(row, moved)
+        """A step begins with deviations (m, P). Samples are due."""
         if self.compiled.turns[row]:  # which C has not passed
-            self.sticking.refuse(row)
+            self.sticking.refuse(row, self.compiled.why())
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
-
-    def _enters_in_c(self, row: int) -> bool:
-        """Whether a library passes what happens as a step begins, where it goes on from this row."""
-        behind_step = row > 0 and self.motion.starts_step[row - 1]
-        return self.holds.left_to_do[row] > 0 and not behind_step
-
-    def _jumped(self, row: int) -> bool:
-        """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
-        row is filled then."""
-        if row + 1 in self.switched:
-            self._refuse_rests(row)
-            return False
-        if not self.moving and self.sticking is None:
-            return False
-        found = self._after_jump(row, self.rows[row])
-        if found is not None:
-            self.rows[row + 1] = found
-        return found is not None
 
     @cached_property
     def switched(self) -> set[int]:
         return set(self.motion.switched.tolist())
-
-    def _after_jump(self, row: int, moved: np.ndarray) -> np.ndarray | None:
-        """(m, P) the deviations after a drive has jumped, or bearings have stopped or broken away, between this row and
-        the next; None where neither has."""
-        times = self.drives.jump(self.trajectory.elapsed[row + 1]) if self.moving else None
-        if self.holds is not None and self.holds.changes[row]:
-            return self.holds.passed(row, moved, times, partial(self.inputs_at, row))
-        if self.sticking is not None and self.sticking.changes[row]:
-            self.sticking.refuse(row)
-        if times is None:
-            return None
-        rates = self.motion.rates
-        return moved + (rates[row] - rates[row + 1])[:, None] * times
-
-    def inputs_at(self, row: int) -> np.ndarray:
-        """(U, 1 + P) how fast the inputs of the last phase change, and their deviations, in this row at its end."""
-        trajectory, size = self.trajectory, self.deviations.input_size
-        step = int(np.searchsorted(trajectory.step_rows, row)) - 1
-        found = np.zeros((size, 1 + len(self.columns)))
-        if step < 0:
-            return found
-        first = trajectory.step_rows[step]
-        length = trajectory.elapsed[first + 1] - trajectory.elapsed[first]
-        moving = slice(self.moving)
-        found[moving, 0] = self.deviations.changes(self.motion.inputs, first) / length
-        found[:, 1:] = self.inputs[step, :size]
-        found[: self.moving, 1:] += length * self.inputs[step, size : size + self.moving]
-        return found
 
     def _put_start(self) -> None:
         places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
@@ -310,6 +256,7 @@ class Sweep:
         if plain.has_spins:
             still = np.zeros((len(self.columns), plain.wheels, plain.rollers_per_wheel - 1))
             self.compiled.deviate(given.get("spins", still))
+        self.compiled.begin(0)
 
     def _pass_together(self, row: int) -> None:
         """A switch of several wheels, or of one that grazes its joint."""
@@ -322,6 +269,7 @@ class Sweep:
         self.rows[row + 1], axial = found
         if axial is not None:
             self.axial[self.phase + 1] = axial.T.reshape(self.axial.shape[1:])
+        self.compiled.begin(self.phase + 1)
 
     def _start(self) -> tuple[np.ndarray, np.ndarray | None]:
         """(m, P) and (A, P) the deviations at the start."""
@@ -365,14 +313,13 @@ class Sweep:
         length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
         slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
         found = self.drives.after(elapsed, drive, slopes)
-        for own in (self.holds, self.sticking):
-            found |= {} if own is None else own.given(rows)
+        found |= {} if self.sticking is None else self.sticking.given(rows)
         for k, name in enumerate(names):
             width = self.motion.plain.wheels
             for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
                 self.inputs[first:last, start + k * width : start + (k + 1) * width] = own.swapaxes(1, 2)
         if self.deviations.spins_stick:
-            given = self.holds.given_to_spins(rows) if self.motion.rollers is None else found[FREE][0]
+            given = found[FREE][0]
             places = self.deviations.places[FREE].ravel() - self.size
             self.inputs[first:last, places] = given.reshape(len(rows), len(self.columns), -1).swapaxes(1, 2)
 

@@ -30,14 +30,12 @@ class Reached:
 
     moved     (m, P)
     axial     (P, N, n) of the rollers' axial speeds, by physical roller; None but for free rollers
-    inputs    (U, 1 + P) how fast the inputs of the last phase change, and their deviations
     samplers  what each controller remembers, with its deviations
     none      why there are none any more; None: there are
     """
 
     moved: np.ndarray
     axial: np.ndarray | None
-    inputs: np.ndarray
     samplers: tuple
     none: NoDerivativeError | None = None
 
@@ -70,10 +68,9 @@ class SteppedDeviations:
             sweep.run()
         except NoDerivativeError as none:
             start = np.zeros_like(sweep.rows[0])
-            self.reached = Reached(start, None, np.zeros((0, 0)), (), none)
+            self.reached = Reached(start, None, (), none)
             return
-        axial, inputs = sweep.axial_at_end(), sweep.inputs_at(len(piece) - 1)
-        self.reached = Reached(sweep.rows[-1].copy(), axial, inputs, self.drives.remembered())
+        self.reached = Reached(sweep.rows[-1].copy(), sweep.axial_at_end(), self.drives.remembered())
 
     def at(self, task: Task, name: str, time: float, state: State) -> Sensitivity:
         """The derivatives by one of the numbers at this time, up to which they have been followed, in this state.
@@ -115,10 +112,6 @@ class _PieceSweep(Sweep):
         self.rows[0] = self.reached.moved
         if self.axial is not None:
             self.axial[0] = self.reached.axial
-
-    def inputs_at(self, row: int) -> np.ndarray:
-        before = self.reached is not None and not (self.trajectory.step_rows < row).any()
-        return self.reached.inputs if before else super().inputs_at(row)
 
     def axial_at_end(self) -> np.ndarray | None:
         """(P, N, n) deviations of the axial speeds in the last row."""

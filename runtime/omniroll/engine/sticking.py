@@ -114,6 +114,11 @@ class Sticking:
         sliding, most = (self._all(*own) for own in zip(axles, rollers, strict=True))
         return sliding, most
 
+    @property
+    def most_moved(self) -> np.ndarray:
+        """(P, B) deviations of the largest torques at rest."""
+        return self.torques[1]
+
     def _by_input(self, values: np.ndarray) -> dict[str, np.ndarray]:
         """Values (..., B) by the inputs of generated functions that are torques of these bearings."""
         of_axles, of_rollers = self._split(values)
@@ -182,6 +187,11 @@ class Sticking:
 
     # The start
 
+    @cached_property
+    def _first(self) -> np.ndarray:
+        """(U,) what the first phase is given."""
+        return self.motion.given_in(np.zeros(1, int))[0]
+
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts, of those of its state, if nothing stuck."""
         stuck = np.flatnonzero(self.modes[0] == 0)
@@ -228,7 +238,7 @@ class Sticking:
     def _refuse_loose(self, moved: np.ndarray, of_contacts: np.ndarray, of_bearings: np.ndarray) -> None:
         """Raises NoDerivativeError where something begins to slip or turn from rest, and moves beside the run."""
         if self.contacts is not None:
-            known = self.deviations.known_in(self.motion.y[0], self.motion.inputs_in(0))
+            known = self.deviations.known_in(self.motion.y[0], self._first)
             size = np.linalg.norm(slips(self.motion.plain, known), axis=-1)
             still = (size <= self.contacts.roundings(self.motion.y[0])) & self.contacts.slides[0]
             slips_beside = self._is_seen(of_contacts.reshape(len(of_contacts), -1), moved)
@@ -267,7 +277,7 @@ class Sticking:
         own = rows[IN_CONTACT][:, None]
         if not self.massless:
             held = motion.held_at(np.array(0))
-            known = self.deviations.known_of(motion.plain, motion.y[0], motion.inputs_in(0), held)
+            known = self.deviations.known_of(motion.plain, motion.y[0], self._first, held)
             own = np.concatenate([own, known["free_holding"]], axis=1)
         return self._all(rows.get(TORQUE), own)
 
@@ -281,7 +291,7 @@ class Sticking:
         if self.contacts is None:
             return np.zeros((moved.shape[1], self.wheels, 0))
         y = with_tangent(self.motion.y[0], self.motion.whole(moved.T))
-        known = self.deviations.known_in(y, self.motion.inputs_in(0))
+        known = self.deviations.known_in(y, self._first)
         return tangent_of(slips(self.columns.kernel, known))[..., self._own]
 
     def _rates(self, moved: np.ndarray) -> np.ndarray:
@@ -309,7 +319,7 @@ class Sticking:
     def _unit_responses(self, held: np.ndarray, stuck: np.ndarray) -> dict[str, np.ndarray]:
         """What functions give at the start, carrying tangents of units: of the forces on contacts `held`, by
         component, and of the torques of bearings `stuck`; none of these sticks."""
-        inputs = np.array(self.motion.inputs_in(0))
+        inputs = np.array(self._first)
         places = self.deviations.views(np.arange(self.deviations.input_size))
         components = np.arange(2)[self._own]
         count = len(held) * len(components)
@@ -339,19 +349,11 @@ class Sticking:
 
     # What happens
 
-    @cached_property
-    def changes(self) -> np.ndarray:
-        """(T - 1,) bool: whether something changes its mode, or how it slips, between a row and the next, where no time
-        passes and no wheel switches."""
-        found = (self.modes[:-1] != self.modes[1:]).any(axis=1)
-        if self.contacts is not None:
-            contacts = self.contacts
-            found |= (contacts.sticks[:-1] != contacts.sticks[1:]).any(axis=1)
-            one_way = contacts.slides & ~contacts.turning
-            found |= (one_way[:-1] & (np.diff(contacts.headings, axis=0) != 0)).any(axis=1)
-        found &= ~self.motion.starts_step[:-1]
-        found[self.motion.switched - 1] = False
-        return found
+    @property
+    def alone(self) -> np.ndarray:
+        """(T,) bool: rows in which a step ends and the next one starts, with other modes of rollers."""
+        rollers = self.motion.rollers
+        return np.zeros(len(self.modes), bool) if rollers is None else rollers.alone
 
     @property
     def rests_at_switches(self) -> np.ndarray:
@@ -363,12 +365,8 @@ class Sticking:
 
     # What has no derivative
 
-    def refuse(self, row: int) -> None:
-        """Raises NoDerivativeError: something changes its mode in a row, which C does not pass."""
-        reason = (
-            "several contacts or bearings change their modes together, or one only just does, so that a change however "
-            "small makes another motion"
-        )
+    def refuse(self, row: int, reason: str) -> None:
+        """Raises NoDerivativeError: something changes its mode in a row, which C does not pass for this reason."""
         raise self._none(row, reason, np.flatnonzero(self._changed(row, min(row + 1, len(self.modes) - 1))))
 
     def _changed(self, row: int, after: int) -> np.ndarray:
