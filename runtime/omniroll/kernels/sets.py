@@ -225,16 +225,20 @@ def _engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool
         print(f"omniroll: compiling the {what}, once; it takes seconds", file=sys.stderr)
         building.engine_library(place, _engine_sources(), constants, engines[0])
 
-    return _made(base, effects, [engine.file for engine in engines], build)
+    files = [engine.file for engine in engines]
+    return _made(base, effects, files, build) if quick else _made(base, effects, files, build, otherwise="")
 
 
 def _engine_sources() -> Path:
     return Path(str(resources.files("omniroll.csrc")))
 
 
-def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable[[Path], None]) -> tuple[Path, str]:
+def _made(
+    base: str, effects: tuple[str, ...], files: list[str], build: Callable[[Path], None],
+    otherwise: str = "; or choose the Python engine",
+) -> tuple[Path, str]:  # fmt: skip
     """The folder of a set and the first library that it holds; `files[0]` is compiled now where there is none, or
-    where it is not as it was compiled."""
+    where it is not as it was compiled. `otherwise`: what to do without it."""
     built = BUILT / set_name(base, effects)
     for file in files if _is_current(BUILT) else ():
         if building.is_whole(built / file):
@@ -253,7 +257,7 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
                         shutil.rmtree(left, ignore_errors=True)
                     build(place)
         except CompilationError as problem:
-            raise KernelsMissingError(f"{problem}; or choose the Python engine") from None
+            raise KernelsMissingError(f"{problem}{otherwise}") from None
         except OSError as problem:
             raise _cannot_keep(place, problem) from None
     return place, files[0]
