@@ -24,6 +24,10 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
     const int *const still = w->is_still + a*w->directions;
     const int linear = !still[at], is_change = c >= 3 && !turns;
     nodes_t carried, *const to = block_of(e, p, q);
+    if (!linear && a != c && c >= CARRYING(w->wheels)) {
+        *kind_of(e, p, q) = NO_BLOCK;
+        return;
+    }
     const int carries = put_carried_slope(w, slope, still, c, &carried);
     const int is_full = carries || (is_change ? a == c : linear && !turns);
     const int kind = is_full ? FULL : linear || a == c ? DIAGONAL : NO_BLOCK;

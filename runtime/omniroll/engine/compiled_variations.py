@@ -347,7 +347,7 @@ class CompiledVariations:
         run.rows = len(trajectory)
         run.most_wrong = max(LEAST_WRONG, ACCURACIES * trajectory.accuracy)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
-        dense = trajectory.dense
+        dense = np.zeros((0, 1, motion.y.shape[1])) if trajectory.dense is None else trajectory.dense  # of no step
         run.row_size, run.degree = dense.shape[2], dense.shape[1] - 1
         run.models, run.model = len(self.models), self.models.pointers
         number = np.zeros(len(columns), np.int32)
