@@ -1,13 +1,5 @@
 /* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
  * runtime/omniroll/effects/slipping_axles.py. */
-/* A run begins: nothing sticks so far. */
-static void clear_slipping_bearings(const omniroll_run_t *run, const work_t *work)
-{
-    for (int k = 0; k < most_own_bearings(run->wheels, run->rollers_per_wheel); k++)
-        work->own.sticks[k] = lanes_of(0);
-    if (SET_IN_SERIES)
-        stop_all_in_series(run, work);
-}
 
 /* The bearings of the free rollers of a wheel. */
 ALWAYS_INLINE const omniroll_bearing_t *free_bearings(const omniroll_run_t *run, int wheel)
@@ -105,52 +97,11 @@ static void decide_slipping_bearings(omniroll_run_t *run, const work_t *work)
     begin_torques(run, work);
 }
 
-ALWAYS_INLINE void settle_slipping_bearings(omniroll_run_t *run, const work_t *work)
-{
-    if (run->bearing_count && run->hold.undecided)
-        decide_slipping_bearings(run, work);
-}
-
-/* Turning axles whose rates have passed zero rest, and those that are asked for too much let go. Returns how many there
- * are, with the one whose mode a step has ended, which is told once. */
-static int pass_slipping_bearings(omniroll_run_t *run, const work_t *work)
-{
-    int count = run->hold.ended + release_own(run) + stop_own(run, work);
-    if (SET_IN_SERIES)
-        count += stop_in_series(run, work);
-    run->hold.ended = 0;
-    run->hold.undecided |= count > 0;
-    return count;
-}
-
-static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t *s);
-
-/* A step begins: what sticks in it. */
-static void begin_holding_slipping_wheels(const omniroll_run_t *run, const work_t *work, step_t *s)
-{
-    s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
-    if (SET_STANDS)
-        begin_standing(run, work, s);
-}
-
-/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others. */
-ALWAYS_INLINE double size_held_by_slipping(const omniroll_run_t *run, int input)
-{
-    if (SET_MOMENTS_INPUT >= 0 && input >= SET_MOMENTS_INPUT*run->wheels)
-        return size_of_moments(run, input%run->wheels);
-    const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
-    return bearing ? HELD_ROUNDINGS*(fabs(bearing->torque) + bearing->holding) : 0;
-}
-
-/* Some time has passed. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
+/* Some time has passed where wheels may slip. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
  * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
 static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     const int landed = s->landing - s->wheels - s->guards;
-    for (int k = 0; k < run->own_count; k++) {
-        own_bearings(run)[k].resting = own_bearings(run)[k].mode == 0;
-        own_bearings(run)[k].released = 0;
-    }
     if (SET_DISKS_STICK)
         keep_rollers_at_rest(run, work);
     if (run->hold.count)

@@ -254,14 +254,6 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
         run->hold.per_force[k] = run->hold.free < 3 && run->hold.free ? 1/mass[k][k] : 0;
 }
 
-/* A run begins: nothing sticks so far, in a set that has such bearings and for a run that has none. */
-static void clear_rolling_bearings(const omniroll_run_t *run, const work_t *work)
-{
-    work->standing->count = 0;
-    for (int k = 0; SET_SPINS_STICK && k < run->wheels*(run->rollers_per_wheel - 1); k++)
-        work->own.sticks[k] = work->own.torque[k] = lanes_of(0);
-}
-
 /* Which bearings stick in the phase that starts now. */
 static void decide_rolling_bearings(omniroll_run_t *run, const work_t *work)
 {
@@ -280,60 +272,6 @@ static void decide_rolling_bearings(omniroll_run_t *run, const work_t *work)
     guard_rates(run, work);
     find_torques(run, work);
     run->hold.undecided = 0;
-}
-
-/* Which bearings stick from now on, where that must be decided anew. */
-ALWAYS_INLINE void settle_rolling_bearings(omniroll_run_t *run, const work_t *work)
-{
-    if (run->bearing_count && run->hold.undecided)
-        decide_rolling_bearings(run, work);
-    run->hold.speed = fmax(run->hold.speed, length3(run->nu));
-}
-
-/* Turning bearings whose rates have passed zero rest, and what holds no more lets go. Returns how many there are. */
-static int pass_rolling_bearings(omniroll_run_t *run, const work_t *work)
-{
-    int count = ask_too_much(run, work, 1);
-    for (int k = run->guard_count; k < all_guards(run); k++) {
-        omniroll_bearing_t *const bearing = run->bearings + run->leads_to[2*k + 1];
-        if (run->passed[k] && !bearing->resting) {      /* one that rests starts from rest in this phase     */
-            bearing->resting = run->hold.undecided = 1;
-            count++;
-        }
-    }
-    if (SET_SPINS_STICK)
-        count += stop_own(run, work);
-    return count;
-}
-
-/* A step begins: what sticks in it, and what holds that now. */
-static void begin_holding_rolling_wheels(const omniroll_run_t *run, const work_t *work, step_t *s)
-{
-    s->standing = work->standing;
-    memcpy(s->used_by, work->standing->used_by, sizeof s->used_by);
-    asked_now(run, work, &s->asked_start);
-    s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
-}
-
-/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and
- * more is asked for than bearings take by some roundings. */
-ALWAYS_INLINE double size_held_by_rolling(const omniroll_run_t *run, int input)
-{
-    const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
-    return bearing ? HELD_ROUNDINGS*length3(run->hold.size)/length3(bearing->row) : 0;
-}
-
-/* Some time has passed. */
-static void rolling_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
-{
-    for (int i = 0; i < run->bearing_count; i++) {
-        run->bearings[i].resting = run->bearings[i].mode == 0;
-        run->bearings[i].released = 0;
-    }
-    memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
-    find_nearer(run, work);
-    find_held_force(run, work);
-    find_torques(run, work);
 }
 
 /* An impact has changed nu. Where rollers stick it has numbered them anew: what rests is seen from the rates. */

@@ -282,16 +282,13 @@ static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
 static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
     lanes_t nu_dot[3];
-    s->standing = work->standing;
     /* contacts come before the bearings among the events */
     s->of_contacts = run->wheels;
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
         s->absent[k] = lanes_of(run->hold.absent[k]);
-    memcpy(s->used_by, work->standing->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-    asked_now(run, work, &s->asked_start);
 }
 
 /* What bearings are rounded against in the phase that starts now. */
