@@ -79,6 +79,7 @@ typedef struct {
     double load, at_rest;       /* in N; where loads follow from the motion, that of the vehicle at rest */
     double sliding[2], staying[2];          /* coefficients while it slips, and while it sticks         */
     double towards[2];          /* where it slips, or begins to: a unit vector                          */
+    int keeps;                  /* whether that stands at an instant, since a step has found it         */
     int sticks;                 /* its mode in this phase                                               */
     int resting;                /* whether its slip is zero                                             */
     int released;               /* whether it has used its friction up at this instant                  */

@@ -2,21 +2,26 @@
 turn, brake, drive under a controller, climb and are shoved, on any ground with static loads; a third of them symmetric,
 so that wheels break away and come to rest in pairs or all at once.
 
-`python -m hard.manoeuvres [count [first]]` from tests/ runs them and prints tables: which end, why others stop, which
-miss ten times their accuracy beside a run a thousand times finer, or the laws of friction in a row. A scene follows
-from its number.
+Ordinary scenes are the same with other masses and sizes, friction in bearings, springs at the contacts and accuracies
+down to 1e-3.
+
+`python -m hard.manoeuvres [count [first [ordinary]]]` from tests/ runs them and prints tables: which end, why others
+stop, which miss ten times their accuracy beside a run a thousand times finer, or the laws of friction in a row. A scene
+follows from its number.
 """
 
 import re
 import sys
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from contact.laws import carried, judged
 
 import omniroll
-from omniroll import Contact, Controller, Motor, SimulationStopped, Slope, Vehicle, simulate
+from hard.case import Case, Measurement, Scale
+from omniroll import Bearings, Contact, Controller, Motor, SimulationStopped, Slope, Springs, Vehicle, simulate
 from omniroll.results.comparison import distance_at
 
 SEED, GRAVITY = 36, 9.80665
@@ -26,6 +31,8 @@ MANOEUVRES = ("ramp", "brake", "controller", "climb", "shove")
 LAWS = ("coulomb", "coulomb", "coulomb, static above", "regularised", "viscous")
 MISSES, FINER, FINEST = 10, 1e-3, 1e-13
 OFF = 1e-9  # of a law in a row
+FULL, FEW = 2000, 5
+Drawn = tuple[dict[str, str], Vehicle, dict[str, Any]]
 SMALL = {"torque_constant": 0.02, "resistance": 12 * 0.02 * 3 / 0.78, "gear_ratio": 3.0}  # 0.78 N m at 12 V
 
 
@@ -60,7 +67,7 @@ def direction(rng: np.random.Generator, is_symmetric: bool) -> np.ndarray:
     return found / np.linalg.norm(found)
 
 
-def scene(number: int) -> tuple[dict[str, str], Vehicle, dict[str, Any]]:
+def scene(number: int) -> Drawn:
     """What it is, in words; the vehicle; the task of `simulate`."""
     rng = np.random.default_rng([SEED, number])
     name, manoeuvre, law = (str(rng.choice(words)) for words in (ROBOTS, MANOEUVRES, LAWS))
@@ -105,19 +112,52 @@ def acting(
         ends = np.array([0 * rates, 1.5 * induced * rates])
         return [Motor(ends, **motor, times=(0.0, float(rng.uniform(0.05, 0.4))))]
     if manoeuvre == "controller":
-        gain = float(10 ** rng.uniform(-1, 0.5)) * abs(induced)
-        return [Motor(0.0, **motor), Controller(tuple(along), gain, 0.01, output="voltage", limit=12.0)]
+        gain, driven = float(10 ** rng.uniform(-1, 0.5)) * abs(induced), Motor(0.0, **motor)
+        while controller_of(along, gain).doubts(vehicle, (driven,)):  # nobody drives with one that is unstable
+            gain /= 2
+        return [driven, controller_of(along, gain)]
     slope = [Slope(float(rng.uniform(0.03, 0.3)), 0.0)] if manoeuvre == "climb" else []
     return [Motor(tuple(induced * rates) if slope else 0.0, **motor), *slope]
 
 
-def outcome(number: int) -> tuple[dict[str, str], str]:
-    """The words of a scene, and "ends" or what is wrong, without its numbers."""
+def controller_of(along: np.ndarray, gain: float) -> Controller:
+    return Controller(tuple(along), gain, 0.01, output="voltage", limit=12.0)
+
+
+def ordinary(number: int) -> Drawn:
+    """A manoeuvre of a robot that is heavier or lighter, larger or smaller, with bearings or springs of real ones."""
     words, vehicle, task = scene(number)
+    rng = np.random.default_rng([SEED, 1, number])
+    heavier, larger = float(rng.uniform(0.7, 2.5)), float(10 ** rng.uniform(-0.3, 0.5))
+    inertias = {name: getattr(vehicle, name) * heavier * larger**2
+                for name in ("yaw_inertia", "wheel_inertia", "roller_inertia")}  # fmt: skip
+    lengths = {name: getattr(vehicle, name) * larger
+               for name in ("platform_radius", "wheel_radius", "roller_axis_radius")}  # fmt: skip
+    vehicle = vehicle.replace(mass=vehicle.mass * heavier, **lengths, **inertias)
+    kind, weight = str(rng.choice(("plain", "bearings", "springs"))), vehicle.mass * GRAVITY / vehicle.wheels
+    effects = list(task["effects"])
+    if kind == "bearings":
+        torque = float(10 ** rng.uniform(-3, -2)) * weight * vehicle.wheel_radius
+        rollers = {"roller_coulomb": torque / 100} if rng.random() < 1 / 2 else {"wheel_viscous": torque / 100}
+        effects.append(Bearings(wheel_coulomb=torque, **rollers))
+    if kind == "springs" and words["law"] == "regularised":
+        height, spin = float(rng.uniform(0.3, 1.0)) * vehicle.platform_radius, vehicle.yaw_inertia
+        deflection, damping = float(10 ** rng.uniform(-4.5, -3)), float(rng.uniform(0.2, 1.0))
+        effects.append(Springs(height, deflection, damping, tilt_inertia=spin / 2, spin_inertia=spin))
+    else:
+        kind = kind if kind == "bearings" else "plain"
+    return words | {"on": kind}, vehicle, task | {"effects": effects, "accuracy": float(10 ** rng.uniform(-9, -3))}
+
+
+def outcome(number: int, drawn: Callable[[int], Drawn] = scene) -> tuple[dict[str, str], str]:
+    """The words of a scene, and "ends", "tips" or what is wrong, without its numbers."""
+    words, vehicle, task = drawn(number)
     try:
         run = simulate(vehicle, **task)
     except SimulationStopped as stopped:
         reason = str(stopped).split(": ", 1)[-1].split(" (nu")[0]
+        if "the vehicle tips" in reason:
+            return words, "tips"
         return words, "stops: " + re.sub(r"-?\d+(\.\d+)?(e[+-]?\d+)?", "#", reason)[:110]
     try:
         finer = simulate(vehicle, **task | {"accuracy": max(task["accuracy"] * FINER, FINEST)})
@@ -131,18 +171,47 @@ def outcome(number: int) -> tuple[dict[str, str], str]:
     return words, "ends"
 
 
-def main(count: int = 2000, first: int = 0) -> None:
+def wrong(drawn: Callable[[int], Drawn], scale: Scale) -> list[Measurement]:
+    """How many stop, miss their accuracy or a law, with their numbers."""
+    told = {number: outcome(number, drawn)[1] for number in range(scale.of(FEW, FULL))}
+    parts = {"stop": "stops", "miss ten times their accuracy": "misses ten", "miss a law in a row": "misses a law",
+             "stop a thousand times finer": "ends; the finer"}  # fmt: skip
+    measured = []
+    for what, begin in parts.items():
+        numbers = [str(number) for number, how in told.items() if how.startswith(begin)]
+        setting = f"numbers {', '.join(numbers)}" if numbers else f"{len(told)} of them"
+        measured.append(Measurement(what, "compiled", "double", setting, len(numbers), 0))
+    return measured
+
+
+CASES = [
+    Case(
+        name=name,
+        section="Effects",
+        title=title,
+        naive="turns the direction of a slip as its rounding does, and stops where wheels break away in pairs",
+        promise="all end or tip, within ten times the accuracy asked beside a finer run, and obey the laws in each row",
+        run=lambda scale, drawn=drawn: wrong(drawn, scale),
+    )
+    for name, drawn, title in (
+        ("manoeuvres", scene, "2000 ordinary manoeuvres of shipped robots, symmetric ones too"),
+        ("ordinary-scenes", ordinary, "2000 ordinary scenes: other masses and sizes, bearings, springs, 1e-9 to 1e-3"),
+    )
+]
+
+
+def main(count: int = FULL, first: int = 0, drawn: Callable[[int], Drawn] = scene) -> None:
     found = []
     for number in range(first, first + count):
-        words, what = outcome(number)
+        words, what = outcome(number, drawn)
         found.append((words, what))
-        if what != "ends":
+        if what not in ("ends", "tips"):
             print(number, ", ".join(words.values()), "|", what, flush=True)
-    for key in ("robot", "manoeuvre", "law", "rollers", "symmetric"):
-        print(f"\n| {key} | scenes | end | stop | miss |\n| --- | --- | --- | --- | --- |")
+    for key in found[0][0]:
+        print(f"\n| {key} | scenes | end | tip | stop | miss |\n| --- | --- | --- | --- | --- | --- |")
         for value in sorted({words[key] for words, _ in found}):
             told = [what for words, what in found if words[key] == value]
-            parts = [sum(what.startswith(begin) for what in told) for begin in ("ends", "stops", "misses")]
+            parts = [sum(what.startswith(begin) for what in told) for begin in ("ends", "tips", "stops", "misses")]
             print(f"| {value} | {len(told)} | {' | '.join(map(str, parts))} |")
     print("\n| outcome | scenes |\n| --- | --- |")
     for what, times in Counter(what for _, what in found).most_common():
@@ -150,4 +219,4 @@ def main(count: int = 2000, first: int = 0) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(*map(int, sys.argv[1:3]), *(ordinary for word in sys.argv[3:] if word == "ordinary"))

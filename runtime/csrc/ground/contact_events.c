@@ -9,6 +9,8 @@
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
+#define TURNED_BY 4e-3              /* of what is rounding of a slip: so much turns it                       */
+#define MOST_TURN_NOISE 1e-7
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at);
@@ -127,6 +129,18 @@ NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
     s->sweeps++;
 }
 
+/* How much rounding turns the slowest slip at the step's end: what sticks beside it takes so much more or less. */
+ALWAYS_INLINE double noise_of_turns(const step_t *s, const int wheels)
+{
+    double noise = 0;
+    for (int i = 0; i < wheels; i++) {
+        const double size = may_turn(s, i) ? hypot(s->end_slip[2*i], s->end_slip[2*i + 1]) : 0;
+        if (size > s->slip_noise[i])
+            noise = fmax(noise, TURNED_BY*s->slip_noise[i]/size);
+    }
+    return fmin(noise, MOST_TURN_NOISE);
+}
+
 /* The slip velocities at the step's end. */
 NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
 {
@@ -136,6 +150,7 @@ NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
     slips_of(wheels, s->vehicle, point.nu, point.chi, point.core, slip);
     for (int k = 0; k < 2*wheels; k++)
         s->end_slip[k] = slip[k][0];
+    s->turn_noise = s->turning ? noise_of_turns(s, wheels) : 0;
 }
 
 /* How far a contact is from the end of its mode at the step's end, negative before it, and the rate of that. Of one
@@ -152,11 +167,11 @@ ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
         }
         return -along;
     }
-    const double value = weighted(&s->taken[i], &gauss_end) + s->taken_late[i], noise = GRIP_NOISE(value);
+    const double value = weighted(&s->taken[i], &gauss_end) + s->taken_late[i];
     *rate = weighted(&s->taken[i], &gauss_end_slope)/s->h;
-    if (fabs(*rate)*s->h < GRIP_RISES*noise)
+    if (fabs(*rate)*s->h < grip_noise(s, value, GRIP_RISES))
         *rate = (value - s->taken_start[i])/s->h;
-    if (fabs(*rate)*s->h < 0.5*GRIP_PASSED*noise)           /* it is as it was                            */
+    if (fabs(*rate)*s->h < grip_noise(s, value, 0.5*GRIP_PASSED))           /* it is as it was                            */
         *rate = 0;
     return value;
 }
@@ -188,7 +203,7 @@ static double length_to_change(step_t *s, const int wheels, double length)
         if ((!s->slides[i] && !s->grips[i]) || is_beginning(s, i))
             continue;
         const double change = change_at_end(s, i, &rate);
-        const double noise = s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(change);
+        const double noise = s->slides[i] ? s->slip_noise[i] : grip_noise(s, change, GRIP_PASSED);
         const double value = s->slides[i] ? change : change - GRIP_LANDS*GRIP_NOISE(change);
         const double least_rate = s->slides[i] ? s->settles : 0;
         if (!(rate > least_rate) && !(s->slides[i] ? has_passed_rest(s, i, value) : value > noise))
@@ -200,7 +215,7 @@ static double length_to_change(step_t *s, const int wheels, double length)
         if (reached < length || (reached == s->h && s->landing < 0)) {
             length = reached;
             s->landing = wheels + s->guards + i;
-            s->unsure = s->grips[i] && rate > 0 ? GRIP_NOISE(change)/rate : 0;
+            s->unsure = s->grips[i] && rate > 0 ? grip_noise(s, change, 1)/rate : 0;
         }
     }
     return length;
@@ -225,7 +240,7 @@ static double turn_of_contacts(const step_t *s, const int wheels)
         if (s->grips[i]) {
             rate = times(gauss_slope, &s->taken[i]);
             turned = fmin(turned, turn_beyond(&rate, weighted(&s->taken[i], &gauss_end_slope), 1, s->taken_start[i],
-                                              -INFINITY, GRIP_TURNS*GRIP_NOISE(s->taken_start[i])));
+                                              -INFINITY, grip_noise(s, s->taken_start[i], GRIP_TURNS)));
         } else if (may_turn(s, i) && SET_FIRST_DIRECTION == 0) {
             for (int m = 0; m < NODES; m++)
                 if (s->toward[2*i].node[m]*s->at_slip[2*i].node[m]

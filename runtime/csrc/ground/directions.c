@@ -394,11 +394,25 @@ static void turn_back(step_t *s, int i, const nodes_t *along)
     force_in_direction(s, i);
 }
 
-/* New directions of one contact, from the slips at the nodes, and its forces. */
+/* The direction with which a slip begins the step, at all nodes. */
+static void begin_direction(step_t *s, int i)
+{
+    for (int k = 2*i; k < 2*i + 2; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            s->toward[k].lanes[b] = lanes_of(s->begun[k]);
+}
+
+/* New directions of one contact, from the slips at the nodes, and its forces. A slip that has not begun by the end of the
+ * step says nothing about them. */
 static void find_direction(step_t *s, const int wheels, int i)
 {
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
+    if (fmax(largest_of(&along), largest_of(&across)) < s->slip_noise[i]) {
+        begin_direction(s, i);
+        force_in_direction(s, i);
+        return;
+    }
     if (SET_LOADS_FOLLOW && smallest_of(&along) < 0) {
         turn_back(s, i, &along);
         along_and_across(s, i, &along, &across);

@@ -7,6 +7,9 @@
 #define EASIEST_TURN 6              /* the power of its length with which a step misses less, at least       */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
+#define LEFT_BY_SWEEPS 16           /* times what sweeps leave of nu: from its direction a slip differs by no more,     */
+#define SAME 1e-3                   /* or by this in rad,                                                      */
+#define NO_OTHER 100                /* and so many times what is rounding of it, where it is slow           */
 #define MUCH_LATER 2                /* times the time to the first rest                                     */
 #define LEFT_OF (1.0/16)            /* of the largest rounding: of what is left of larger speeds            */
 
@@ -132,10 +135,9 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
     (void)chi;
 }
 
-/* Whether a direction is that of a slip (2,) of this size within its rounding. */
-static int goes_along(const omniroll_run_t *run, int contact, const double *slip, const double *direction, double made)
+/* Whether a direction is that of a slip (2,) within its rounding. */
+static int goes_along(const double *slip, const double *direction, double rounding)
 {
-    const double rounding = ALONG*EPS*(speeds_of_slip(run, contact) + made);
     return fabs(slip[1]*direction[0] - slip[0]*direction[1]) <= rounding
         && slip[0]*direction[0] + slip[1]*direction[1] > 0;
 }
@@ -153,7 +155,7 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
         omniroll_grip_t *const grip = run->grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
         grip->resting = grip->carries && (grip->resting || size <= slip_rounding(run, i));
-        for (int k = 0; k < 2 && !grip->resting && size > 0; k++)
+        for (int k = 0; k < 2 && !grip->resting && !grip->keeps && size > 0; k++)
             grip->towards[k] = slip[2*i + k]/size;
         if (SET_FIRST_DIRECTION == 1)
             grip->towards[0] = 0;
@@ -193,6 +195,16 @@ static void put_modes(omniroll_run_t *run)
     }
 }
 
+/* Contacts let go whose friction is used up at the instant at which that of others is: while all stick, they are as near to
+ * it as steps can tell. What the first ones lose by slipping would hold them, and twins would part. */
+static void let_go_together(omniroll_run_t *run, const work_t *work)
+{
+    rates_at_this_instant(run, work, run->wheels, work->nu_dot);
+    for (int i = 0; i < run->wheels; i++)
+        if (run->grips[i].sticks && taken_now(run, work, i) > -2*edge_at_end(run))
+            run->grips[i].released = HAS_ENDED;
+}
+
 /* The modes of all contacts in the phase that begins now. */
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
@@ -217,6 +229,8 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
                 too_much |= beyond;
             }
     }
+    if (resting && released)
+        let_go_together(run, work);
     if (resting && (released || too_much)) {
         decide_at_rest(run, work);
         put_modes(run);
@@ -233,6 +247,7 @@ static void contacts_have_switched(omniroll_run_t *run, const int *directions)
     for (int i = 0; i < run->wheels; i++) {
         if (SET_FIRST_DIRECTION == 0)
             run->grips[i].resting &= directions[i] == 0;
+        run->grips[i].keeps &= directions[i] == 0;
         run->grips[i].released = 0;
     }
     (void)directions;
@@ -248,23 +263,27 @@ static int ends_mode(const step_t *s, int i)
     const double value = change_at_end(s, i, &rate);
     if (s->landing == s->wheels + s->guards + i)
         return 1;
-    return rate > 0 && value > -(s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(value));
+    return rate > 0 && value > -(s->slides[i] ? s->slip_noise[i] : grip_noise(s, value, GRIP_PASSED));
 }
 
 /* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,),
- * from which it differs by rounding. The forces of contacts that share their motion balance in the former. One that has kept its direction may have left as much
- * across it as is left along it, where others come to rest with it. */
+ * from which it differs by rounding. The forces of contacts that share their motion balance in the former, and a slip
+ * that has just begun is little but rounding and what sweeps have left. One that has kept its direction may have left as
+ * much across it as is left along it, where others come to rest with it. */
 static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double *own)
 {
     if (SET_STANDS && SET_ROLLERS_TURN && s->keeps[i])
         return 1;
-    if (!turned_together(s, i))
+    const double size = length_of(slip, 2);
+    const double same = fmin(SAME*size, NO_OTHER*s->slip_noise[i]);
+    const double left = turned_together(s, i) ? 0 : fmax(LEFT_BY_SWEEPS*s->rest*run->ground.arms[0], same);
+    if (!turned_together(s, i) && !(size < FAR_FROM_NOISE*s->slip_noise[i]))
         return 0;
     for (int k = 0; k < 2; k++)
         own[k] = weighted(&s->toward[2*i + k], &gauss_end);
     const double length = sqrt(own[0]*own[0] + own[1]*own[1]);
     own[0] /= length, own[1] /= length;
-    return goes_along(run, i, slip, own, s->h*s->friction_makes);
+    return goes_along(slip, own, ALONG*EPS*(speeds_of_slip(run, i) + s->h*s->friction_makes) + left);
 }
 
 static int forbid(omniroll_run_t *run, const work_t *work);
@@ -298,8 +317,9 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, own);
         for (int k = 0; k < 2 && turns; k++)
             grip->towards[k] = known ? slip[2*i + k]/size : own[k];
-        if (turns && !known)                    /* the row says where it went: its slip does not            */
+        if (turns && !(known && size > FAR_FROM_NOISE*s->slip_noise[i]))   /* the row says where it goes: its slip does not */
             run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
+        grip->keeps = turns && !known;
         grip->resting = grip->sticks || ends;
         grip->released = grip->sticks && ends;
         run->ground.passed += ends;
@@ -319,6 +339,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     s->load = work->load, s->friction = work->friction, s->response = work->response;
     s->friction_makes = run->ground.friction, s->friction_force = run->ground.typical;
     s->sliding = s->turning = s->gripping = 0;
+    s->turn_noise = 0;
     s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
@@ -365,9 +386,8 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
         s->taken_late[i] = 0, s->knows_response[i] = 0;
         if (SET_STANDS)
             s->turned_together[i] = 0;
-        for (int k = 0; k < 2; k++)
-            for (int b = 0; b < BLOCKS; b++)
-                s->toward[2*i + k].lanes[b] = lanes_of(run->grips[i].towards[k]);
+        s->begun[2*i] = run->grips[i].towards[0], s->begun[2*i + 1] = run->grips[i].towards[1];
+        begin_direction(s, i);
         for (int b = 0; b < BLOCKS && SET_LOADS_FOLLOW; b++)
             s->at_load[i].lanes[b] = work->load[i];
     }

@@ -5,6 +5,7 @@
 /* Of its bound: nearer to it an element gives way that has come there at this instant. On ground that is stiff its torque
  * at the end of a step is not its bound to rounding. */
 #define AT_EDGE (SET_IS_COUPLED ? 1e-3 : SET_STANDS && SET_ROLLERS_TURN ? 1e-6 : 1e-9)
+#define ALIKE 0.1                   /* of the tolerance, the same: so far apart wheels are that are alike       */
 #define TOGETHER 1e-12              /* the same of one beside others that have come there at this instant */
 /* What `released` of a contact says: its step has ended there, or it is asked for more than it takes if all stick. */
 enum { HAS_ENDED = 1, IS_BEYOND = 2 };
@@ -204,6 +205,12 @@ ALWAYS_INLINE double edge_of(const elements_t *problem, int released)
     return released ? AT_EDGE : problem->unique ? TOGETHER : 0;
 }
 
+/* The same of a contact whose step has ended there. */
+ALWAYS_INLINE double edge_at_end(const omniroll_run_t *run)
+{
+    return fmax(AT_EDGE, ALIKE*run->tolerance);
+}
+
 /* A contact goes in this direction if it slips. */
 static void take_way(omniroll_grip_t *grip, int sticks, double axle, double rolling)
 {
@@ -214,11 +221,11 @@ static void take_way(omniroll_grip_t *grip, int sticks, double axle, double roll
 }
 
 /* A contact without a massless roller that sticks. */
-static void take_contact(omniroll_grip_t *grip, const elements_t *problem, int k, int slips)
+static void take_contact(const omniroll_run_t *run, omniroll_grip_t *grip, const elements_t *problem, int k, int slips)
 {
     const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
     const double *const reach = problem->reach + k*problem->width;
-    const double edge = edge_of(problem, grip->released);
+    const double edge = grip->released ? edge_at_end(run) : edge_of(problem, 0);
     double taken = 0, begun[2] = {0, 0}, size = 0;
     for (int j = 0; j < problem->width; j++) {
         const double friction = reach[j]/grip->load;
@@ -280,7 +287,7 @@ static void take_modes(const omniroll_run_t *run, const work_t *work, const at_r
         else if (SET_STRIPS)
             take_pair(run, work, rest, problem, e);
         else
-            take_contact(run->grips + rest->which[e], problem, e, rest->slips[e]);
+            take_contact(run, run->grips + rest->which[e], problem, e, rest->slips[e]);
 }
 
 /* Decides the elements of the list, whose problem is known. Returns 0 where rollers that stop have changed it. */

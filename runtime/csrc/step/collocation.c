@@ -135,6 +135,12 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 
 ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at);
 
+/* What is rounding of what a contact that sticks takes: so many roundings, and what directions of slow slips add. */
+ALWAYS_INLINE double grip_noise(const step_t *s, double taken, double roundings)
+{
+    return roundings*GRIP_NOISE(taken) + s->turn_noise;
+}
+
 ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
 {
     point->ground_push = at->ground_push, point->ground_force = at->ground_force, point->slip_dot = at->slip_dot;
@@ -349,7 +355,7 @@ ALWAYS_INLINE double missed(const step_t *s)
     if (SET_GRIPS)
         for (int i = 0; i < s->wheels && !s->blind; i++)    /* the same of contacts that stick                     */
             if (s->grips[i])
-                tails += s->friction_makes*fmax(tail(&s->taken[i]) - FORCE_NOISE*GRIP_NOISE(s->taken[i].node[0]), 0);
+                tails += s->friction_makes*fmax(tail(&s->taken[i]) - grip_noise(s, s->taken[i].node[0], FORCE_NOISE), 0);
     return s->h*tails/(2*NODES);
 }
 

@@ -25,6 +25,7 @@ static void lay_out_coupled(coupled_t *c, parts_t *parts, int size, long long co
     c->found_real = lanes_part(parts, size*WAY_BLOCKS);
     c->found_imaginary = lanes_part(parts, size*WAY_BLOCKS);
     c->slope = numbers_part(parts, square);
+    c->start = numbers_part(parts, size);
     c->small = numbers_part(parts, square + size);
     c->own = numbers_part(parts, core);
     c->reach = numbers_part(parts, size);
@@ -344,7 +345,7 @@ static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
         s->end_core[n] = s->core_dot[n][0];
     find_slopes(s, wheels, -1);
     for (int j = 0; j < size; j++)
-        rates[j] = j < own ? s->end_core[j] : nu_dot[j - own][0];
+        rates[j] = c->start[j] = j < own ? s->end_core[j] : nu_dot[j - own][0];
     after(c, s->h/2, rates);
     for (int k = 0; k < 3; k++)
         nu_dot[k] = lanes_of(rates[own + k]);
@@ -454,4 +455,36 @@ static double coupled_missed(const step_t *s)
     for (int n = own; n < s->core; n++)
         of_core = fmax(of_core, s->weight[n]*tail(&s->rate_core[n])/(1 + time*fabs(c->own[n])));
     return time*(of_nu + of_core);
+}
+
+/* A sum of how much rates would move the speeds, in the measure of nu. */
+static double moved_by_rates(const step_t *s, const double *rates)
+{
+    const int size = s->coupled->size, own = size - 3;
+    double of_nu = 0, of_core = 0;
+    for (int k = 0; k < 3; k++)
+        of_nu += fabs(rates[own + k]);
+    for (int j = 0; j < own; j++)
+        of_core = fmax(of_core, s->weight[j]*fabs(rates[j]));
+    return of_nu + of_core;
+}
+
+/* What the polynomials miss before the first node, where a slip that begins leaves the small speed below which friction
+ * fades: they come there with other rates than the step has at its start. What decays at once is none of it: slopes of
+ * the nodes tell. */
+static double missed_at_start(step_t *s, const int wheels, double allowed)
+{
+    const coupled_t *const c = s->coupled;
+    const int size = c->size, own = size - 3;
+    const double time = s->h*gauss_node.node[0];
+    double *const rates = c->small + size*size;
+    for (int j = 0; j < size; j++)
+        rates[j] = weighted(j < own ? &s->rate_core[j] : &s->rate_nu[j - own], &gauss_start) - c->start[j];
+    if (!(time*moved_by_rates(s, rates) > allowed))
+        return 0;
+    find_slopes(s, wheels, MIDDLE);
+    for (int j = 0; j < size; j++)
+        rates[j] = weighted(j < own ? &s->rate_core[j] : &s->rate_nu[j - own], &gauss_start) - c->start[j];
+    after(c, time, rates);
+    return time*moved_by_rates(s, rates);
 }

@@ -6,8 +6,8 @@
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
-#define MOST_MOVES 1                /* of a step that has settled, on to where a contact lets go            */
-#define CLOSE 1e-8                  /* of a step: rates are constant to rounding over this time               */
+#define MOST_MOVES 4                /* of a step that has settled, on to where a contact lets go            */
+#define CLOSE 1e-9                  /* of a step: rates are constant to rounding over this time               */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
 #define PATIENT (SET_CORE_PARTS ? 2 : PATIENT_OF_NU)    /* and with the rest of the core,                   */

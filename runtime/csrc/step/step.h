@@ -23,6 +23,7 @@ typedef struct {
 typedef struct {
     int size;                                   /* how many speeds                                */
     double *slope;                              /* size x size, of the rates in the speeds        */
+    double *start;                              /* size: the rates at the start of the step       */
     double *own;                                /* slopes of the other numbers of the core, each in itself */
     double *small;                              /* size x (size + 1), scratch                     */
     unsigned char *filled;                      /* size x size: what is not zero when eliminated  */
@@ -172,6 +173,7 @@ typedef struct {
     const double *response;                     /* of the rates of slips to forces, of contacts that slip */
     int place[MOST_WHEELS], responding;         /* their places there, and how many there are    */
     nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */
+    double begun[2*MOST_WHEELS];                /* the same at the start of the step              */
     nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
     nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
     int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
@@ -182,6 +184,7 @@ typedef struct {
     double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
     double end_slip[2*MOST_WHEELS];
+    double turn_noise;                          /* of what contacts that stick take, by directions of slow slips  */
     int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
     approach_t approach;

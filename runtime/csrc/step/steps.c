@@ -372,6 +372,7 @@ typedef struct {
     double rest;            /* to the limit of the step                                                      */
     double meant;           /* by the step before; 0 at a start                                              */
     double most;            /* of this try                                                                   */
+    double whole;           /* the same, before events have cut it                                           */
     double calm;            /* before slips that come to rest make it shorter                                */
     double ahead;           /* of a next step in whose middle rates bend                                     */
     int after_switch;
@@ -387,7 +388,7 @@ ALWAYS_INLINE lengths_t first_lengths(const omniroll_run_t *run)
     of.after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
     if (of.after_switch && run->first_step > 0)     /* the ground spins the entering roller up in a short time */
         of.most = fmin(of.most, SPIN_UP*run->first_step);
-    of.calm = of.most;
+    of.calm = of.whole = of.most;
     return of;
 }
 
@@ -396,6 +397,8 @@ ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int f
                          double *error, double *factor)
 {
     *error = allowed > 0 ? missed(s)/allowed : 0;
+    if (SET_IS_COUPLED && *error <= 1 && allowed > 0)
+        *error = fmax(*error, missed_at_start(s, wheels, allowed)/allowed);
     *factor = *error > 0 ? 0.9*pow(*error, -1.0/NODES) : 5;
     const tried_t before = of->last_try;
     of->last_try = (tried_t){s->h, *error};
@@ -406,7 +409,7 @@ ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int f
     }
     if (!(*error > 1 || found == TOO_LONG))
         return 0;
-    of->most = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
+    of->most = of->whole = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
     run->rejected_count++;
     return 1;
 }
@@ -446,7 +449,7 @@ ALWAYS_INLINE void put_next_length(omniroll_run_t *run, step_t *s, const lengths
     if (SET_GRIPS)
         keep_calm_step(run, s, of->calm, error);
     if (s->landing >= 0)
-        run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*of->most);
+        run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*(SET_GRIPS ? of->whole : of->most));
     else if (run->pauses && s->h >= of->rest)
         run->step = fmax(run->step, of->meant);
 }
@@ -480,7 +483,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             of.slow = of.slow || found == UNSETTLED;
         }
         if (found == UNSETTLED) {
-            of.most = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
+            of.most = of.whole = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
             continue;
         }
@@ -583,6 +586,11 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
                     /(1 - time*slope_at_end(s, work, c));
 }
 
+ALWAYS_INLINE int asks_damping(const step_t *s, const int wheels)
+{
+    return s->stiff.by_newton && DAMPED*s->stiff.steepest > 1 && s->landing < wheels;
+}
+
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
 {
     if (SET_APPROACHES && s->approach.stretched > 1)
@@ -613,7 +621,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     if (SET_IS_ACTED_ON) {
         run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
         take_what_acts(run, s, work, wheels);
-        if (s->stiff.by_newton && DAMPED*s->stiff.steepest > 1 && s->landing < wheels)
+        if (!SET_GRIPS && asks_damping(s, wheels))
             damp(run, work, s, wheels);
     }
     if (SET_STICKS && !SET_STANDS)
@@ -622,6 +630,8 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         bearings_have_stuck(run, work);
     if (SET_GRIPS)
         contacts_have_moved(run, work, s);
+    if (SET_IS_ACTED_ON && SET_GRIPS && asks_damping(s, wheels))    /* with the directions of slips at the end      */
+        damp(run, work, s, wheels);
     if (SET_STANDS)
         wheels_have_moved(run, work, s);
     (void)work;

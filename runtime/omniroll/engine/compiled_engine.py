@@ -28,7 +28,7 @@ from omniroll.engine.runs import (
     shown_state,
     state_of,
 )
-from omniroll.engine.stiffness import blamed
+from omniroll.engine.stiffness import blamed, to_and_fro
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.engine.works import EngineCall, Work, result_of
 from omniroll.engine.workspace import MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
@@ -463,7 +463,10 @@ class CompiledRun:
             part = self.run.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
-        if self.status in (NO_STEP, HOPELESS):
+        chatters = to_and_fro(self.space.switches[:count]) if self.status == HOPELESS else None
+        if chatters is not None:
+            wheel, reason = chatters[0], f"{reason}: {chatters[1]}"
+        elif self.status in (NO_STEP, HOPELESS):
             reason += blamed(self.task, self.end())
         return self._stopped(reason, wheel)
 

@@ -1,4 +1,4 @@
-"""Which term of what acts on a vehicle makes its steps short, and how fast that term is.
+"""Which term of what acts on a vehicle makes its steps short, and how fast that term is; or which wheel, and why.
 
 A term's time constant is one over the largest eigenvalue of the Jacobian of the rates. The term to blame is the one
 without which that eigenvalue is smallest.
@@ -20,6 +20,7 @@ from omniroll.vehicles.state import State
 
 DIFFERENCE = 1e-13  # of a speed, over its size: a law that fades within less looks as if it faded within this
 LARGEST_STATE = 400  # numbers; the Jacobian of a larger state takes too long
+RECENT, TURNS_BACK = 64, 16  # of so many last switches a wheel that goes to and fro makes so many each way
 SHARE = 0.5  # a term without which the rates are slower than this part of what they were is to blame
 
 
@@ -51,6 +52,20 @@ def blamed(task: Task, end: Mapping[str, Any]) -> str:
         state = state.with_contact_axial(speeds["contact_omega"])
     found = sharpest(replace(task, state=state))
     return "" if found is None else f": {found}"
+
+
+def to_and_fro(switches: np.ndarray) -> tuple[int, str] | None:
+    """The wheel that goes to and fro over its joint at the end of a run, and that in words; None where none does.
+
+    switches  (S, 2 + N) times in s, rows, and for each wheel the direction in which it switches, or 0
+    """
+    last = switches[-RECENT:]
+    each_way = np.minimum((last[:, 2:] > 0).sum(axis=0), (last[:, 2:] < 0).sum(axis=0))
+    wheel = int(np.argmax(each_way))
+    if each_way[wheel] < TURNS_BACK:
+        return None
+    text = f"the wheel passed its joint {each_way[wheel]} times each way in its last {last[-1, 0] - last[0, 0]:.1g} s"
+    return wheel, f"{text}, since either roller drives it back to the other; change its start, torque or friction"
 
 
 def sharpest(task: Task) -> Sharpest | None:

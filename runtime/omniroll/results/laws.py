@@ -15,6 +15,7 @@ from omniroll.results.trajectory import Samples, Trajectory
 STICKING = {"contact_coulomb", "axle_sticking", "roller_sticking"}  # effects whose friction is a set-valued law
 MOST_ROWS = 10_000  # of a run whose account is made as a whole
 MOST_PHASES = 8  # that are asked, spread over the run; the first one among them
+SHORT = 1e-9  # of the run: in shorter steps what the last sweep has left of slips turns their directions
 INSIDE = (0.25, 0.75)  # parts of a phase's first step at which it is asked
 LEDGER = 1e-3  # of the energy that may be unexplained: far more than errors of runs, and far less than wrong modes
 REST = 1e-9  # 1/s: a vehicle whose |nu| stays below this rests, but for roundings of its forces
@@ -47,7 +48,8 @@ def _instants(run: Trajectory) -> np.ndarray:
     start, end = run.t[rows], run.t[np.minimum(rows + 1, len(run) - 1)]
     begins = (rows == 0) | (start == run.t[np.maximum(rows - 1, 0)])
     times = start[:, None] + (end - start)[:, None] * np.array(INSIDE)
-    asked = np.flatnonzero(begins & (start < times[:, 0]) & (times[:, 0] < times[:, 1]) & (times[:, 1] < end))
+    lasts = end - start > SHORT * (run.t[-1] - run.t[0])
+    asked = np.flatnonzero(begins & lasts & (start < times[:, 0]) & (times[:, 0] < times[:, 1]) & (times[:, 1] < end))
     asked = asked[np.unique(np.linspace(0, len(asked) - 1, min(MOST_PHASES, len(asked))).astype(int))]
     return times[asked]
 

@@ -12,6 +12,8 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.vehicle import Vehicle
 
+SLOW, SLOW_STANDING = 1e7, 1e4  # times its rounding: rows tell the direction of a slower slip (FAR_FROM_NOISE in C),
+SAME, NO_OTHER = 1e-3, 100  # rad, and times its rounding, if it is no farther from that of the slip
 AT_REST = 1000  # a slip is zero within this many roundings of the velocities that it is the difference of
 PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
 STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
@@ -30,12 +32,15 @@ def slip_roundings(vehicle: Vehicle, nu: np.ndarray, rates: np.ndarray, axial: n
     return AT_REST * EPS * (of_platform[..., None] + of_wheels)
 
 
-def slip_says(slip: np.ndarray, towards: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+def slip_says(slip: np.ndarray, towards: np.ndarray, rounding: np.ndarray, slow: float) -> np.ndarray:
     """(..., N) bool: contacts whose slip (..., N, 2) says where they go; of others the unit vectors `towards`
-    (..., N, 2) do, since the slip is rounding (..., N), or has just come to rest and gone back."""
-    size = np.linalg.norm(slip, axis=-1)
-    back = (slip * towards).sum(axis=-1) < -STRAIGHT * size
-    return size > np.where(back, PAST_REST, 1.0) * rounding
+    (..., N, 2) do, since the slip is rounding (..., N) or less than `slow` times that, or has just come to rest and
+    gone back."""
+    size, along = np.linalg.norm(slip, axis=-1), (slip * towards).sum(axis=-1)
+    back = along < -STRAIGHT * size
+    across = np.abs(slip[..., 0] * towards[..., 1] - slip[..., 1] * towards[..., 0])
+    same = (across <= np.minimum(SAME * along, NO_OTHER * rounding)) & (size < slow * rounding)
+    return (size > np.where(back, PAST_REST, 1.0) * rounding) & ~same
 
 
 def rollers_hold(taken: np.ndarray, sliding: np.ndarray, heading: np.ndarray | None = None) -> np.ndarray:
@@ -177,7 +182,7 @@ class Contacts:
         stands = {"standing_dynamics", "bearing_dynamics"} & self.kernel.signatures.keys()
         if stands and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
-        slips = slip_says(slip, heading, rounding)
+        slips = slip_says(slip, heading, rounding, SLOW_STANDING if stands else SLOW)
         if self._massless_stick:
             slips &= values["contact_sticks"] > 0.5
         towards, loads = np.where(slips[..., None], slip, heading), self._loads(values)
