@@ -186,11 +186,23 @@ ALWAYS_INLINE int has_passed_rest(const step_t *s, int i, double beyond)
     return beyond > s->slip_noise[i] && along > s->slip_noise[i];
 }
 
-/* Whether a slip begins with the step under loads that swing, and is not known so far: it does not end there. */
+/* Whether a slip goes in its direction by more than rounding at some node. */
+ALWAYS_INLINE int has_gone(const step_t *s, int i)
+{
+    double most = 0;
+    for (int m = 0; m < NODES; m++)
+        most = fmax(most, s->toward[2*i].node[m]*s->at_slip[2*i].node[m]
+                    + s->toward[2*i + 1].node[m]*s->at_slip[2*i + 1].node[m]);
+    return most > s->slip_noise[i];
+}
+
+/* Whether a slip begins with the step under loads that swing, and is not known so far, or no slip: it does not end there. */
 ALWAYS_INLINE int is_beginning(const step_t *s, int i)
 {
-    return SET_LOADS_FOLLOW && s->early && s->slides[i] && fabs(s->slip_start[2*i]) <= s->slip_noise[i]
-        && fabs(s->slip_start[2*i + 1]) <= s->slip_noise[i];
+    if (!SET_LOADS_FOLLOW || !s->slides[i] || fabs(s->slip_start[2*i]) > s->slip_noise[i]
+        || fabs(s->slip_start[2*i + 1]) > s->slip_noise[i])
+        return 0;
+    return s->early || (SET_FIRST_DIRECTION == 0 && !has_gone(s, i));
 }
 
 /* The length at which the first contact changes its mode, if that is before `length`. */
