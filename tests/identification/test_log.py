@@ -86,3 +86,11 @@ def test_options_that_cannot_be(options, field):
     with pytest.raises(omniroll.InvalidValueError) as refused:
         omniroll.Log({"t": [0, 1], "gyro": [1, 2]}, **options)
     assert refused.value.field == field
+
+
+@pytest.mark.parametrize("scale, unit", [(1000.0, "ms"), (1e-3, "s")])
+def test_a_clock_in_another_unit_is_doubted(scale, unit):
+    times = scale * (0.01 * np.arange(60) + 0.0003)  # no whole numbers
+    (said,) = omniroll.Log({"t": times, "gyro": np.zeros(60)}).said
+    assert f"is the clock in {unit}? t [{unit}] says so" in said
+    assert omniroll.Log({"t": times / scale, "gyro": np.zeros(60)}).said == []

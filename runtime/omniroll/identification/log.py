@@ -25,6 +25,8 @@ DRIVES = ("motor_voltage", "motor_current", "net_torque", "torque")
 DRIVE_ONLY = by_name((TORQUE,))  # what drives, and is no reading
 NO_SUCH = f"no such reading; there are {TIME}, "
 GAP = 10.0  # steps of the usual length that may be missing in a row
+ODD_STEPS = {"ms": (1.0, np.inf), "s": (0.0, 2e-5)}  # s, usual steps between rows that look like a clock in that unit
+MANY = 50  # rows from which on they do
 ALIASES = {  # readings by the ends of names of ROS's messages
     "angular_velocity.z": "gyro",
     "linear_acceleration.x": "accelerometer_1",
@@ -240,6 +242,10 @@ class Log:
             row = int(back[0]) + 1
             raise LogError(self.name, self.line(row), TIME, float(t[row]), f"must come after {float(t[row - 1])!r}")
         usual = float(np.median(steps))
+        for unit, (least, most) in ODD_STEPS.items():
+            if len(t) >= MANY and least <= usual <= most:
+                said = f"rows are {usual:.3g} s apart; is the clock in {unit}? {TIME} [{unit}] says so"
+                self.said.append(f"{TIME}: {said}")
         wide = np.flatnonzero(steps > self.gap * usual)
         if len(wide):
             row = int(wide[0]) + 1
