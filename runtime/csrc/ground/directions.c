@@ -385,10 +385,10 @@ ALWAYS_INLINE void turn_forward(const step_t *s, int i, nodes_t *turn)
 static void turn_back(step_t *s, int i, const nodes_t *along)
 {
     nodes_t *const x = s->toward + 2*i, *const y = x + 1;
-    const double start[2] = {x->node[0], y->node[0]};
+    const double *const start = s->begun + 2*i;
     if (fabs(s->slip_start[2*i]) > s->slip_noise[i] || fabs(s->slip_start[2*i + 1]) > s->slip_noise[i])
         return;
-    for (int m = 1; m < NODES; m++)
+    for (int m = 0; m < NODES; m++)
         if (along->node[m] < 0 || start[0]*x->node[m] + start[1]*y->node[m] < 0)
             x->node[m] = start[0], y->node[m] = start[1];
     force_in_direction(s, i);
