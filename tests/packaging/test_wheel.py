@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -117,3 +118,18 @@ def test_the_wheel_runs_without_mpmath(python, tmp_path, backend):
     np.testing.assert_allclose(on_slope, own.forward_dynamics(STATE["nu"], STATE["chi"], 0.4), rtol=1e-13)
     there = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
     assert np.allclose(nu_end, there.nu[-1], rtol=0, atol=1e-8)
+
+
+def test_a_source_distribution_has_what_builds_it_and_no_more(wheel, tmp_path):
+    asked = "import sys; from setuptools import build_meta; print(build_meta.build_sdist(sys.argv[1]))"
+    made = run(sys.executable, "-c", asked, tmp_path, cwd=wheel.parent / "sources").split()[-1]
+    with tarfile.open(tmp_path / made) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    for folder, kinds in {
+        "runtime": (".py", ".c", ".h", ".j2"),
+        "codegen": (".py", ".j2"),
+        "generated": (".json", ".c"),
+    }.items():
+        ours = {path.relative_to(ROOT).as_posix() for path in (ROOT / folder).rglob("*") if path.suffix in kinds}
+        assert {name for name in ours if "/kernels/built/" not in name} <= names
+    assert not [name for name in names if name.startswith("tests") or "/built/" in name or name.endswith(".so")]
