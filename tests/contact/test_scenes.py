@@ -104,15 +104,17 @@ def test_numbers_that_no_ground_has_are_named(written, contact, key):
     [
         ("wheel-spin", {(1, 1, 1), (0, 1, 0)}),
         ("ramp-lets-go", {(1, 1, 1), (1, 0, 0)}),
+        ("hard-stop", {(0, 1, 0, 0), (0, 1, 0, 1), (1, 1, 1, 1)}),
     ],
 )
 def test_shipped_scenes_do_what_they_say(name, modes, tmp_path, capsys):
-    """Wheels spin and grip again; two let go on the ramp for good. Pictures are drawn."""
+    """Wheels spin and grip again; two let go on the ramp for good; one leaves the ground. Pictures are drawn."""
     path = Path(__file__).parents[2] / "scenes" / f"{name}.toml"
     assert cli.main(["run", str(path), "--output", str(tmp_path), "--plot"]) == 0
     run = omniroll.Trajectory.load(tmp_path / "trajectory.npz")
     assert modes <= {tuple(row) for row in run.sticks.astype(int)} and (tmp_path / "slip.png").stat().st_size > 10_000
     assert run.sticks[-1].all() == (name != "ramp-lets-go")
+    assert (run.presses is None or run.presses.all()) == (name != "hard-stop")
     rows = list(csv.DictReader((tmp_path / "slip.csv").open()))
     modes_in_file = [[int(row[f"sticks_{i}"]) for i in range(1, run.vehicle.wheels + 1)] for row in rows]
     assert modes_in_file == run.sticks.tolist()
