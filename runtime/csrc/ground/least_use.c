@@ -2,6 +2,7 @@
  * these where there are many; where they are determined each gauge by itself is its use. */
 #define MOST_STANDING MOST_BEARINGS         /* forces: two of a wheel                                           */
 #define INSIDE 1e-9                         /* below 1: a use that leaves forces to choose                      */
+#define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
 #define NO_TORQUE 1e-300                    /* N m, where no bearing takes anything                             */
 
 /* What a force in direction d of a standing wheel asks of its bearing, per N. */
@@ -204,6 +205,25 @@ static void motion_of_use(const standing_t *standing, const asked_t *now, double
     }
 }
 
+/* Whether forces are known that use far less than all; `forces`: the last ones of least use, which are brought up to
+ * date. */
+static int uses_little(const standing_t *standing, const asked_t *now, const double *forces)
+{
+    double missing[MOST_STANDING], updated[MOST_STANDING];
+    vector3_t force;
+    memcpy(force, now->force, sizeof force);
+    for (int pass = 0; pass < 2; pass++) {              /* of least norm, then near the last ones               */
+        for (int d = 0; d < standing->count && pass; d++)
+            add3(force, -forces[d], standing->rows.rows[d]);
+        least_norm(&standing->rows, force, missing, 0);
+        for (int d = 0; d < standing->count; d++)
+            updated[d] = missing[d] + (pass ? forces[d] : 0);
+        if (largest_use(standing, now, updated) < 1 - NEAR_USED)
+            return 1;
+    }
+    return 0;
+}
+
 /* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. What bearings
  * take of them has no part in the norm. */
 static void least_norm_within(const standing_t *standing, const asked_t *now, double *forces)
@@ -211,7 +231,9 @@ static void least_norm_within(const standing_t *standing, const asked_t *now, do
     friction_solution_t found;
     int place[MOST_STANDING];
     least_norm(&standing->rows, now->force, forces, 0);
-    if (largest_use(standing, now, forces) <= 1 || least_use(standing, now, forces) > 1 - INSIDE)
+    if (largest_use(standing, now, forces) <= 1)
+        return;
+    if (!uses_little(standing, now, standing->used_by) && least_use(standing, now, forces) > 1 - INSIDE)
         return;
     friction_problem_t problem = problem_of_use(standing, now, place, &found);
     elements_t *const c = standing->problem;

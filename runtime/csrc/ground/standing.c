@@ -165,8 +165,9 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
     find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
 }
 
-/* The torques of all bearings; of standing wheels beside the forces of least norm (rule 4). */
-static void find_all_torques(const omniroll_run_t *run, const work_t *work, const asked_t *now)
+/* The torques of all bearings; of standing wheels beside the forces of least norm (rule 4), or where all is `used_up`
+ * those of the least use, which are known. */
+static void find_all_torques(const omniroll_run_t *run, const work_t *work, const asked_t *now, int used_up)
 {
     const standing_t *const standing = work->standing;
     for (int k = 0; k < run->own_count; k++) {
@@ -175,7 +176,9 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
     }
     if (standing->count) {
         double forces[MOST_STANDING];
-        least_norm_within(standing, now, forces);
+        memcpy(forces, standing->used_by, sizeof forces);
+        if (!used_up)
+            least_norm_within(standing, now, forces);
         for (int d = 0; d < standing->count; d++) {
             omniroll_bearing_t *const bearing = own_bearings(run) + standing->bearing[d];
             bearing->torque = clipped(bearing->torque + arm_of(standing, d, now)*forces[d], bearing->holding);
@@ -231,7 +234,7 @@ static double use_beyond(const standing_t *standing, const asked_t *now, double 
 /* The same where the least use is beyond 1; whether it is. */
 static int release_where_used(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
 {
-    double forces[MOST_STANDING];
+    double *const forces = work->standing->used_by;
     const double use = use_beyond(work->standing, now, roundings, forces);
     if (use > 0)
         release_used(run, work->standing, now, use, forces);
@@ -332,15 +335,16 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     asked_now(run, work, &now);
-    find_all_torques(run, work, &now);
+    const int used_up = landed >= run->own_count && release_where_used(run, work, &now, -INFINITY);
+    find_all_torques(run, work, &now, used_up);
     if (SET_STRIPS)
         find_torques_in_row(run, work);
     if (landed < 0)
         return;
     run->hold.ended = 1;
     if (landed >= run->own_count)
-        release_where_used(run, work, &now, -INFINITY);
-    else if (bearings[landed].mode == 0)
+        return;
+    if (bearings[landed].mode == 0)
         bearings[landed].released = work->own.holding[landed][0] > 0 ? -1 : 1;
     else
         bearings[landed].resting = 1;
@@ -377,7 +381,7 @@ static void decide_all(omniroll_run_t *run, const work_t *work)
     asked_t now;
     put_all_to_rest(run, work);
     decide_modes(run, work, &now);
-    find_all_torques(run, work, &now);
+    find_all_torques(run, work, &now, 0);
     size_all(run, work);
     run->hold.undecided = run->ground.undecided = 0;
 }

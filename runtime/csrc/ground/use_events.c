@@ -1,7 +1,6 @@
 /* Where wheels that stand give way: the least use of contacts and bearings that hold them comes to 1. */
 #define USE_ROUNDINGS 64            /* a use is rounded to so many units in the last place: forces that hold */
 #define USE_LIFTS 4                 /* roundings above 1 at which a step ends; what is used up is let go there */
-#define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
 #define MUCH_USED 0.5               /* at some node, where more than all may be used between two             */
 #define USE_SLOPE 1e-6              /* of a step: over this the use's rate is found                          */
 
@@ -57,25 +56,6 @@ static double turn_of_corners(const step_t *s, const int wheels)
         if (s->corner[i] && left_in_corner(s, i, arm[i]) < 0)
             turned = 0.5;
     return turned;
-}
-
-/* Whether forces are known that use far less than all; `forces`: the last ones of least use, which are brought up to
- * date. */
-static int uses_little(const standing_t *standing, const asked_t *now, const double *forces)
-{
-    double missing[MOST_STANDING], updated[MOST_STANDING];
-    vector3_t force;
-    memcpy(force, now->force, sizeof force);
-    for (int pass = 0; pass < 2; pass++) {              /* of least norm, then near the last ones               */
-        for (int d = 0; d < standing->count && pass; d++)
-            add3(force, -forces[d], standing->rows.rows[d]);
-        least_norm(&standing->rows, force, missing, 0);
-        for (int d = 0; d < standing->count; d++)
-            updated[d] = missing[d] + (pass ? forces[d] : 0);
-        if (largest_use(standing, now, updated) < 1 - NEAR_USED)
-            return 1;
-    }
-    return 0;
 }
 
 ALWAYS_INLINE double rounding_of_use(const standing_t *standing, double use)
