@@ -20,17 +20,18 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build wheel test-aarch64 regenerate check-generated what-if equation maxima formulas show-formulas motions test test-long bench \
+.PHONY: all setup build wheel test-aarch64 regenerate check-generated what-if equation maxima formulas motions test test-long bench \
 	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-exports test-extras lines test-times flips \
 	clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
-STEPS := regenerate build show-formulas motions
+STEPS := setup regenerate build motions
 all:
 	@printf '%s\n' 'omniroll: derive the equations and prove them (90 s of a processor, in two processes), compile the kernels (80 s), run' \
 	    'the paper'"'"'s motions (seconds). make build does without the derivation.'
-	@for step in $(STEPS); do $(MAKE) --no-print-directory $$step || exit 1; done
+	@for step in $(STEPS); do began=$$(date +%s); $(MAKE) --no-print-directory $$step || exit 1; \
+	    took="$$took $$step=$$(($$(date +%s) - began))"; done; $(BIN)/python -m codegen.last_screen $$took
 
 $(VENV_STAMP):
 	$(call say,environment: $(VENV))
@@ -86,10 +87,6 @@ equation: $(DEPS_STAMP) ## print the LaTeX of derived equations, ID="7.1:13 PP12
 
 maxima: $(DEPS_STAMP) ## open Maxima with the paper's part of the derivation loaded, in seconds
 	@$(BIN)/python -m codegen.interactive
-
-show-formulas: build
-	$(call say,formulas: the paper as printed and as derived)
-	@$(BIN)/python -m omniroll formulas --counts
 
 formulas: ## derive again, then print the comparison with the paper's formulas
 	@$(MAKE) --no-print-directory regenerate build

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from toy import derivation
 
+from codegen import last_screen
 from codegen.__main__ import main
 from codegen.derivation import Derivation, json_text
 from codegen.programs import ContractError
@@ -159,3 +160,10 @@ def test_latex_shows_the_equation(folder):
     text = (folder / "latex/equations.tex").read_text()
     assert r"\frac{\sin l - \nu_1}{\rho}" in text
     assert r"a\_b" in text
+
+
+def test_the_last_screen_of_make_is_short_and_names_what_is_there():
+    shown = last_screen.screen({"setup": 1, "build": 71}).strip().splitlines()
+    assert shown[0] == "==> all done in 1 min 12 s: setup 1 s, build 1 min 11 s" and len(shown) <= 14
+    places = [place for line in shown if line.startswith("          ") for place in line.strip().split(", ")]
+    assert len(places) == 6 and all((ROOT / place).exists() for place in places if not place.startswith("out/"))

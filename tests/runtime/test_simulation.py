@@ -235,6 +235,6 @@ def test_accelerations_refuse_by_name(change, field):
 def test_a_scene_in_the_place_of_a_vehicle_is_told_what_runs_it():
     scene = omniroll.load_scene(Path(__file__).parents[2] / "scenes/driven.toml")
     with pytest.raises(InvalidValueError, match=r"vehicle = 'driven'.*omniroll\.run\(scene\)"):
-        omniroll.simulate(scene, nu=(0, 0, 0), duration=1)
+        omniroll.simulate(scene)
     with pytest.raises(InvalidValueError, match=r"omniroll\.run\(omniroll\.load_scene"):
         omniroll.simulate("scenes/driven.toml", nu=(0, 0, 0), duration=1)

@@ -1,8 +1,10 @@
 """simulate(): checks what is asked, and has it run."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
 from os import PathLike
+from typing import ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +25,7 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
+P = ParamSpec("P")
 ENTRIES = by_name(RUN)
 NUMBERS_OF_A_WHEEL = 20  # in a row and in a step, where rollers need none; a step has 16 nodes
 LEAST_STATES = 100  # with free rollers each state has every roller's speed
@@ -31,6 +34,19 @@ COUPLINGS = 6  # matrices between all that may stick, in the compiled engine
 USUAL = 1e10  # numbers up to this, and down to its inverse, are far inside the number range
 
 
+def of_a_vehicle(function: Callable[P, Trajectory]) -> Callable[P, Trajectory]:
+    """The function, which says what a scene in the place of a vehicle needs before it misses other arguments."""
+
+    @wraps(function)
+    def checked(*args: P.args, **named: P.kwargs) -> Trajectory:
+        for vehicle in args[:1]:
+            check_vehicle(vehicle)
+        return function(*args, **named)
+
+    return checked
+
+
+@of_a_vehicle
 @documented(*STATE, *RUN, ROLLER_MODEL, SWITCHING)
 def simulate(
     vehicle: Vehicle,
@@ -109,8 +125,7 @@ def checked_task(
     effects: Sequence[Effect] = (),
 ) -> Task:
     """The arguments of simulate, checked. Raises InvalidValueError."""
-    if not isinstance(vehicle, Vehicle):
-        raise InvalidValueError("vehicle", *_no_vehicle(vehicle))
+    check_vehicle(vehicle)
     ROLLER_MODEL.checked(roller_model)
     SWITCHING.checked(switching)
     ENTRIES["engine"].checked(engine)
@@ -164,6 +179,12 @@ def _check_friction(bound: Kernel, memory: float) -> None:
             "or give [bearings] a roller_speed"
         )
         raise InvalidValueError("memory", memory, bound_text)
+
+
+def check_vehicle(given: object) -> None:
+    """Raises InvalidValueError for something that is no vehicle."""
+    if not isinstance(given, Vehicle):
+        raise InvalidValueError("vehicle", *_no_vehicle(given))
 
 
 def _no_vehicle(given: object) -> tuple[object, str]:
