@@ -113,6 +113,19 @@ def test_forces_stand_at_both_ends_of_each_piece():
     assert "forces" not in arrays_of(run) and "slip" not in arrays_of(run)
 
 
+def test_loads_and_tilt_of_a_vehicle_on_springs_stand_at_both_ends_of_each_piece():
+    ground = omniroll.Contact(law="regularised", friction=0.3, speed=0.1)
+    run = omniroll.simulate(
+        omniroll.Vehicle.paper(), nu=(2, 1, 0), duration=0.05, roller_model="massless",
+        effects=[ground, omniroll.Springs(height=0.06, deflection=1e-3)],
+    )  # fmt: skip
+    arrays = arrays_of(run)
+    for k, rows in enumerate((run.step_rows, run.step_rows + 1)):
+        np.testing.assert_allclose(arrays["tilt"][k, :-1], run.quantity("tilt")[rows], rtol=1e-6, atol=1e-12)
+        np.testing.assert_allclose(arrays["forces"][k, :-1, :, 2], run.ground_load[rows], rtol=1e-6)
+    assert "tilt" not in arrays_of(locked())
+
+
 def test_slip_and_the_forces_against_it_stand_at_both_ends_of_each_piece():
     run = slipping()
     arrays = arrays_of(run)

@@ -145,18 +145,22 @@ export class Run {
 
   /** The ground's forces (N, 3) on the wheels: along the axle, along the rolling direction, upwards; or null. */
   forcesAt(state) {
-    return this.#between(this.forces, 3, state);
+    return this.#between(this.forces, 3 * this.wheels, state);
   }
 
   /** The slip velocities (N, 2) of the contacts: along the axle, along the rolling direction; or null. */
   slipAt(state) {
-    return this.#between(this.slip, 2, state);
+    return this.#between(this.slip, 2 * this.wheels, state);
   }
 
-  /** Numbers of each wheel, which stand at the starts and ends of the pieces; or null. */
-  #between(numbers, width, state) {
+  /** Heave of the centre of mass, and the turns of the platform about x and y; or null where it has no springs. */
+  tiltAt(state) {
+    return this.#between(this.tilt, 3, state);
+  }
+
+  /** So many numbers, which stand at the starts and ends of the pieces; or null. */
+  #between(numbers, size, state) {
     if (!numbers) return null;
-    const size = width * this.wheels;
     const first = state.piece * size;
     const last = (this.pieces + state.piece) * size;
     return Float64Array.from({ length: size }, (_, k) => {

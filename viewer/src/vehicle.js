@@ -32,7 +32,9 @@ export class VehicleModel {
     this.group = new Group();
     this.materials = [];
     this.wheels = this.vehicle.places.map((place, k) => this.#wheel(place, this.vehicle.angles[k]));
-    this.group.add(this.#platform(), ...this.wheels.map((wheel) => wheel.group));
+    this.body = new Group(); // on springs it heaves and tilts over the ground
+    this.body.add(this.#platform(), ...this.wheels.map((wheel) => wheel.group));
+    this.group.add(this.body);
     if (run.forces) this.#addArrows();
   }
 
@@ -190,6 +192,7 @@ export class VehicleModel {
     const { run } = this;
     this.group.position.set(state.position[0], state.position[1], 0);
     this.group.rotation.z = state.heading;
+    this.#tilt(run.tiltAt(state));
     const spins = run.spinAngles(state);
     const forces = run.forcesAt(state);
     const slip = run.slipAt(state);
@@ -202,6 +205,14 @@ export class VehicleModel {
       wheel.load.set(ALONG.set(0, 0, forces[3 * k + 2]), showForces);
       if (slip) wheel.slip.set(ALONG.set(slip[2 * k], slip[2 * k + 1], 0), showForces);
     });
+  }
+
+  /** Contact points stay where they are on the ground, and rise over it. */
+  #tilt(tilt) {
+    if (!tilt) return;
+    const [x, y] = this.vehicle.center_of_mass;
+    this.body.position.z = tilt[0] - y * tilt[1] + x * tilt[2];
+    this.body.rotation.set(tilt[1], tilt[2], 0);
   }
 
   #placeRollers(rollers, state, wheel, spins) {

@@ -22,7 +22,7 @@ class Shown:
     """A run, its name on the page, and the forces of the ground in its T rows.
 
     forces  (T, N, 3) in N: along the axle, along the rolling direction, upwards; None where they are not known. Of
-            wheels that may slip the run has them, without the loads
+            wheels that may slip the run has them, and on springs the loads, too
     """
 
     run: Trajectory
@@ -32,7 +32,8 @@ class Shown:
     def __post_init__(self) -> None:
         along = self.run.ground_force
         if self.forces is None and along is not None:
-            object.__setattr__(self, "forces", np.concatenate([along, np.zeros_like(along[..., :1])], axis=-1))
+            upwards = np.zeros(along.shape[:-1]) if self.run.presses is None else self.run.ground_load
+            object.__setattr__(self, "forces", np.concatenate([along, upwards[..., None]], axis=-1))
 
     def description(self) -> dict[str, Any]:
         """What is not an array, as JSON can hold it; units SI."""
@@ -66,6 +67,8 @@ class Shown:
         forces        (2, P, N, 3) in N at the same places, as `forces` above. Only where they are known
         slip          (2, P, N, 2) in m/s at the same places: along the axle, along the rolling direction. Only where
                       wheels may slip
+        tilt          (2, P, 3) at the same places: heave of the centre of mass in m, turns about xi and eta in rad.
+                      Only on springs
         switch_time   (K,) in s since the start; switch_wheel (K,)
         row_time      (T,) in s since the start
         ledger        (A, T) in J, gained since the start, by entry of the ledger
@@ -92,6 +95,8 @@ class Shown:
             arrays["forces"] = self.forces[pieces.rows].astype("f4")
         if run.slip is not None:
             arrays["slip"] = run.slip[pieces.rows].astype("f4")
+        if run.presses is not None:
+            arrays["tilt"] = run.quantity("tilt")[pieces.rows].astype("f4")
         return arrays
 
     def _gains(self) -> Mapping[str, np.ndarray]:
