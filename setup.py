@@ -2,9 +2,9 @@
 
 $OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" (or "armv8-a" with
 a cross compiler as $CC) for a wheel that goes to other machines; without it the widest of this machine.
-$OMNIROLL_SETS names the roller models. For each there is the set without effects and the general ones, which run
-scenes whose own set cannot be compiled. A wheel that goes to other machines has sensitivities too, which elsewhere
-are compiled where a run asks for them. With $OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build;
+$OMNIROLL_SETS names the roller models. For each there is the set without effects and the general ones, on which scenes
+with effects run. A wheel that goes to other machines has sensitivities too, which elsewhere are compiled where a run
+asks for them. With $OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build;
 else the kernels in Python serve.
 """
 
@@ -49,7 +49,7 @@ class Wanted:
 
 def wanted_sets(building: SimpleNamespace, models: Sequence[str], levels: Sequence[str], travels: bool) -> list[Wanted]:
     """The sets, those first that take the compiler longest. Sensitivities are compiled where a run asks for them; a
-    wheel that travels to machines without a compiler brings them."""
+    wheel that travels to machines without a compiler brings those of the sets without effects."""
     registry = json.loads((ROOT / "generated/data/effects.json").read_text(encoding="utf-8"))["effects"]
     lowest = max(levels, key=list(building.LEVELS).index)  # runs wherever the others run
     engines, following = (
@@ -60,12 +60,9 @@ def wanted_sets(building: SimpleNamespace, models: Sequence[str], levels: Sequen
         )
         for kind in ("engine", "variations")
     )
-    found = [
-        Wanted(model, effects, (building.Engine.general(lowest, model),))
-        for model in models
-        for effects in building.general_sets(registry, model)
-    ]
-    found += [Wanted(model, (), engines) for model in models]
+    general = [(model, effects) for model in models for effects in building.general_sets(registry, model)]
+    found = [Wanted(model, (), engines) for model in models]
+    found += [Wanted(model, own, (building.Engine.general(lowest, model),)) for model, own in general[::-1]]
     found += [Wanted(model, (ALONG,), following, pair=False) for model in models if travels]
     return found
 

@@ -115,7 +115,9 @@ class SetKernel:
 
     def python_files(self) -> dict[str, str]:
         """What Python needs of the set, by the names of the files."""
-        return {f"{self.name}.py": self.python, "functions.json": json.dumps(self.signatures)}
+        cases = {function.name: function.cases for function in self.functions}
+        functions = [entry | {"cases": cases[entry["name"]]} for entry in self.signatures]
+        return {f"{self.name}.py": self.python, "functions.json": json.dumps(functions)}
 
     def c_files(self) -> dict[str, str]:
         """What is compiled, and what cffi needs, by the names of the files."""

@@ -21,7 +21,7 @@ ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
 GROUND_LAWS = ("viscous", "regularised", "coulomb")
 LOADS = ("static", "dynamic")
-ENGINES = ("compiled", "python")
+ENGINES = ("compiled", "specialised", "python")
 OUTPUTS = ("torque", "voltage")
 INTERPOLATIONS = ("linear", "hold")
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -459,9 +459,7 @@ SPRINGS = (
         "products of inertia of the whole vehicle about its centre of mass: vertical with xi, vertical with eta",
         "(0, 0)",
     ),
-    replace(
-        BALANCE[2], default="wheel_inertia", note="It must be given beside a motor whose rotor has inertia"
-    ),
+    replace(BALANCE[2], default="wheel_inertia", note="It must be given beside a motor whose rotor has inertia"),
     derived("normal_gravity", POSITIVE, default=f"{STANDARD_GRAVITY}", note="That of the contacts"),
     Entry("tilt", THREE, "m, rad, rad", "heave at the centre of mass, and turns about xi and eta at the start", "0"),
     Entry("tilt_rate", THREE, "m/s, rad/s, rad/s", "their rates at the start", "0"),

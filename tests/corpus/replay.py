@@ -19,6 +19,7 @@ GOES_ON = "a slip comes to rest and at once goes on in another direction: what i
     "are within 1e-9 of differences of runs, those kept up to 8e-1 off"
 TOGETHER = "several change their modes together: the compiled engine leaves this to nobody now, and says so"
 JUST_LET_GO = "a slip of 4e-11 m/s behind a let-go has its direction to 1e-11, in the engine that was kept, too"
+NEAR_REST = "a slip of 1.7e-7 m/s on its way to rest has its direction to 2e-11: speeds of 2.7 m/s are rounded to more"
 ONE_ROW = "a change of a mode is told by two rows of one time, and one of the two engines has one there: it is not seen"
 FEWER = "from rest under more than holds: only what must take all that it can at the least use breaks away, before" \
     " the rounds; the engine that was kept let go of all that any of the facets passed, and an axle more began to turn"
@@ -36,7 +37,8 @@ DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     | {0: ("derivatives", FROM_REST), 9: ("NotTold: the law of a contact", JUST_LET_GO)}
     | dict.fromkeys((2, 3), ("derivatives", GOES_ON))
     | {14: OTHERS, 24: ("other events", FEWER)},
-    ("coulomb", "free", "viscous"): dict.fromkeys((1, 2, 3), ("derivatives", HEADING)),
+    ("coulomb", "free", "viscous"): dict.fromkeys((1, 2, 3), ("derivatives", HEADING))
+    | {6: ("NotTold: the law of a contact", NEAR_REST)},
     ("rolling", "locked", "axles"): dict.fromkeys((3, 6), OTHERS),
     ("rolling", "massless", "axles"): dict.fromkeys((3, 11, 14), OTHERS),
     ("rolling", "massless", "rollers"): dict.fromkeys((5, 18), OTHERS),

@@ -1,5 +1,6 @@
 """The libraries of sets: the structs that they are called with, their bits, and the folder that they are kept in."""
 
+import itertools
 import os
 import shlex
 import shutil
@@ -12,10 +13,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from omniroll import Vehicle
+from omniroll import Slope, Vehicle, generated_data, simulate
+from omniroll.codegen import specialise
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import NUMBER_TYPES, CompiledKernel, PythonKernel, kernel
+from omniroll.kernels.neutral_kernel import NeutralKernel, kernel_by
 
 pytestmark = pytest.mark.long
 
@@ -69,12 +72,16 @@ def library_file(base, number_type):
 
 @needs_a_compiler
 @pytest.mark.parametrize("wheels, library", [(3, "3"), (5, "any")])
-def test_a_run_compiles_one_engine(tmp_path, wheels, library):
-    """In a process of its own, with an empty cache."""
+def test_a_specialised_run_compiles_one_engine(tmp_path, wheels, library):
+    """And any other none: in a process of its own, with an empty cache."""
     runs = f"""
+        import pathlib
         import omniroll
         slope = omniroll.Slope(0.1)
-        omniroll.simulate(omniroll.Vehicle.paper({wheels}), nu=(1, 0, 0), duration=0.01, effects=[slope])
+        task = {{"nu": (1, 0, 0), "duration": 0.01, "effects": [slope]}}
+        omniroll.simulate(omniroll.Vehicle.paper({wheels}), **task)
+        assert not list(pathlib.Path({str(tmp_path)!r}).rglob("*.so"))
+        omniroll.simulate(omniroll.Vehicle.paper({wheels}), **task, engine="specialised")
     """
     environment = os.environ | {"OMNIROLL_CACHE": str(tmp_path)}
     subprocess.run([sys.executable, "-c", textwrap.dedent(runs)], env=environment, check=True, capture_output=True)
@@ -160,74 +167,95 @@ def test_a_folder_that_cannot_be_written_gives_one_message(fresh_cache, tmp_path
     assert len(said) == 1 and str(blocked) in str(said[0].message)
 
 
-WITHOUT_A_COMPILER = """
-    import sys, warnings
-    import omniroll
-    from omniroll.engine.simulate import checked_task
-    from omniroll.scenes import load_scene
-    from omniroll.scenes.explanation import runs_on
-    from omniroll.scenes.outcome import run_scene
-    warnings.simplefilter("ignore")
-    scene = load_scene(sys.argv[1])
-    run = run_scene(scene)
-    session = omniroll.Session(scene, driven=False)
-    session.step(0.1)
-    assert abs(session.nu - run.trajectory.nu[-1]).max() < 1e-8
-    assert set(session.outputs) == eval(sys.argv[2])
-    print(run.summary()["engine"], run.summary()["kernel"])
-    print(runs_on(checked_task(scene.vehicle, **scene.options)))
-"""
-SCENE = """
-[vehicle]
-preset = "paper"
-[start]
-nu = [1, 0, 1]
-[run]
-duration = 0.1
-[slope]
-angle = 0.1
-"""
+@pytest.mark.parametrize("compiler", ["false", "no compiler of this name"])
+def test_a_set_of_its_own_needs_a_compiler(compiler, fresh_cache, monkeypatch):
+    monkeypatch.setenv("CC", shlex.quote(compiler))
+    task = {"nu": (1, 0, 0), "duration": 0.01, "effects": [Slope(0.1)]}
+    assert simulate(PAPER, **task).stats["kernel"] == sets.set_name("free", sets.general_sets("free")[0])
+    with pytest.warns(RuntimeWarning, match="Python kernel"), pytest.raises(KernelsMissingError, match="compiled"):
+        simulate(PAPER, **task, engine="specialised")
 
 
-STICKING = SCENE.replace("[slope]\nangle = 0.1", "[bearings]\nwheel_coulomb = 1e-2\nroller_coulomb = 1e-5")
-BEARINGS = "{'bearing_torque', 'contact_bearing', 'axle_loss', 'spins', 'roller_loss'}"
+# General sets
 
 
-@pytest.mark.parametrize(
-    ("compiler", "text", "general", "outputs"),
-    [
-        ("false", SCENE, 0, "set()"),
-        ("no compiler of this name", SCENE, 0, "set()"),
-        ("false", STICKING, 1, BEARINGS),
-    ],
-)
-def test_without_a_compiler_the_kernel_of_all_effects_runs(compiler, text, general, outputs, fresh_cache, tmp_path):
-    """And `explain` and the summary say so."""
-    scene = tmp_path / "scene.toml"
-    scene.write_text(text)
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(WITHOUT_A_COMPILER), str(scene), outputs],
-        capture_output=True, text=True, env=os.environ | {"CC": shlex.quote(compiler)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines() == [
-        f"compiled {sets.set_name('free', sets.general_sets('free')[general])}",
-        "compiled engine, precompiled general kernel, since the one of this scene is not compiled",
-    ]
+def allowed(model):
+    """Sets of effects that can stand together under a roller model: with all that excludes nothing, and one choice of
+    each axle's and roller's friction and of the ground."""
+    entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
+    plain = ("layout", "drive", "motor", "slope")
+    kinds = [name for name in entries if name.startswith(("axle_", "roller_", "contact_")) and name != "contact_loads"]
+    kinds = [name for name in kinds if model not in entries[name]["excludes"]]
+    for count in range(len(kinds) + 1):
+        for chosen in itertools.combinations(kinds, count):
+            present = {*chosen, *(need for name in chosen for need in entries[name]["needs"])}
+            series = model == "massless" and {"roller_viscous", "roller_sticking", "contact_coulomb"} <= present
+            if not series and not any({*present, model} & {*entries[name]["excludes"]} for name in present):
+                yield tuple(name for name in entries if name in present or name in plain)
 
 
-def test_general_sets():
-    """All effects, without those that exclude others or change no motion, and bearings that stick; first those that
-    keep the states small. Then the same on a ground on which wheels may slip, without what sticks."""
-    drives, axles, rollers = ("layout", "drive", "motor"), ("axle_viscous", "axle_coulomb"), "roller_viscous"
-    everything = (*drives, *axles, "axle_sticking", rollers, "roller_coulomb", "roller_sticking", "slope")
-    smaller = (*drives, *axles, "axle_sticking", rollers, "slope")
-    ground = ("contact", "contact_viscous", "contact_regularised")
-    slipping = (*drives, *axles, rollers, "roller_coulomb", "slope", *ground)
-    assert sets.general_sets("locked") == [everything]
-    assert sets.general_sets("massless") == [everything, slipping]
-    smaller_slipping = tuple(name for name in slipping if name != "roller_coulomb")
-    assert sets.general_sets("free") == [smaller, everything, smaller_slipping, slipping]
-    for model in MODELS:
-        for effects in sets.general_sets(model):
-            assert sets.is_general(model, effects) and not sets.is_general(model, effects[1:])
+@pytest.mark.parametrize("model", MODELS)
+def test_a_general_set_stands_for_every_set(model):
+    """It has all functions of the set, and solves for the same numbers; on smooth ground for the free rollers', too."""
+    programs, generals = sets.programs(), sets.general_sets(model)
+    functions = programs.base(model).functions
+
+    def named(effects):
+        return {function.name for function in functions if specialise.is_called_for(function, effects)}
+
+    def solved(effects):
+        states = programs.registry.integrated(SimpleNamespace(base=model, effects=effects))
+        return {state.name for state in states if state.kind == "core"}
+
+    found = list(allowed(model))
+    assert len(found) >= {"locked": 36, "massless": 100, "free": 150}[model]
+    for effects in found:
+        general = next(own for own in generals if {*effects} <= {*own})
+        assert named(effects) <= named(general)
+        more = solved(general) - solved(effects)
+        assert solved(effects) <= solved(general) and (not more or "contact_viscous" in general)
+    for general in generals:
+        assert sets.is_general(model, general) and not sets.is_general(model, general[1:])
+
+
+def test_texts_of_the_engine():
+    """With those without effects: each costs everybody's build some seconds."""
+    assert sum(1 + len(sets.general_sets(model)) for model in MODELS) <= 20
+
+
+SETS = {
+    "free": ("slope", "roller_viscous"),
+    "massless": ("drive", "slope", "contact", "contact_coulomb"),
+    "locked": ("axle_coulomb",),
+}
+GIVEN = {
+    "gravity": 9.8,
+    "slope_angle": 0.1,
+    "slope_direction": 0.3,
+    "axle_torque": 0.01,
+    "axle_fade_speed": 0.2,
+    "roller_damping": 1e-5,
+}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_neutral_kernel_has_the_functions_of_the_set(model):
+    """With what they take, and they give the same to rounding."""
+    names = {
+        name
+        for entry in generated_data.load("effects")["effects"]
+        if entry["name"] in SETS[model]
+        for name in entry["constants"]
+    }
+    constants = tuple((name, GIVEN[name]) for name in sorted(names))
+    own, general = (kernel_by(backend, PAPER, model, SETS[model], constants) for backend in ("python", "prebuilt"))
+    assert isinstance(general, NeutralKernel) and general.set_name == own.set_name
+    assert {name: signature.shapes for name, signature in own.signatures.items()} == {
+        name: signature.shapes for name, signature in general.signatures.items()
+    }
+    wanted, found = (outputs(made, list(own.signatures)) for made in (own, general))
+    for name in wanted:
+        for one, other in zip(wanted[name], found[name], strict=True):
+            np.testing.assert_allclose(
+                other, one, rtol=1e-10, atol=1e-12 * (1 + np.abs(one).max(initial=0)), err_msg=name
+            )

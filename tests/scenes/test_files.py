@@ -60,7 +60,7 @@ def said_of(folder: Path, content: str | bytes) -> list[str]:
          ["3: [vehicle] wheels = true: must be a whole number from 1 to 1000",
           "5: [start] nu = [1, nan, 0]: must be finite, in 1/s",
           "7: [run] duration = -1: must be a number, >= 0, in s",
-          "8: [run] engine = 'x': must be one of compiled, python",
+          "8: [run] engine = 'x': must be one of compiled, specialised, python",
           "10: [rollers] model = 'y': must be one of massless, locked, free",
           "12: [switching] law = [1]: must be one of smooth, impact"]),
         ("vehicle = 3\n" + START, ["1: vehicle = 3: must be a table, [vehicle]"]),

@@ -202,7 +202,8 @@ static void find_resting_own(omniroll_run_t *run, const work_t *work, double spe
 {
     for (int k = 0; k < count_in_core(run, work); k++) {
         const double rate = fabs(own_rate(run, work, k));
-        own_bearings(run)[k].resting |= rate <= AT_REST*EPS*(rate + speed*run->rate_of_speed);
+        own_bearings(run)[k].resting |= may_hold(own_bearings(run) + k)
+            && rate <= AT_REST*EPS*(rate + speed*run->rate_of_speed);
     }
 }
 
@@ -212,7 +213,7 @@ static void put_own_to_rest(omniroll_run_t *run, const work_t *work)
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double rate = bearing->resting ? 0 : own_rate(run, work, k);
         put_own_rate(run, work, k, rate);
-        bearing->mode = (rate > 0) - (rate < 0);
+        bearing->mode = may_hold(bearing) ? (rate > 0) - (rate < 0) : 1;
         if (SET_IN_SERIES && !bearing->mode)
             bearing->size = 0;
     }
@@ -292,7 +293,7 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < count_in_core(run, work); k++) {
         const omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double rate = own_rate(run, work, k);
-        near |= bearing->mode && -bearing->mode*rate >= -LANDED*noise_of_own(bearing, rate);
+        near |= bearing->mode && may_hold(bearing) && -bearing->mode*rate >= -LANDED*noise_of_own(bearing, rate);
     }
     if (!near)
         return 0;
@@ -301,7 +302,7 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double own = own_rate(run, work, k), value = -bearing->mode*own, noise = noise_of_own(bearing, own);
         const double rate = -bearing->mode*own_acceleration(run, work, k);
-        if (bearing->mode && !bearing->resting
+        if (bearing->mode && !bearing->resting && may_hold(bearing)
             && (value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate)))) {
             bearing->resting = run->hold.undecided = 1;
             count++;

@@ -7,6 +7,12 @@ ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
     return HELD_ROUNDINGS*EPS*(fabs(torque) + holding);
 }
 
+/* Whether a bearing can hold anything. One that cannot, of an effect that a scene has not, never rests. */
+ALWAYS_INLINE int may_hold(const omniroll_bearing_t *bearing)
+{
+    return bearing->holding > 0;
+}
+
 /* What one that sticks takes at most: a massless roller also what it came to rest with. */
 ALWAYS_INLINE double most_of(const omniroll_bearing_t *bearing)
 {
@@ -114,10 +120,11 @@ ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
     return (SET_AXLES_STICK || SET_ROLLERS_TURN) && s->own_bearing[k].mode && fabs(own_start(s, k)) <= beyond;
 }
 
-/* Whether a bearing holds a wheel that stands with others, which are looked at together. */
-ALWAYS_INLINE int holds_with_others(const step_t *s, int k)
+/* Whether a bearing ends no step by itself: one that holds a wheel which stands with others is looked at with these, and
+ * one that cannot hold anything turns on. */
+ALWAYS_INLINE int ends_no_step(const step_t *s, int k)
 {
-    return SET_STANDS && s->standing->has_part[k];
+    return (SET_STANDS && s->standing->has_part[k]) || (s->own_bearing[k].mode && !may_hold(s->own_bearing + k));
 }
 
 /* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
@@ -126,7 +133,7 @@ static double length_to_own(step_t *s, const int wheels, double length)
 {
     for (int k = 0; k < s->own_count; k++) {
         double beyond;
-        if (holds_with_others(s, k))
+        if (ends_no_step(s, k))
             continue;
         const double value = own_at_end(s, k, &beyond);
         if (value <= 0 && length <= s->h)
@@ -149,7 +156,7 @@ static double turn_of_own(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
     const double start = own_start(s, k);
-    if (holds_with_others(s, k))
+    if (ends_no_step(s, k))
         return 1;
     if (is_spin(s, k))
         return turn_of_spin(s, k);

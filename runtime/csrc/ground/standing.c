@@ -78,7 +78,8 @@ static void rest_own(omniroll_run_t *run, const work_t *work, double least_arm)
     find_own_rates(run, work);
     for (int k = 0; k < count_in_core(run, work); k++) {
         const double rate = fabs(own_rate(run, work, k)), size = rate + length3(run->nu)*run->rate_of_speed;
-        own_bearings(run)[k].resting |= rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
+        own_bearings(run)[k].resting |= may_hold(own_bearings(run) + k)
+            && rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
     }
     put_own_to_rest(run, work);
 }

@@ -21,7 +21,8 @@ from omniroll.effects.kept import kept
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Flow, Kernel, kernel
+from omniroll.kernels.kernel import Flow, Kernel
+from omniroll.kernels.neutral_kernel import kernel_by
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -89,13 +90,13 @@ class EffectSet:
     def kernel(self, vehicle: Vehicle, roller_model: str, backend: str, also: tuple[str, ...] = ()) -> Kernel:
         """The kernel with these effects, and no others but `also`: effects of the registry that only have functions."""
         if not self.effects:
-            return kernel(vehicle, roller_model, backend, effects=also)
+            return kernel_by(backend, vehicle, roller_model, also)
         for effect in self.effects:
             effect.check_model(roller_model)
             effect.check_model_beside(roller_model, self.effects)
         vehicle = self.equipped(vehicle)
         constants = tuple(self.constants(vehicle).items())
-        return kernel(vehicle, roller_model, backend, effects=(*self._kernel_effects, *also), constants=constants)
+        return kernel_by(backend, vehicle, roller_model, (*self._kernel_effects, *also), constants)
 
     @cached_property
     def _kernel_effects(self) -> tuple[str, ...]:

@@ -19,8 +19,9 @@ from omniroll.effects.numbers import table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
 from omniroll.generated.python import parts
-from omniroll.kernels.kernel import Kernel, best_backend
+from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.kernel import kernel as kernel_of
+from omniroll.kernels.neutral_kernel import best_backend, kernel_by
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import PATH, documented
@@ -119,7 +120,7 @@ class PathTracking(Process):
         self.path = Path(np.array(follower.times) - start_time, np.array(follower.poses))
         self.limit = math.inf if follower.limit is None else follower.limit
         model = "massless" if kernel.roller_model == "massless" else "locked"
-        self.plant = kernel_of(kernel.vehicle, model, best_backend())  # what the controller takes the vehicle for
+        self.plant = kernel_by(best_backend(), kernel.vehicle, model)  # what the controller takes the vehicle for
         self.samples = 0
         self.sum = np.zeros(3)
         self.output = np.zeros(kernel.wheels)

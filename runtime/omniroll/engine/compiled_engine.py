@@ -33,7 +33,8 @@ from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.engine.works import EngineCall, Work, result_of
 from omniroll.engine.workspace import MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
 from omniroll.errors import InvalidValueError, KernelsMissingError, SimulationStopped
-from omniroll.kernels.kernel import Kernel, general_kernel
+from omniroll.kernels.kernel import CompiledKernel, Kernel
+from omniroll.kernels.neutral_kernel import NeutralKernel, neutral_kernel
 from omniroll.results.slipping import Contacts, given_in_rows
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
@@ -66,8 +67,8 @@ def check_can_run(task: Task) -> None:
     bound = kernel_of(task)
     if bound is None:
         raise KernelsMissingError(
-            f"the set of effects {task.kernel.set_name} has no engine that was built beforehand, and no C compiler is "
-            "found to make it: install one (cc), or choose engine='python'"
+            f"the set of effects {task.kernel.set_name} has no engine of its own, and no C compiler is found to make "
+            "it: install one (cc), choose engine='compiled' where it was built, or engine='python'"
         )
     if not task.effects:
         return
@@ -92,25 +93,28 @@ def can_run(task: Task) -> bool:
 
 
 def kernel_of(task: Task) -> Kernel | None:
-    """The kernel on which the compiled engine runs a task: its own, or where that is not compiled the general one.
+    """The kernel on which the compiled engine runs a task: its own, or the general set that stands for it.
 
-    None for the Python engine. Raises KernelsMissingError where a kernel that was built has lost its engine.
+    None for the Python engine, and where nothing is compiled. Raises KernelsMissingError where a kernel that was built
+    has lost its engine.
     """
-    return _kernel_of(task.kernel) if task.engine == "compiled" else None
+    return None if task.engine == "python" else _kernel_of(task.kernel)
 
 
 @lru_cache(maxsize=64)
 def _kernel_of(kernel: Kernel) -> Kernel | None:
-    if kernel.backend != "compiled":
-        return general_kernel(kernel)
+    if isinstance(kernel, NeutralKernel):
+        return kernel.engine
+    if not isinstance(kernel, CompiledKernel):
+        return None
     try:
         engine_of(kernel)
     except KernelsMissingError as problem:
-        general = general_kernel(kernel)
+        general = neutral_kernel(kernel.vehicle, kernel.roller_model, kernel.effects, kernel.given)
         if general is None:
             raise
-        warnings.warn(f"the precompiled general engine runs, which is slower: {problem}", RuntimeWarning, 2)
-        return general
+        warnings.warn(f"a prebuilt engine runs, which is slower: {problem}", RuntimeWarning, 2)
+        return general.engine
     return kernel
 
 

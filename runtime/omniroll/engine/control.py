@@ -103,7 +103,7 @@ def made(task: Task, tolerance: float) -> AnyRun:
 
 def making(task: Task, tolerance: float) -> Work[AnyRun]:
     """The same as a work, whose calls of the engine others may share."""
-    engine = CompiledRun if task.engine == "compiled" else ReferenceRun
+    engine = ReferenceRun if task.engine == "python" else CompiledRun
     if engine is ReferenceRun and "contact_springs" in task.effects.names():
         raise InvalidValueError("engine", "python", "has no loads from springs: choose compiled")
     run = engine(task, tolerance)
@@ -289,7 +289,7 @@ def _measuring(task: Task, base: AnyRun | None = None) -> Work[float | None]:
     """The same as a work."""
     task = replace(task, engine="compiled") if can_run(task) else task
     tolerance = min(task.accuracy, FINE * MOVED)
-    if base is None or base.tolerance > tolerance or isinstance(base, ReferenceRun) == (task.engine == "compiled"):
+    if base is None or base.tolerance > tolerance or isinstance(base, ReferenceRun) == (task.engine != "python"):
         base = yield from making(task, tolerance)
     companion = yield from making(moved(task, MOVED), base.tolerance)
     if not (base.done and companion.done):

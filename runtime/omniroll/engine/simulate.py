@@ -18,7 +18,8 @@ from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY, Progress, Task, flow_at_start
 from omniroll.engine.sensitivities import check_names, with_sensitivities
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Kernel, best_backend
+from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.neutral_kernel import best_backend
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
 from omniroll.vehicles.state import State
@@ -30,6 +31,7 @@ ENTRIES = by_name(RUN)
 NUMBERS_OF_A_WHEEL = 20  # in a row and in a step, where rollers need none; a step has 16 nodes
 LEAST_STATES = 100  # with free rollers each state has every roller's speed
 ROWS_OF_FRICTION = (("axle_sticking", 1), ("contact_coulomb", 2))  # that may stick, of a wheel
+BACKEND_OF = {"specialised": "compiled", "python": "python"}  # engine: backend of its kernels
 COUPLINGS = 6  # matrices between all that may stick, in the compiled engine
 USUAL = 1e10  # numbers up to this, and down to its inverse, are far inside the number range
 
@@ -134,7 +136,7 @@ def checked_task(
     if progress is not None:
         validation.function("progress", progress, "done", "duration")
     acting = EffectSet.checked(effects, vehicle)
-    bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
+    bound = acting.kernel(vehicle, roller_model, best_backend() if engine == "compiled" else BACKEND_OF[engine])
     _check_friction(bound, memory)
     task = Task(
         vehicle=vehicle,
@@ -149,7 +151,7 @@ def checked_task(
         effects=acting,
         memory=memory,
     )
-    if engine == "compiled":
+    if engine != "python":
         check_can_run(task)
     if not _far_inside(task):
         _check_range(task)

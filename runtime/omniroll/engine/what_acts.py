@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.effects.effect_set import Plan
+from omniroll.effects.effect_set import BEARINGS, Plan
+from omniroll.effects.friction import Bearing
 from omniroll.effects.numbers import Curve
 from omniroll.kernels.kernel import Kernel
 
@@ -25,18 +26,30 @@ class WhatActs:
 
     def __init__(self, ffi: Any, plan: Plan, inputs: tuple[str, ...], wheels: int):
         self.ffi, self.plan, self.wheels = ffi, plan, wheels
+        self.found = self._of_set(inputs)
         self.kept: list[np.ndarray] = []  # what the structs point to
         entries = {"bearing": self._bearings(), "grip": self._grips()} | ({} if plan.asks else self._forms(inputs))
         self.ground = self._ground() if entries["grip"] else {}
         self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
+
+    def _of_set(self, inputs: tuple[str, ...]) -> dict[str, Bearing]:
+        """The bearings, "axle" of the wheels and "roller", that the engine's set knows. Where wheels may slip, those
+        that may not stick in the scene take nothing, turning or at rest."""
+        kernel = self.plan.acting.kernel
+        found = self.plan.acting.effects.bearings(kernel)
+        if not kernel.slips:
+            return found
+        none = Bearing(np.zeros(self.wheels), np.zeros(self.wheels))
+        known = [name for name, torque in (("axle", BEARINGS[0]), ("roller", BEARINGS[1])) if torque in inputs]
+        return dict.fromkeys(known, none) | found
 
     def _bearings(self) -> list[dict[str, Any]]:
         """Those of axles, of rollers in contact, of free rollers. Rows are their rates for each of nu, of those whose
         rates follow from it; beside contacts that stick each roller has the row that it has in contact, since it comes
         there."""
         kernel, sets = self.plan.acting.kernel, self.plan.acting.effects
-        found, wheels = sets.bearings(kernel), self.wheels
-        axles, rollers = found.get("axle"), found.get("roller")
+        wheels = self.wheels
+        axles, rollers = self.found.get("axle"), self.found.get("roller")
         free = kernel.rollers_per_wheel - 1 if kernel.has_spins else 0
         of_axles = np.zeros((wheels, 3)) if kernel.slips else kernel.wheel_rows
         of_rollers = kernel.wheel_rates(np.eye(3), np.zeros(wheels))[1].T
@@ -50,7 +63,13 @@ class WhatActs:
             parts += [(of_rollers, rollers.sliding, rollers.holding)]
             parts += [(of_free, rollers.sliding[each], rollers.holding[each])]
         return [
-            {"row": row, "sliding": sliding, "holding": holding, "nearer": 1.0}
+            {
+                "row": row,
+                "sliding": sliding,
+                "holding": holding,
+                "nearer": 1.0,
+                "mode": int(kernel.slips and holding == 0),
+            }
             for rows, *torques in parts
             for row, sliding, holding in zip(rows.tolist(), *torques, strict=True)
         ]
@@ -58,8 +77,7 @@ class WhatActs:
     def _count_bearings(self, run: Any) -> None:
         """How many of the bearings are of axles and have rates of their own, and what the engine must know of these."""
         kernel = self.plan.acting.kernel
-        found = self.plan.acting.effects.bearings(kernel)
-        axles, rollers = found.get("axle"), found.get("roller")
+        axles, rollers = self.found.get("axle"), self.found.get("roller")
         run.hold.undecided = int("bearing" in self.patterns)
         run.axle_count = 0 if axles is None else self.wheels
         free = self.wheels * (kernel.rollers_per_wheel - 1) if kernel.has_spins and rollers is not None else 0

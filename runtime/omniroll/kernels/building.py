@@ -28,7 +28,23 @@ THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slo
 QUICK = ("-O1", "-fexpensive-optimizations")  # 60 % of its time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
-SLIPPING = "contact"  # the effect that laws of the ground need
+# What a general set has of the friction of rollers on their disks, and of the ground. It solves for the same numbers as
+# each set that it stands for, but for free rollers without friction on the smooth ground. A smooth law of a bearing
+# stands beside the one that sticks, each at a torque of zero where the other acts.
+DAMPED, SMOOTH, STICKING = ("roller_viscous",), ("roller_viscous", "roller_coulomb"), ("roller_sticking",)
+GROUND, STICKY_GROUND = ("contact", "contact_viscous", "contact_regularised"), ("contact", "contact_coulomb")
+SPRINGS = ("contact", "contact_regularised", "contact_springs")
+CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "locked": ((*SMOOTH, *STICKING),),
+    "massless": (
+        (*SMOOTH, *STICKING), (*SMOOTH, *GROUND), (*SMOOTH, *STICKY_GROUND), (*STICKING, *STICKY_GROUND), SPRINGS,
+        *((*DAMPED, *STICKING, "contact", law) for law in GROUND[1:]),  # in series with a bearing
+    ),
+    "free": (
+        *((*rollers, *ground) for ground in ((), STICKY_GROUND) for rollers in ((), DAMPED, (*SMOOTH, *STICKING))),
+        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), SPRINGS,
+    ),
+}  # fmt: skip
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
 UNROLLED = (3, 4)  # numbers of wheels that an engine is compiled for; one without a number takes any
 LONGEST = 300  # seconds
@@ -94,33 +110,28 @@ def levels_of(kind: str, levels: Sequence[str]) -> list[str]:
 
 
 def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]]:
-    """The effects of the general sets of a roller model: those that a scene does not call for are at neutral values.
+    """The effects of the general sets of a roller model: a scene runs on the first one that has all of its effects, and
+    those that it does not call for are at neutral values.
 
     registry  the effects of generated/data/effects.json
     base      the roller model
 
-    Where effects change what others integrate, a set without them comes first; then one of every effect that has
-    neutral values, changes the motion and excludes no other effect, with bearings that stick, which are laws beside
-    others at the neutral value of their torques; then the same without these and with wheels that may slip, if they may
-    with these rollers, under all laws that have neutral values, need nothing else and leave the state as it is: all but
-    those that stick, and loads that follow the motion.
+    Each has one of the CHOICES, and every effect beside that has neutral values and constants or states, but for those
+    that the choice excludes.
     """
-    sticking = [e["name"] for e in registry if e["excludes"] and e["inputs"] and not (e["constants"] or e["needs"])]
-    movers = [e for e in registry if e["neutral"] and (e["states"] or e["constants"])]
-    names = [e["name"] for e in movers if not e["excludes"] or e["name"] in sticking]
-    may_slip = any(e["name"] == SLIPPING and base not in e["excludes"] for e in registry)
-    states = [state for effect in registry for state in effect["states"]]
-    core = [state["case"] for state in states if state["kind"] == "core" and base in state["models"]]
-    cases, rolling_cases = (
-        [term for case in of for term in case] for of in (core, [case for case in core if SLIPPING not in case])
-    )
-    laws = [e["name"] for e in registry if e["neutral"] and e["needs"] == [SLIPPING] and f"-{e['name']}" not in cases]
-    slipping = [SLIPPING, *laws]
-    changing = [name for name in names if f"-{name}" in rolling_cases]
-    smaller = [tuple(name for name in names if name not in changing)] if changing else []
-    rolling = [*smaller, tuple(names)]
-    held = [tuple(name for name in effects if name not in sticking) for effects in rolling]
-    return [*rolling, *((*effects, *slipping) for effects in held if may_slip)]
+    entries = {entry["name"]: entry for entry in registry}
+    chosen = {name for choices in CHOICES.values() for choice in choices for name in choice}
+    others = [
+        name
+        for name, entry in entries.items()
+        if name not in chosen and entry["optional"] and entry["neutral"] and (entry["states"] or entry["constants"])
+    ]
+    found = []
+    for choice in CHOICES[base]:
+        excluded = {name for own in choice for name in entries[own]["excludes"]} - {*choice}
+        present = {*choice, *others} - excluded
+        found.append(tuple(name for name in entries if name in present))
+    return found
 
 
 def compile_library(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str] = ()) -> None:
@@ -212,10 +223,7 @@ class Engine:
 
     @classmethod
     def general(cls, level: str, base: str) -> "Engine":
-        """For any vehicle with the rollers of a model.
-
-        It holds every effect, and most people never run it.
-        """
+        """For any vehicle with the rollers of a model."""
         return cls(level, None, base != "massless", quick=True)
 
     @property

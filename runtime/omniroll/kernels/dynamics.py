@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import best_backend, kernel
+from omniroll.kernels.neutral_kernel import best_backend, kernel_by
 from omniroll.validation import choice
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
@@ -35,7 +35,7 @@ def accelerations(
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
     choice("roller_model", roller_model, ROLLER_MODELS)
-    bound = kernel(vehicle, roller_model, best_backend())
+    bound = kernel_by(best_backend(), vehicle, roller_model)
     state = checks.plain_state(vehicle, roller_model, nu, chi, spins)
     if state is not None:
         found = bound.accelerations(*state)
@@ -52,7 +52,7 @@ def _checked(
     chi = checks.wheel_angles_in_contact(chi, vehicle)
     spins = checks.free_spins(spins, vehicle, roller_model)
     _check_leading_axes(nu, chi, spins)
-    bound = kernel(vehicle, roller_model, best_backend())
+    bound = kernel_by(best_backend(), vehicle, roller_model)
     found = bound.accelerations(nu, chi, *bound.spins_or_nothing(spins))
     nu_dot, spins_dot = found if spins is not None else (found, None)
     checks.refuse_unless_finite("accelerations", nu, nu_dot, *(() if spins_dot is None else (spins_dot,)))

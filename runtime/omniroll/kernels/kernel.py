@@ -143,7 +143,7 @@ def optional_effects() -> tuple[str, ...]:
     return tuple(effect["name"] for effect in generated_data.load("effects")["effects"] if effect["optional"])
 
 
-def _effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> tuple[str, ...]:
+def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> tuple[str, ...]:
     """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
     them the numbers by which there are derivatives, and whether there are second ones."""
     if not effects and not vehicle.has_layout:
@@ -169,14 +169,6 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
     if "layout" in effects:
         own |= {"wheel_places": vehicle.places(), "center_of_mass": vehicle.center_of_mass}
     return own | dict(constants)
-
-
-def _neutral_constants(effects: Sequence[str]) -> Constants:
-    """The arguments of `prepare` that belong to these effects, so that they do nothing; 1 for what must be positive."""
-    positive = {bound["field"] for bound in generated_data.load("bounds")["bounds"] if "positive" in bound}
-    present = [effect for effect in generated_data.load("effects")["effects"] if effect["name"] in effects]
-    names = [name for effect in present for name in effect["constants"]]
-    return tuple((name, 1.0 if name in positive else 0.0) for name in names if name not in OF_THE_VEHICLE)
 
 
 def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> list[np.ndarray]:
@@ -215,11 +207,10 @@ class Kernel:
     def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
         self.vehicle, self.roller_model = vehicle, roller_model
         self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel
-        self.base, self.effects = roller_model, _effects_of(vehicle, roller_model, effects)
+        self.base, self.effects = roller_model, effects_of(vehicle, roller_model, effects)
         self.sharp = is_sharp(vehicle, roller_model)
         self.set_name = sets.set_name(self.base, self.effects)
-        self._generated = _function_names(self.base, self.effects)
-        self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel, self.sharp))
+        self.signatures = dict(self._found_signatures())
         prepare = self.signatures.pop("prepare")
         self.constant_names = [argument.name for argument in prepare.inputs]
         self.given = constants
@@ -230,6 +221,10 @@ class Kernel:
         self.grips = self.sprung or "ground_dynamics" in self.signatures  # or under given loads
         self.rollers_stick = "contact_spin_rates" in self.signatures
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
+
+    def _found_signatures(self) -> dict[str, Signature]:
+        """Of all functions by name, `prepare` among them."""
+        return signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel, self.sharp)
 
     @cached_property
     def magnitudes(self) -> tuple[float, float]:
@@ -255,7 +250,7 @@ class Kernel:
 
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""
-        return form(name, self.sharp, self._generated)
+        return form(name, self.sharp, _function_names(self.base, self.effects))
 
     def call(self, name: str, *values: ArrayLike):
         """The generated function `name` of `values`: its output or a tuple of its outputs; leading axes broadcast."""
@@ -691,16 +686,6 @@ class _Bound:
         return tuple(outputs) if len(outputs) > 1 else outputs[0]
 
 
-@cache
-def best_backend() -> str:
-    """ "compiled" where the C kernels are there or can be made, else "python"."""
-    try:
-        sets.library("free", (), "double")
-    except KernelsMissingError:
-        return "python"
-    return "compiled"
-
-
 def kernel(
     vehicle: Vehicle,
     roller_model: str = "free",
@@ -718,9 +703,9 @@ def kernel(
     effects       names from generated/data/effects.json; a vehicle with a layout brings "layout" by itself
     constants     (name, value) of the arguments of `prepare` that belong to the effects
 
-    A set of effects that was not generated beforehand is made now; its kernel is a Python one where there is
-    no C compiler, and runs take `general_kernel`. Raises InvalidValueError for unknown names, KernelsMissingError
-    where the C kernels were not built.
+    A set of effects that was not generated beforehand is made now; its kernel is a Python one where it cannot be
+    compiled. neutral_kernel.py makes none. Raises InvalidValueError for unknown names, KernelsMissingError where the C
+    kernels were not built.
     """
     try:
         return kept_kernel(vehicle, roller_model, backend, number_type, effects, constants)
@@ -751,26 +736,7 @@ def kept_kernel(
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
     except KernelsMissingError as problem:
-        if not _effects_of(vehicle, roller_model, effects):  # built with omniroll
+        if not effects_of(vehicle, roller_model, effects):  # built with omniroll
             raise
-        made = PythonKernel(vehicle, roller_model, effects, constants)
-        slower = "the Python kernel runs, which is slower"
-        if general_kernel(made) is not None:
-            slower = "runs take the precompiled general kernel, which is slower, and other calls the Python kernel"
-        warnings.warn(f"{slower}: {problem}", RuntimeWarning, stacklevel=2)
-        return made
-
-
-@lru_cache(maxsize=64)
-def general_kernel(bound: Kernel) -> CompiledKernel | None:
-    """The precompiled general kernel that runs take in the place of this one; effects not called for are neutral.
-
-    None where there is none: it was not built, or lacks an effect of this one (contacts that stick).
-    """
-    for effects in sets.general_sets(bound.base):
-        if set(bound.effects) <= set(effects) and sets.is_general(bound.base, effects):
-            neutral = _neutral_constants([name for name in effects if name not in bound.effects])
-            made = CompiledKernel(bound.vehicle, bound.roller_model, "double", effects, neutral + bound.given)
-            made.sharp = bound.roller_model != "massless"  # the engine's functions are those for any tips
-            return made
-    return None
+        warnings.warn(f"the Python kernel runs, which is slower: {problem}", RuntimeWarning, stacklevel=2)
+        return PythonKernel(vehicle, roller_model, effects, constants)

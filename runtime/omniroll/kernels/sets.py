@@ -15,10 +15,8 @@ The folders of the sets that are built with omniroll are beside this file. Any o
 Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
 omniroll.codegen.cache says where.
 
-Where there is no C compiler ($CC or cc) only the Python kernel of another set can be made. The compiled engine then
-runs on a general set, which is built with omniroll for any vehicle. It has every effect that has neutral values and
-excludes no other effect, and where wheels roll bearings that stick; those that a scene does not call for are at neutral
-values. Contacts that stick on the ground are in no general set.
+A scene runs on a general set, which is built with omniroll for any vehicle (neutral_kernel.py): the effects that it
+does not call for are at neutral values there. Its own set is compiled where engine="specialised" asks for that.
 """
 
 import hashlib
@@ -80,7 +78,7 @@ def set_name(base: str, effects: tuple[str, ...]) -> str:
 
 @cache
 def general_sets(base: str) -> list[tuple[str, ...]]:
-    """The effects of the general sets of this roller model, which are built with omniroll; the largest is the last."""
+    """The effects of the general sets of this roller model, which are built with omniroll; see building.py."""
     return building.general_sets(generated_data.load("effects")["effects"], base)
 
 

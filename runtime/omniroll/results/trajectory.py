@@ -14,7 +14,8 @@ from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.neutral_kernel import best_backend, kernel_by
 from omniroll.results import on_springs, tables, trajectory_files
 from omniroll.results.dense import places_in_steps, steps_of, values_at
 from omniroll.results.ledger import Ledger
@@ -397,7 +398,7 @@ class Trajectory(MadeOnDemand):
     @property
     def kernel(self) -> Kernel:
         """The kernel of this vehicle and roller model without effects, compiled where that is there."""
-        return kernel(self.effects.equipped(self.vehicle), self.roller_model, self._backend)
+        return kernel_by(self._backend, self.effects.equipped(self.vehicle), self.roller_model)
 
     @property
     def _backend(self) -> str:

@@ -145,7 +145,7 @@ def nanoseconds(task: Task) -> dict[str, Any]:
 
 
 def _engine(task: Task) -> str:
-    return "compiled" if task.engine == "compiled" and can_run(task) else "Python"
+    return "compiled" if can_run(task) else "Python"
 
 
 def _long_enough(task: Task) -> Task:

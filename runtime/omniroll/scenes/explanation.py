@@ -71,8 +71,8 @@ def runs_on(task: Task) -> str:
     if bound is None:
         return f"Python engine, {task.kernel.backend} kernel"
     if bound is task.kernel:
-        return "compiled engine, compiled kernel"
-    return "compiled engine, precompiled general kernel, since the one of this scene is not compiled"
+        return "compiled engine, kernel of these effects alone"
+    return "compiled engine, prebuilt kernel with further effects at neutral values"
 
 
 def origins_of(scene: Scene) -> list[Origin]:

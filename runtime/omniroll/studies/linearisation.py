@@ -17,7 +17,8 @@ from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import DRIVES, EffectSet
 from omniroll.effects.uncontrolled import without_controllers
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import DERIVATIVES, Kernel, best_backend
+from omniroll.kernels.kernel import DERIVATIVES, Kernel
+from omniroll.kernels.neutral_kernel import best_backend
 from omniroll.kernels.tangent_kernel import TangentKernel
 from omniroll.results.measurements import Instruments, axles_tell_all
 from omniroll.scenes.loading import Scene
