@@ -1,9 +1,9 @@
-/* Massless rollers that stick on their disks or turn there where wheels may slip: bearing and ground in series. The
- * numbered rules are in runtime/omniroll/effects/massless_rollers.py. A roller's spin follows from the state and from
- * its mode, and so does what holds one that sticks: no roller has a part in another one's. */
+/* Massless rollers that stick on their disks or turn there where wheels may slip: bearing and ground in series
+ * (maxima/effects/contact_massless.mac). A roller's spin follows from the state and from its mode, and so does what holds
+ * one that sticks: no roller has a part in another one's. */
 #define SOON 1e-7                   /* of the vehicle's speed: by this change of speeds a spin is seen to fall    */
 
-/* A roller stands on its disk from now on, if it can (rule 3). */
+/* A roller stands on its disk from now on, if it can. */
 ALWAYS_INLINE void stop_on_disk(omniroll_bearing_t *roller)
 {
     roller->resting = 1;
@@ -83,7 +83,7 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-/* Modes of those at rest (rules 1 and 3). One that has come to rest at this instant takes what it is asked for there:
+/* Modes of those at rest. One that has come to rest at this instant takes what it is asked for there:
  * where its spin is zero that is its sliding torque, as near as the event is located. */
 static void decide_in_series(const omniroll_run_t *run, const work_t *work)
 {

@@ -4,23 +4,20 @@
  * time converge slowly, however short a step is. Where a < 0 the slip leaves its direction: a roller that comes into
  * contact slips along the axle, where it is light, and turns at the very end of its slip. In the clock x with
  * t = T (1 - (1 - c x)^m) the rates per x have the power m (1 + a) - 1 of 1 - c x, and are polynomials where rates are
- * constant: one step of the nodes in x makes a way for which steps in time shrink geometrically. c = 1: it ends at the
- * rest, and the instant comes out with it. c < 1: it leaves a part of the time, (1 - c)^m. m = 1: an ordinary step,
- * which ends at the rest.
+ * constant: one step of the nodes in x goes as far as many steps in time, which shrink geometrically. It leaves a part
+ * (1 - c)^m of the time. Where a > 0 the clock is time itself, m = c = 1: the step ends at the rest, and the instant
+ * comes out with it.
  *
  * The rates that are integrated are those per x here. The caller gets such a step as several ones, with polynomials in
  * time that miss no more than those of any step. If a try fails, or if anything else happens on the way, steps in time
  * are made as everywhere. */
 #define MAKES_A_POWER 0.02          /* of 1: a is known not to be zero                                        */
-#define SMOOTHNESS 6                /* the power m (1 + a) that is aimed at                                   */
-#define MOST_POWER 4                /* m of a step up to the rest                                            */
-#define FAR_TO_TURN 0.4             /* farther a direction turns with m = 1 alone,                            */
-#define MOST_TO_TURN 1.0            /* and not farther than this                                             */
+#define MOST_TO_TURN 1.0            /* farther a direction does not turn in a step up to the rest              */
 #define FADES_FAST 10               /* 1 + a of what fades at the start of the way, not at its end:           */
 #define TRANSIENT 13                /* this part of it is followed in a step in time, since                   */
 #define FAST_MISSES 1e-5            /* of what turns the slip a step up to the rest would miss this           */
 #define TURNS_OVER 0.4              /* 1 + a of a slip that is just leaving its direction                      */
-#define FEW_MISSES 1e-4             /* of what turns a slip a step up to the rest with m = 1 misses this        */
+#define FEW_MISSES 1e-4             /* the same of what fades more slowly                                    */
 #define LEAVING_POWER 5             /* m of a step that ends before                                          */
 #define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
 #define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
@@ -31,7 +28,7 @@
 #define CLEAR_OF_REST 1e3           /* times what is nothing of a slip: another slip is not at rest            */
 #define TAKES_LESS 0.999            /* of what a contact can take, squared: it sticks                         */
 #define MOST_PIECES 10
-#define HALLEY 6                    /* rounds of Halley's rule from the fourth root to another one          */
+#define HALLEY 6                    /* rounds of Halley's rule                                                */
 
 enum { NO_APPROACH, MISSES_REST, APPROACHES };
 
@@ -46,16 +43,12 @@ ALWAYS_INLINE double turns_slip(const step_t *s)
 static void find_power_of_turn(const work_t *work, step_t *s, const double *towards)
 {
     const int i = s->rests;
-    const double turned[2] = {s->turned[2*i].node[0], s->turned[2*i + 1].node[0]};
     const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
-    double per_turn[2];
-    for (int k = 0; k < 2; k++) {
-        const double *const response = response_to_force(s, i, k, i);
-        per_turn[k] = response[0]*turned[0] + response[1]*turned[1];
-    }
+    nodes_t per_turn[2];
+    response_to_turn(s, i, i, per_turn);
     const double falls = hypot(s->slip_start[2*i], s->slip_start[2*i + 1])/s->rest_in;
     s->approach.across = fabs(rate[1]*towards[0] - rate[0]*towards[1]);
-    s->approach.fades = (per_turn[0]*towards[1] - per_turn[1]*towards[0])/falls;
+    s->approach.fades = (per_turn[0].node[0]*towards[1] - per_turn[1].node[0]*towards[0])/falls;
 }
 
 /* The power m of the clock, 0 where a step in time is better; and what part of the time the step leaves. */
@@ -75,7 +68,7 @@ static int choose_clock(step_t *s)
         return 0;
     if (s->approach.fades > FADES_FAST && FAST_MISSES*turns_slip(s) > allowed)
         return 0;
-    return turn > FAR_TO_TURN ? 1 : (int)fmax(1, fmin(SMOOTHNESS/s->approach.fades + 0.5, MOST_POWER));
+    return 1;
 }
 
 static void set_clock(step_t *s, int power)
@@ -223,17 +216,13 @@ static void legendre_areas(double x, double *area)
     }
 }
 
-/* The root of numbers from 1e-10 to 1: square roots, or Halley's rule from the fourth root. */
-static lanes_t root_in_power(lanes_t number, int power)
+/* The roots of numbers from 1e-10 to 1 in LEAVING_POWER: Halley's rule from fourth roots. */
+static lanes_t roots_in_clock(lanes_t number)
 {
-    lanes_t root = lanes_sqrt(number);
-    if (power > 2)
-        root = lanes_sqrt(root);
-    for (int k = 0; k < HALLEY && power%2; k++) {
-        lanes_t reached = root;
-        for (int m = 1; m < power; m++)
-            reached *= root;
-        root *= ((power - 1)*reached + (power + 1)*number)/((power + 1)*reached + (power - 1)*number);
+    lanes_t root = lanes_sqrt(lanes_sqrt(number));
+    for (int k = 0; k < HALLEY; k++) {
+        const lanes_t reached = root*root*root*root*root;
+        root *= (2*reached + 3*number)/(3*reached + 2*number);
     }
     return root;
 }
@@ -241,12 +230,12 @@ static lanes_t root_in_power(lanes_t number, int power)
 /* The piece between two parts of the time to rest. */
 static void set_piece(const step_t *s, double left_before, double left_after, piece_t *piece)
 {
-    const double clocked = s->approach.stretched*s->approach.part/(1 - s->approach.leaves);
+    const double clocked = LEAVING_POWER*s->approach.part/(1 - s->approach.leaves);
     nodes_t z;
     piece->from = (1 - left_before)/(1 - s->approach.leaves), piece->to = (1 - left_after)/(1 - s->approach.leaves);
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t left = left_before - (left_before - left_after)*gauss_node.lanes[b];
-        const lanes_t base = root_in_power(left, s->approach.stretched);
+        const lanes_t base = roots_in_clock(left);
         z.lanes[b] = 2*(1 - base)/s->approach.part - 1;
         piece->values[0].lanes[b] = base/(clocked*left);
         piece->values[1].lanes[b] = z.lanes[b]*piece->values[0].lanes[b];
@@ -255,8 +244,7 @@ static void set_piece(const step_t *s, double left_before, double left_after, pi
         for (int b = 0; b < BLOCKS; b++)
             piece->values[k + 1].lanes[b] = ((2*k + 1)*z.lanes[b]*piece->values[k].lanes[b]
                 - k*piece->values[k - 1].lanes[b])/(k + 1);
-    const double base_after = left_after > 0 ? root_in_power(lanes_of(left_after), s->approach.stretched)[0] : 0;
-    legendre_areas((1 - base_after)/s->approach.part, piece->area);
+    legendre_areas((1 - roots_in_clock(lanes_of(left_after))[0])/s->approach.part, piece->area);
 }
 
 /* Pieces of which polynomials in time miss no more than those of steps may; returns how many. */

@@ -79,16 +79,10 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
 /* The same of contacts that slip and whose rollers turn. */
 static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
 {
-    lanes_t toward[2*MOST_WHEELS], force[MOST_WHEELS];
+    lanes_t toward[2*MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         toward[k] = lanes_of(s->toward[k].node[NODES - 1]);
-    set_corner_forces(wheels, s->vehicle, at->chi, toward, s->load, s->friction, s->own->torque + s->own->rollers_at,
-                      force, at->ground_yield);
-    for (int i = 0; i < wheels; i++)
-        if (s->corner[i])
-            at->ground_push[2*i + 1] = force[i];
-        else
-            at->ground_yield[i] = lanes_of(0);
+    put_corners(s, wheels, at->chi, toward, at->ground_push, at->ground_yield);
 }
 
 /* What the polynomials of what contacts take lack at the end of a step, from an evaluation there. */

@@ -3,9 +3,8 @@
  * Such a force depends on the direction of the slip alone, which turns the faster the slower the slip is, and has no
  * derivative where the slip begins or ends. So the directions at the nodes are unknowns beside the rates: the slips
  * must follow them, 0 = slip across direction. Newton's rule takes into account that the forces turn the slips, with
- * what forces do to slips at the start of the step. So it is as regular where the slip is zero as elsewhere
- * (runtime/omniroll/engine/directed.py). One contact is solved for after the other, but those that share their motion
- * together. */
+ * what forces do to slips at the start of the step. So it is as regular where the slip is zero as elsewhere. One contact
+ * is solved for after the other, but those that share their motion together. */
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
 #define ROLLS 0.1                   /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define SLIP_FOLLOWED (1.0/16)      /* of what is rounding of a slip: a direction that misses it by less is found */
@@ -32,20 +31,41 @@ static void force_in_direction(step_t *s, int i)
     }
 }
 
-/* The forces of contacts that slip and whose rollers turn, at a vector of nodes where the wheels have these angles. */
+/* Contacts that slip and whose massless rollers turn, `corner` of all: what the bearing takes is the force along the axle,
+ * which is no given force. Their forces along the rolling directions, in N, and how far they slip along their axles per
+ * slip along the rolling direction and per force; 0 of others, whose forces stay. */
+static void put_corner_forces(const int wheels, const vehicle_t *vehicle, const int *corner, const lanes_t *chi,
+                              const lanes_t *toward, const lanes_t *load, const lanes_t *friction,
+                              const lanes_t *torque, lanes_t *push, lanes_t *yield)
+{
+    lanes_t force[MOST_WHEELS];
+    set_corner_forces(wheels, vehicle, chi, toward, load, friction, torque, force, yield);
+    for (int i = 0; i < wheels; i++)
+        if (corner[i])
+            push[2*i] = lanes_of(0), push[2*i + 1] = force[i];
+        else
+            yield[i] = lanes_of(0);
+}
+
+/* Their forces in a step, in a vector of its nodes or at its end, where the wheels have these angles. */
+ALWAYS_INLINE void put_corners(const step_t *s, const int wheels, const lanes_t *chi, const lanes_t *toward,
+                               lanes_t *push, lanes_t *yield)
+{
+    put_corner_forces(wheels, s->vehicle, s->corner, chi, toward, s->load, s->friction,
+                      s->own->torque + s->own->rollers_at, push, yield);
+}
+
+/* The same at a vector of nodes. */
 static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t *chi)
 {
-    lanes_t toward[2*MOST_WHEELS], force[MOST_WHEELS], yield[MOST_WHEELS];
+    lanes_t toward[2*MOST_WHEELS], push[2*MOST_WHEELS], yield[MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
-        toward[k] = s->toward[k].lanes[b];
-    set_corner_forces(wheels, s->vehicle, chi, toward, s->load, s->friction, s->own->torque + s->own->rollers_at, force,
-                      yield);
+        toward[k] = s->toward[k].lanes[b], push[k] = s->push[k].lanes[b];
+    put_corners(s, wheels, chi, toward, push, yield);
     for (int i = 0; i < wheels; i++) {
-        s->yield[i].lanes[b] = s->corner[i] ? yield[i] : lanes_of(0);
-        if (!s->corner[i])
-            continue;
-        s->push[2*i].lanes[b] = s->turned[2*i].lanes[b] = s->turned[2*i + 1].lanes[b] = lanes_of(0);
-        s->push[2*i + 1].lanes[b] = force[i];
+        s->yield[i].lanes[b] = yield[i];
+        for (int k = 2*i; k < 2*i + 2 && s->corner[i]; k++)
+            s->push[k].lanes[b] = push[k], s->turned[k].lanes[b] = lanes_of(0);
     }
 }
 

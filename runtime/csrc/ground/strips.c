@@ -1,6 +1,5 @@
 /* Massless rollers that stick beside contacts that stick: what the bearing takes cuts a strip out of the ground's
- * ellipse. What the state says of both. The numbered rules are in
- * runtime/omniroll/effects/ground_with_massless_rollers.py. */
+ * ellipse (maxima/effects/contact_strip.mac). What the state says of both. */
 
 /* Rollers that rest stick so far. One that has come to rest at this instant takes what it is asked for there, which is
  * its sliding torque as near as the event is located: until that is known its size is infinite. */
@@ -28,7 +27,7 @@ static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, cons
         asked[i] = arm[i]*force[2*i][0];
 }
 
-/* A roller whose contact slips turns if it cannot stick (rule 2). */
+/* A roller whose contact slips turns if it cannot stick. */
 static void turn_in_series(omniroll_bearing_t *roller, double asked)
 {
     if (roller->size == INFINITY)
@@ -40,7 +39,7 @@ static void turn_in_series(omniroll_bearing_t *roller, double asked)
     roller->resting = 0;
 }
 
-/* Which contacts rest, and which rollers turn where these do not rest both ways (rule 2); the others have directions of
+/* Which contacts rest, and which rollers turn where these do not rest both ways; the others have directions of
  * their slips. */
 static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
 {

@@ -17,17 +17,14 @@ ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
  * their axles; 0 of others. */
 static void corners_at(const omniroll_run_t *run, const work_t *work, const lanes_t *chi, lanes_t *push, lanes_t *yield)
 {
-    lanes_t toward[2*MOST_WHEELS], torque[MOST_WHEELS], force[MOST_WHEELS];
+    lanes_t toward[2*MOST_WHEELS], torque[MOST_WHEELS];
+    int corner[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++) {
+        corner[i] = slides(run, i) && roller_mode(run, i);
         toward[2*i] = lanes_of(0), toward[2*i + 1] = lanes_of(copysign(1, run->grips[i].towards[1]));
         torque[i] = lanes_of(-roller_mode(run, i)*run->bearings[run->axle_count + i].sliding);
     }
-    set_corner_forces(run->wheels, &work->vehicle, chi, toward, work->load, work->friction, torque, force, yield);
-    for (int i = 0; i < run->wheels; i++)
-        if (slides(run, i) && roller_mode(run, i))
-            push[2*i] = lanes_of(0), push[2*i + 1] = force[i];
-        else
-            yield[i] = lanes_of(0);
+    put_corner_forces(run->wheels, &work->vehicle, corner, chi, toward, work->load, work->friction, torque, push, yield);
 }
 
 /* The forces with which contacts slip where they go. */
