@@ -31,7 +31,7 @@ ALWAYS_INLINE double own_start(const step_t *s, int k)
     return SET_ROLLERS_TURN ? s->own->now[k] : s->start_core[own_rates_at(s->wheels) + k];
 }
 
-#define ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
+#define RISES_ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
 
 /* Of a spin against its mode, at the step's end: the spin, and its rate. */
 ALWAYS_INLINE double spin_at_end(const step_t *s, int k)
@@ -44,7 +44,7 @@ static double spin_rate_at_end(const step_t *s, int k)
     const double slope = -s->own_bearing[k].mode*weighted(s->own->held + k, &gauss_end_slope);
     const double start = -s->own_bearing[k].mode*own_start(s, k), rounding = EPS*(s->own_bearing[k].size + fabs(start));
     const double rises = spin_at_end(s, k) - start;     /* what the iteration leaves moves all nodes alike          */
-    if (SET_IN_SERIES && slope*rises > 0 && fabs(slope) < ALIKE*fabs(rises) && fabs(rises) < ALIKE*fabs(slope))
+    if (SET_IN_SERIES && slope*rises > 0 && fabs(slope) < RISES_ALIKE*fabs(rises) && fabs(rises) < RISES_ALIKE*fabs(slope))
         return slope/s->h;
     return (fabs(slope) < HELD_RISES*rounding ? rises : slope)/s->h;
 }

@@ -1,5 +1,4 @@
-/* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
- * runtime/omniroll/effects/slipping_axles.py. */
+/* Axles that stick where wheels may slip: which of those at rest stick. */
 
 /* The bearings of the free rollers of a wheel. */
 ALWAYS_INLINE const omniroll_bearing_t *free_bearings(const omniroll_run_t *run, int wheel)

@@ -1,5 +1,4 @@
-/* Bearings that stick: a mode for each axle and each roller in contact, and what holds those that stick. The numbered
- * rules are in runtime/omniroll/effects/sticking.py and sticking_bearings.py. */
+/* Bearings that stick: a mode for each axle and each roller in contact, and what holds those that stick. */
 ALWAYS_INLINE double *bearing_input(const omniroll_run_t *run, int bearing)
 {
     const int of_axle = bearing < run->axle_count;
@@ -227,7 +226,7 @@ static void guard_rates(omniroll_run_t *run, const work_t *work)
         size_own(run, work);
 }
 
-/* Rule 3: which of the resting bearings stick. */
+/* Which of the resting bearings stick. */
 static void decide_resting(omniroll_run_t *run, const work_t *work)
 {
     vector3_t force, mass[3];

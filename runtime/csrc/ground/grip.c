@@ -1,5 +1,4 @@
-/* Contacts that stick on the ground or slip on it under Coulomb's friction: a mode for each. The numbered rules are in
- * runtime/omniroll/effects/ground.py. */
+/* Contacts that stick on the ground or slip on it under Coulomb's friction: a mode for each. */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
 #define MOST_LEFT 0.2               /* and at most                                                           */

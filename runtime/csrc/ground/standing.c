@@ -166,7 +166,7 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
     find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
 }
 
-/* The torques of all bearings; of standing wheels beside the forces of least norm (rule 4), or where all is `used_up`
+/* The torques of all bearings; of standing wheels beside the forces of least norm, or where all is `used_up`
  * those of the least use, which are known. */
 static void find_all_torques(const omniroll_run_t *run, const work_t *work, const asked_t *now, int used_up)
 {
@@ -209,7 +209,7 @@ static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
         }
 }
 
-/* What has to take all that it can is let go, at the least use (rule 2). */
+/* What has to take all that it can is let go, at the least use. */
 static void release_used(omniroll_run_t *run, const standing_t *standing, const asked_t *now, double use,
                          const double *forces)
 {
@@ -242,7 +242,7 @@ static int release_where_used(omniroll_run_t *run, const work_t *work, const ask
     return use > 0;
 }
 
-/* Contacts that have been let go and would come to rest at once hold (rule 5). Returns how many there are. */
+/* Contacts that have been let go and would come to rest at once hold. Returns how many there are. */
 static int hold_what_falls_back(omniroll_run_t *run, const work_t *work)
 {
     int count = 0;

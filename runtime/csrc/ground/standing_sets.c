@@ -1,6 +1,5 @@
-/* Wheels that stand in different sets of contacts and axles: what each set leaves of nu. The numbered rules are in
- * runtime/omniroll/effects/ground_with_axles.py. */
-#define FROM_REST 1e6               /* s: see ground_with_axles.py                                          */
+/* Wheels that stand in different sets of contacts and axles: what each set leaves of nu. */
+#define FROM_REST 1e6               /* s: in which a rate that settles makes the least speed that others are rounded against */
 
 /* The rates of the wheels for each of nu. */
 static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
