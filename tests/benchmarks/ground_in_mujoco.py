@@ -14,7 +14,7 @@ import omniroll
 WHEELS, ROLLERS, RADIUS, PLATFORM_RADIUS = 3, 8, 0.05, 0.15  # m
 PLATFORM, HUB, ROLLER = 1.5, 0.15, 0.05  # kg, 3.15 in all
 YAW, HUB_AXIAL, HUB_ACROSS = 0.02, 8e-5, 5e-5  # kg m^2
-ROLLER_AXIAL, ROLLER_ACROSS = 4e-5, 4e-5
+ROLLER_AXIAL = 4e-5  # about any axis
 TORQUES, DURATION = (0.03, -0.01, -0.02), 1.0  # N m, s
 FRICTIONS, STEPS, NAMED_SPEED = (0.3, 0.1, 0.08, 1.0), (1e-4, 5e-5), 1e-4
 SPHERES = 61  # of a roller: a row that touches the barrel from inside
@@ -42,7 +42,8 @@ MODEL = """
 </mujoco>"""
 
 
-def model(friction: float, step: float) -> mujoco.MjModel:
+def model(friction: float, step: float, height: float = 0.0, roller: float = ROLLER_AXIAL) -> mujoco.MjModel:
+    """height: of the centre of mass above the ground, in m; roller: inertia of one about any axis, in kg m^2."""
     slants = np.linspace(-math.pi / ROLLERS, math.pi / ROLLERS, SPHERES)
     spheres = "".join(
         f'<geom pos="0 {AXIS * math.tan(u):.9g} 0" size="{RADIUS - AXIS / math.cos(u):.9g}"/>' for u in slants
@@ -50,7 +51,7 @@ def model(friction: float, step: float) -> mujoco.MjModel:
     rollers = "".join(
         f'<body pos="0 {AXIS * math.sin(k):.12g} {-AXIS * math.cos(k):.12g}" euler="{k:.12g} 0 0">'
         f'<joint type="hinge" axis="0 1 0"/><inertial pos="0 0 0" mass="{ROLLER}" '
-        f'diaginertia="{ROLLER_ACROSS} {ROLLER_AXIAL} {ROLLER_ACROSS}"/>{spheres}</body>'
+        f'diaginertia="{roller} {roller} {roller}"/>{spheres}</body>'
         for k in 2 * math.pi * np.arange(ROLLERS) / ROLLERS
     )
     wheels = "".join(
@@ -60,7 +61,7 @@ def model(friction: float, step: float) -> mujoco.MjModel:
         for i, a in enumerate(ANGLES)
     )
     motors = "".join(f'<motor joint="wheel{i}"/>' for i in range(WHEELS))
-    low = -RADIUS - WHEELS * WHEEL * RADIUS / PLATFORM
+    low = -RADIUS + (height * (PLATFORM + WHEELS * WHEEL) - WHEELS * WHEEL * RADIUS) / PLATFORM
     return mujoco.MjModel.from_xml_string(
         MODEL.format(
             step=step, stiffness=2 * step, friction=friction, height=RADIUS, low=low, mass=PLATFORM, yaw=YAW,
@@ -79,14 +80,23 @@ def in_mujoco(friction: float, step: float) -> np.ndarray:
     return np.array([*data.qpos[:2], 2 * math.atan2(data.qpos[6], data.qpos[3])])
 
 
-def vehicle() -> omniroll.Vehicle:
+def driven(bodies: mujoco.MjModel, times: np.ndarray, torques: np.ndarray, duration: float) -> np.ndarray:
+    """x and y at the end, under torques (K, N) that are linear between their times (K,)."""
+    data, step = mujoco.MjData(bodies), bodies.opt.timestep
+    for k in range(round(duration / step)):
+        data.ctrl[:] = [np.interp((k + 0.5) * step, times, torque) for torque in torques.T]
+        mujoco.mj_step(bodies, data)
+    return data.qpos[:2].copy()
+
+
+def vehicle(roller: float = ROLLER_AXIAL) -> omniroll.Vehicle:
     """The same bodies as numbers of the whole."""
     of_wheel = WHEEL * PLATFORM_RADIUS**2 + HUB_ACROSS
-    of_rollers = ROLLERS * (ROLLER * AXIS**2 + ROLLER_AXIAL + ROLLER_ACROSS) / 2
+    of_rollers = ROLLERS * (ROLLER * AXIS**2 / 2 + roller)
     return omniroll.Vehicle(
         wheels=WHEELS, rollers_per_wheel=ROLLERS, wheel_angles=ANGLES, mass=PLATFORM + WHEELS * WHEEL,
-        yaw_inertia=YAW + WHEELS * (of_wheel + of_rollers), roller_inertia=ROLLER_AXIAL,
-        wheel_inertia=HUB_AXIAL + ROLLERS * (ROLLER * AXIS**2 + ROLLER_ACROSS), platform_radius=PLATFORM_RADIUS,
+        yaw_inertia=YAW + WHEELS * (of_wheel + of_rollers), roller_inertia=roller,
+        wheel_inertia=HUB_AXIAL + ROLLERS * (ROLLER * AXIS**2 + roller), platform_radius=PLATFORM_RADIUS,
         wheel_radius=RADIUS, roller_axis_radius=AXIS,
     )  # fmt: skip
 
