@@ -4,6 +4,8 @@ import csv
 import json
 import math
 from dataclasses import replace
+from functools import partial
+from itertools import count
 
 import numpy as np
 import pytest
@@ -243,13 +245,12 @@ def test_bad_calls(tmp_path, capsys):
 
 
 def test_only_so_much_of_a_scene_is_taken_as_the_reference_can_follow(monkeypatch):
-    """A beginning of 0.05 s takes too little to tell; one of 0.2 s takes 3 s."""
-    took, followed = iter([0.5, 3.0]), []
-    monkeypatch.setattr("omniroll.studies.accuracy.study.working_clock", lambda: lambda: next(took))
-    monkeypatch.setattr("omniroll.studies.accuracy.study.confirmed", lambda task, times: followed.append(task.duration))
+    """A second of work for each step: the fourth is the last. Of the rest what was reached is a beginning."""
+    monkeypatch.setattr("omniroll.studies.accuracy.study.working_clock", lambda: partial(next, count(1.0)))
     scene = load_scene("scenes/motion-3.toml")
-    assert affordable(scene, 0.04, 15.0) == 0.04 and not followed
-    assert affordable(scene, 8.0, 15.0) == 1.0 and followed == [0.05, 0.2]
+    reached = [affordable(scene, 8.0, seconds) for seconds in (2.5, 6.5)]
+    assert 0 < reached[0] < reached[1] < 1 and reached == [float(f"{value:.2g}") for value in reached]
+    assert affordable(scene, 0.01, 1000.0) == 0.01
 
 
 def test_a_motion_that_blew_up_is_shown_and_not_advised(found):

@@ -25,7 +25,7 @@ EXAMPLES = (
 )
 DURATION = 8.0  # s, where the scene runs longer
 WITHIN = 45.0  # s of work after which nothing more is begun
-REFERENCE = 15.0  # s of work that the reference solutions may take, where no duration is asked for
+REFERENCE = 6.0  # s of work in which the reference solution goes as far as is then measured, where no duration is asked
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         metavar="S",
         help=f"seconds to simulate; default: the scene's, at most {DURATION:g}, "
-        f"and what the reference solutions reach in {REFERENCE:g} s",
+        f"and what a reference solution reaches in {REFERENCE:g} s",
     )
     parser.add_argument(
         "--within", type=float, default=WITHIN, metavar="S",

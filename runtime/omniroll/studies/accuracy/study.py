@@ -19,14 +19,12 @@ from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
 from omniroll.studies.accuracy.models import ladder
 from omniroll.studies.accuracy.peers import PEERS, Peer, quietly
-from omniroll.studies.accuracy.reference import FINER, Reference, confirmed
+from omniroll.studies.accuracy.reference import FINER, Reference, Taylor, confirmed, digits, follow
 
 SAMPLES = 41  # times at which motions are compared
 ENOUGH = 0.2  # s: a setting is timed again until this is used up, at most REPEATS times
 REPEATS = 5
 INTEGRATORS = (*PEERS, *heyoka_peer())
-TRIED = 0.05  # s of a scene, of which reference solutions tell what all of it would take
-LONGER, PART = 4, 0.1  # by how much the next beginning that is tried is longer, and until what share of the seconds
 
 
 @dataclass(frozen=True)
@@ -138,19 +136,33 @@ def study(
     return result
 
 
+class _EnoughError(Exception):
+    """The time that was given is over."""
+
+
 def affordable(scene: Scene, duration: float, seconds: float) -> float:
-    """How much of the first `duration` seconds of a scene reference solutions can follow in some seconds of work: two
-    digits, by what the beginning takes. Beginnings that take a small part of these seconds are followed by longer ones:
-    many scenes start at rest, where steps are long."""
-    tried, took = TRIED, 0.0
-    while tried < duration and took < PART * seconds:
-        task, clock = checked_task(scene.vehicle, **_options(scene), duration=tried), working_clock()
-        confirmed(task, np.array([0.0, tried]))
-        took, tried = clock(), LONGER * tried
-    if tried >= duration and took < PART * seconds:
-        return duration
-    reached = tried / LONGER * seconds / took
-    return duration if reached >= duration else max(TRIED, float(f"{reached:.2g}"))
+    """How much of the first `duration` seconds of a scene the reference solution can follow in some seconds of work, to
+    two digits."""
+    clock, reached = working_clock(), [0.0]
+
+    def watch(done: float, total: float) -> None:
+        reached.append(done)
+        if clock() > seconds:
+            raise _EnoughError
+
+    task = replace(checked_task(scene.vehicle, **_options(scene), duration=duration), progress=watch)
+    try:
+        with digits():
+            follow(Taylor(task), task, np.array([0.0]))
+    except _EnoughError:
+        return _rounded_down(reached[-1])
+    return duration
+
+
+def _rounded_down(number: float) -> float:
+    """A positive number to two digits, not above it."""
+    unit = 10.0 ** (math.floor(math.log10(number)) - 1)
+    return float(f"{math.floor(number / unit) * unit:.2g}")
 
 
 def _options(scene: Scene) -> dict[str, Any]:
