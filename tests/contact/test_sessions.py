@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, Motor, Session, TorqueTable, Vehicle, simulate
+from omniroll import Bearings, Contact, Motor, Session, Springs, TorqueTable, Vehicle, simulate
 
 PAPER = Vehicle.paper()
 MOTOR = Motor((1.0, -2.0, 0.5), 0.01, 1.5, gear_ratio=5, current_limit=0.9)
@@ -15,6 +15,7 @@ RISING = TorqueTable((0.0, 0.5), ((0.0, 0.0, 0.0), (1.5, -0.7, -0.9)))
 NEAR_EVENTS = {
     "slips come to rest, free": ("free", [SKID], (1.0, 0.3, 1.0)),
     "slips come to rest, massless": ("massless", [SKID], (1.0, 0.3, 1.0)),
+    "slips come to rest on springs": ("free", [SKID, Springs(height=0.06)], (1.0, 0.3, 1.0)),
     "contacts let go, free": ("free", [GROUND, RISING], (0.0, 0.0, 0.0)),
     "contacts let go, massless": ("massless", [GROUND, RISING], (0.0, 0.0, 0.0)),
     "beside axles": ("massless", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
