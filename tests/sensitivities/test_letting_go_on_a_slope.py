@@ -30,7 +30,7 @@ def test_derivatives_are_differences_of_runs(rollers, bearings):
         changes += np.count_nonzero(found.sticks[1:] < found.sticks[:-1])
         ends = []
         for number in range(2):
-            by = 1e-6 * (VEHICLE.mass if number == 0 else 1)
+            by = 5e-6 * (VEHICLE.mass if number == 0 else 1)  # with less, roundings of runs weigh more than what bends
             beside = [
                 run(start + (0, 0, side * number), torque, VEHICLE.mass + side * (1 - number), bearings, rollers).nu[-1]
                 for side in (by, -by)
