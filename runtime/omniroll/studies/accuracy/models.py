@@ -16,7 +16,7 @@ from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task, one_run
 from omniroll.errors import InvalidValueError, SimulationStopped
 from omniroll.scenes import Scene
-from omniroll.studies.accuracy.peers import TOLERANCES, Outcome, Peer, outcome_of
+from omniroll.studies.accuracy.peers import TOLERANCES, Outcome, Peer, compiled_before, outcome_of
 from omniroll.studies.accuracy.reference import Reference, confirmed
 from omniroll.vocabulary import ROLLER_MODELS
 
@@ -65,7 +65,7 @@ def ladder(
         except InvalidValueError as error:  # a controller that gives voltages needs motors
             result.failed.append(f"{name}: {error}")
     fullest = next(task for name, task in rungs if name == "free")
-    peer = Peer("compiled", _run, SETTINGS_WITH_EFFECTS if some else SETTINGS)
+    peer = Peer("compiled", _run, SETTINGS_WITH_EFFECTS if some else SETTINGS, prepare=compiled_before)
     try:
         exact = known or confirmed(fullest, times)
         result.confirmed = exact.confirmed

@@ -23,6 +23,7 @@ from omniroll.results.trajectory import Trajectory
 
 SMALLEST_RTOL = 2.3e-14  # SciPy takes no less than 100 eps
 LONGEST = 200_000  # phases or evaluations before a run is given up
+MOMENT = 1e-6  # s of a run that has its engine compiled
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,12 @@ def by_engine(engine: str) -> Callable:
         return outcome_of(one_run(own, tolerance), task, times)
 
     return run
+
+
+def compiled_before(task: Task, tolerance: float) -> None:
+    """Have all that a task's run and its samples need compiled, by the beginning of it: times are those of runs."""
+    beginning = replace(task, duration=min(task.duration, MOMENT))
+    outcome_of(one_run(beginning, tolerance), beginning, np.zeros(1))
 
 
 def outcome_of(trajectory: Trajectory, task: Task, times: np.ndarray) -> Outcome:
@@ -301,7 +308,7 @@ TOLERANCES = tuple(10.0**-k for k in range(2, 15))
 COARSE = TOLERANCES[1:12:2]
 FIXED = (4, 16, 64, 256, 1024)  # steps a sample
 PEERS = (
-    Peer("compiled", by_engine("compiled"), TOLERANCES, sticking=True),
+    Peer("compiled", by_engine("compiled"), TOLERANCES, prepare=compiled_before, sticking=True),
     Peer("Python engine", by_engine("python"), COARSE),
     Peer("SciPy RK45", by_scipy("RK45"), (1e-3, 1e-5, 1e-7, 1e-9)),
     Peer("SciPy DOP853", by_scipy("DOP853"), COARSE),
