@@ -12,17 +12,23 @@ from omniroll.errors import NoDerivativeError
 
 LAWS = 5e-12  # of what the laws ask for in each row: a speed that has come to rest is left with that
 # Scenes that the present engine runs otherwise than what is kept of them: how it says so, and why.
-HEADING = "static friction above sliding on a slope: what is kept left out that gravity's direction turns with the " \
+HEADING = (
+    "static friction above sliding on a slope: what is kept left out that gravity's direction turns with the "
     "heading behind a let-go; by nu[1] those of now are within 2e-7 of differences of runs, those kept 6e-5 off"
+)
 FROM_REST = "the same, from rest, where what an axle does depends on the side to which nu[1] moves: two differences"
-GOES_ON = "a slip comes to rest and at once goes on in another direction: what is kept left that out; those of now " \
+GOES_ON = (
+    "a slip comes to rest and at once goes on in another direction: what is kept left that out; those of now "
     "are within 1e-9 of differences of runs, those kept up to 8e-1 off"
+)
 TOGETHER = "several change their modes together: the compiled engine leaves this to nobody now, and says so"
 JUST_LET_GO = "a slip of 4e-11 m/s behind a let-go has its direction to 1e-11, in the engine that was kept, too"
 NEAR_REST = "a slip of 1.7e-7 m/s on its way to rest has its direction to 2e-11: speeds of 2.7 m/s are rounded to more"
 ONE_ROW = "a change of a mode is told by two rows of one time, and one of the two engines has one there: it is not seen"
-FEWER = "from rest under more than holds: only what must take all that it can at the least use breaks away, before" \
+FEWER = (
+    "from rest under more than holds: only what must take all that it can at the least use breaks away, before"
     " the rounds; the engine that was kept let go of all that any of the facets passed, and an axle more began to turn"
+)
 OTHERS = ("ends agree, other events", ONE_ROW)
 DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("coulomb", "massless", "axles"): dict.fromkeys((0, 2), ("derivatives", HEADING)),

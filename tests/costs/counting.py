@@ -31,6 +31,7 @@ LEVEL = "x86-64-v3"
 HERE = Path(__file__).resolve().parent
 HEADER = Path("/usr/include/valgrind/callgrind.h")
 LONGEST = 1800  # seconds
+OWN_SET = {"engine": "specialised"}  # the set of a task alone is counted, if the task does not say otherwise
 # Parts of a call of `simulate`, as they stand behind a task's name: the run with its control and without sensitivities,
 # what C follows of the deviations, all that is done for the derivatives.
 CONTROLLED, FOLLOWED, DERIVED = ", controlled", ", deviations", ", derivatives"
@@ -151,14 +152,14 @@ def count_part(part: str, task: Mapping, marks: SimpleNamespace) -> None:
 
     setattr(kind, name, counted_call)
     try:
-        simulate(**task | ({"sensitivities": ()} if part == CONTROLLED else {}))
+        simulate(**OWN_SET | task | ({"sensitivities": ()} if part == CONTROLLED else {}))
     finally:
         setattr(kind, name, own)
 
 
 def run(task: Mapping, marks: SimpleNamespace | None = None) -> dict[str, int]:
     """Simulate; the figures of the run."""
-    options = dict(task)
+    options = OWN_SET | task
     options.pop("sensitivities", None)
     engine = CompiledRun(checked_task(options.pop("vehicle"), **options), options["accuracy"])
     if marks is not None:

@@ -111,14 +111,12 @@ def _cost(explanation: dict[str, Any]) -> list[str]:
 
 
 def _prices(prices: list[dict[str, Any]]) -> list[str]:
-    """What each effect adds to the time of a run."""
-    lines = ["", "Price of each effect: what it adds to the time of a run, measured here"] if prices else []
+    """What each effect adds to an evaluation."""
+    lines = ["", "Price of each effect: the operations that it adds to an evaluation"] if prices else []
     for price in prices:
-        shown = "not known: the scene does not run without it, or not in time"
-        if price["microseconds"] is not None:
-            shown = f"{price['microseconds']:.3g} us per simulated s, {price['percent']:.0f} % of the whole"
-            if price["microseconds"] < 0:
-                shown = "none that can be measured: less than the noise, or it saves switches"
+        shown = "not known: the scene does not run without it"
+        if price["operations"] is not None:
+            shown = f"{price['operations']}, {price['percent']:.0f} % of the scene's"
         if price["setting"]:
             shown += f", where wheels could slip ({price['setting']})"
         lines.append(f"  {price['effect']:<14} {shown}")

@@ -33,16 +33,16 @@ VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
 # stands beside the one that sticks, each at a torque of zero where the other acts.
 DAMPED, SMOOTH, STICKING = ("roller_viscous",), ("roller_viscous", "roller_coulomb"), ("roller_sticking",)
 GROUND, STICKY_GROUND = ("contact", "contact_viscous", "contact_regularised"), ("contact", "contact_coulomb")
-SPRINGS = ("contact", "contact_regularised", "contact_springs")
+SPRINGS = tuple(("contact", law, "contact_springs") for law in ("contact_regularised", "contact_coulomb"))
 CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
     "locked": ((*SMOOTH, *STICKING),),
     "massless": (
-        (*SMOOTH, *STICKING), (*SMOOTH, *GROUND), (*SMOOTH, *STICKY_GROUND), (*STICKING, *STICKY_GROUND), SPRINGS,
+        (*SMOOTH, *STICKING), (*SMOOTH, *GROUND), (*SMOOTH, *STICKY_GROUND), (*STICKING, *STICKY_GROUND), *SPRINGS,
         *((*DAMPED, *STICKING, "contact", law) for law in GROUND[1:]),  # in series with a bearing
     ),
     "free": (
         *((*rollers, *ground) for ground in ((), STICKY_GROUND) for rollers in ((), DAMPED, (*SMOOTH, *STICKING))),
-        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), SPRINGS,
+        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS,
     ),
 }  # fmt: skip
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from

@@ -64,6 +64,9 @@ class NeutralKernel(Kernel):
         size = self.wheels, self.rollers_per_wheel
         return neutral_signatures(self.base, self.effects, self._general, *size, self.sharp)
 
+    def form(self, name: str) -> str:
+        return self.inner.form(name)
+
     def call(self, name: str, *values: ArrayLike):
         signature, whole = self._signature(name), self.inner.signatures[name]
         if len(signature.inputs) == len(whole.inputs):

@@ -4,9 +4,8 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
-
-import numpy as np
 
 from omniroll.effects import Effect
 from omniroll.effects.bound_rates import PLAIN, dynamics_with
@@ -14,7 +13,7 @@ from omniroll.engine.compiled_engine import can_run
 from omniroll.engine.control import made
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
-from omniroll.errors import InvalidValueError, SimulationStopped
+from omniroll.errors import InvalidValueError
 from omniroll.kernels import sets
 from omniroll.scenes.allowance import Allowance, limited
 from omniroll.scenes.loading import Scene
@@ -25,9 +24,6 @@ KINDS = ("add", "mul", "div", "sqrt", "sincos")
 MANY = {"compiled": 20_000, "Python": 1000}  # with so many evaluations the work that a run does once hardly shows
 SHORTEST = 0.5**10  # the first run that is timed simulates this part of the motion
 DOUBLINGS = 20  # then the simulated time is doubled, at most this often, until there are MANY evaluations
-WINDOW = 40  # times pi/n: how far the fastest wheel may turn where effects are compared,
-NOTHING = 1e-6  # and of this a part in which only what every call takes is seen
-OFTEN = 50  # so short a run is timed again this often
 REPEATS = 5  # the longest run is timed again at most this often,
 ENOUGH = 1.0  # and no longer than so many s in all
 LONGEST_RUN = 1.0  # s of work that a run may take whose time is measured
@@ -45,15 +41,30 @@ class Cost:
 
 
 def operations(task: Task) -> list[Cost]:
-    """What the functions that make the right-hand side cost; an operation is +, *, /, a root, a sine or cosine."""
+    """What the functions that make the right-hand side cost; an operation is +, *, /, a root, a sine or cosine.
+
+    They are those of the scene's set alone, whatever the engine runs on.
+    """
     bound = task.kernel
-    counted = {entry["name"]: entry["operations"] for entry in sets.functions(bound.base, bound.effects)}
     asked = task.effects.functions(bound.roller_model)
     # Where wheels may slip, one function gives all accelerations.
     always = ("pose_rates",) if bound.slips else (dynamics_with(asked), *PLAIN)
     loads = ("slip_load_balance",) if "contact_loads" in bound.effects else ()  # solved for with the accelerations
-    names = dict.fromkeys(always + asked + loads)
-    return [_cost(name, counted[bound.form(name)], bound.vehicle) for name in names]
+    forms = {name: bound.form(name) for name in always + asked + loads}
+    counted = _counted(bound.base, bound.effects, frozenset(forms.values()))
+    return [_cost(name, counted[form], bound.vehicle) for name, form in forms.items()]
+
+
+@lru_cache(maxsize=64)
+def _counted(base: str, effects: tuple[str, ...], names: frozenset[str]) -> dict[str, dict]:
+    """The work that functions of a set are, by name, as in generated/data/kernels; no text of the set is made."""
+    from omniroll.codegen.operations import count_operations
+    from omniroll.codegen.sharing import share
+    from omniroll.codegen.specialise import specialised
+
+    programs = sets.programs()
+    found = specialised(programs.base(base), effects, programs.registry, names={*names, "prepare"})
+    return {f.name: count_operations(share(f)) for f in found.functions if f.name in names}
 
 
 def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Cost:
@@ -67,40 +78,33 @@ def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Co
 
 @dataclass(frozen=True)
 class Price:
-    """What an effect adds to the time of a run: us per simulated s, and per cent of the whole; None if not known.
+    """What an effect adds to an evaluation: operations, and per cent of those of the scene; None if not known.
 
-    setting  of an effect that is off, and would be added: its numbers, in words; the whole is the scene as it is
+    setting  of an effect that is off, and would be added: its numbers, in words
     """
 
     effect: str
-    microseconds: float | None
+    operations: int | None
     percent: float | None
     setting: str = ""
 
 
 def prices(scene: Scene, allowance: Allowance | None = None) -> list[Price]:
-    """The price of each effect that acts: the time of a run with all of them less that without this one; and of wheels
-    that may slip, where they may not. None are known where there is no time left.
-
-    Both are measured on the beginning of a motion that starts with nu = (1, 1, 1), since the scene may stand still
-    without the effect. An effect may save time: it may slow the vehicle down, so that there are fewer switches.
-    """
+    """The price of each effect that acts: the operations of an evaluation with all of them less those without this one;
+    and of wheels that may slip, where they may not. None are known where there is no time left."""
     acting = tuple(scene.options.get("effects", ()))
     allowance = allowance or Allowance()
     ground = coulomb_ground(scene)
     if not (acting or ground) or not allowance.has_time("the price of each effect"):
         return []
-    task = _moving(scene, acting)
-    turning = np.abs(task.kernel.wheel_speeds(task.state.nu)).max()
-    duration = float(WINDOW * np.pi / task.kernel.rollers_per_wheel / turning)
-    whole = _of_effects(scene, acting, duration)
+    whole = _of_effects(scene, acting)
     without = [(type(effect).__name__, "", [other for other in acting if other is not effect]) for effect in acting]
     beside = [("Contact", f"friction {ground.friction:g}", [*acting, ground])] if ground else []
     found = []
     for name, setting, effects in [*without, *beside]:
         if not allowance.has_time(f"the price of {name}"):
             continue
-        other = None if whole is None else _of_effects(scene, effects, duration)
+        other = None if whole is None else _of_effects(scene, effects)
         if whole is None or other is None:
             found.append(Price(name, None, None, setting))
         else:
@@ -109,29 +113,15 @@ def prices(scene: Scene, allowance: Allowance | None = None) -> list[Price]:
     return found
 
 
-def _of_effects(scene: Scene, effects: Sequence[Effect], duration: float) -> float | None:
-    """Microseconds per simulated second with these effects; None where they cannot stand so, or the motion stops."""
+def _of_effects(scene: Scene, effects: Sequence[Effect]) -> int | None:
+    """Operations of an evaluation with these effects; None where they cannot stand so."""
+    options = scene.options | {"effects": tuple(effects)}
     try:
-        return _of_duration(_moving(scene, effects), duration)
-    except (InvalidValueError, SimulationStopped):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # doubts about the scene are said elsewhere
+            return sum(cost.total for cost in operations(checked_task(scene.vehicle, **options)))
+    except InvalidValueError:
         return None
-
-
-def _moving(scene: Scene, effects: Sequence[Effect]) -> Task:
-    options = scene.options | {"effects": tuple(effects), "nu": (1.0, 1.0, 1.0)}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # doubts about the scene are said elsewhere
-        return replace(checked_task(scene.vehicle, **options), progress=None)
-
-
-def _of_duration(task: Task, duration: float) -> float:
-    """Microseconds per simulated second, without what a call costs whatever it simulates."""
-    longer = made(limited(replace(task, duration=duration), LONGEST_RUN), task.accuracy)
-    if not longer.done:
-        raise longer.stop
-    took, _ = _least(replace(task, duration=duration), OFTEN)
-    overhead, _ = _least(replace(task, duration=NOTHING * duration), OFTEN)
-    return 1e6 * (took - overhead) / duration
 
 
 def nanoseconds(task: Task) -> dict[str, Any]:
@@ -164,11 +154,11 @@ def _long_enough(task: Task) -> Task:
     return task
 
 
-def _least(task: Task, repeats: int | None = None) -> tuple[float, int]:
+def _least(task: Task) -> tuple[float, int]:
     """The least time in s of some runs, and their evaluations."""
     took, evaluations = _timed(task)
     began = time.process_time()
-    for _ in range(repeats or REPEATS):
+    for _ in range(REPEATS):
         if time.process_time() - began + took > ENOUGH:
             break
         took = min(took, _timed(task)[0])
