@@ -24,17 +24,19 @@ PLACES = {  # what is changed: file, what stands there, and what takes its place
     "wheel": ("kinetic_energy", "roller_axis(chi), wheel_turning))/2$", "roller_axis(chi), wheel_turning))/2 + {}$"),
     "roller": ("kinetic_energy", "roller_axis(chi + kappa), wheel_turning)/2$",
                "roller_axis(chi + kappa), wheel_turning)/2 + {}$"),
-    "rho": ("constraints", "rho_of_chi: l*cos(chi) - r$", "rho_of_chi: l*cos(chi) - r + {}$"),
-    "slip": ("constraints", "-rho_of_chi*roller_inward(chi))$", "-rho_of_chi*roller_inward(chi)) + {}$"),
+    "ride": ("geometry", "ride_of_chi: l$", "ride_of_chi: l + {}$"),
+    "slip": ("constraints", "contact_velocity: velocity_on_roller(contact_place)$",
+             "contact_velocity: velocity_on_roller(contact_place) + {}$"),
     "axle": ("geometry", "axle: level_axle$", "axle: {}$"),
     "wheel_place": ("geometry", "arm*level_axle - offset*across$", "arm*level_axle - offset*across + {}$"),
-    "contact_place": ("geometry", "contact_place: -l*upward$", "contact_place: -l*upward + {}$"),
-    "roller_axis": ("geometry", "roller_axis(beta) := cos(beta)*across + sin(beta)*upward$",
+    "contact_place": ("constraints", "contact_place: subst(solved_contact, contact_place)$",
+                      "contact_place: subst(solved_contact, contact_place) + {}$"),
+    "roller_axis": ("geometry", "roller_axis(beta) := cos(psi)*rim(beta) + sin(psi)*axle$",
                     "roller_axis(beta) := {}$"),
 }  # fmt: skip
 KINDS = [  # the place, and the words; @ is the letter
     ("platform", "@*theta_dot*(y_dot*cos(theta) - x_dot*sin(theta))"),  # an eccentric mass
-    ("rho", "@*sin(chi)^2/9"),  # another profile of the rollers
+    ("ride", "@*sin(chi)^2/9"),  # another profile of the rollers: wheels that rise and fall
     ("platform", "- @*x^2/2"),  # a spring
     ("wheel", "@*chi_dot^2*cos(chi)^2/2"),
     ("roller", "@*phi_s_dot^2*cos(chi + kappa)^2/2"),
@@ -164,12 +166,16 @@ class Mechanics:
     def rolling(self, i: int, chi: object, velocity: np.ndarray, yaw: object) -> tuple:
         c, frame = self.state.numbers, self.frame(i)
         place = c["R"] * frame["level_axle"] + self.added("wheel_place", 0 * UP, **frame)
-        contact = -c["l"] * frame["upward"] + self.added("contact_place", 0 * UP, **frame)
-        rho = c["l"] * mp.cos(chi) - c["r"] + self.added("rho", 0, chi=chi)
-        inward = -mp.sin(chi) * frame["across"] + mp.cos(chi) * frame["upward"]
+        axis = self.roller_axis(frame, chi)
+        ride = [c["l"] + self.added("ride", 0, chi=chi + step) for step in (-STEP, 0, STEP)]
+        rise = (ride[2] - ride[0]) / (2 * STEP) * UP
+        middle = c["r"] * (mp.sin(chi) * frame["across"] - mp.cos(chi) * frame["upward"])
+        contact = touching(-ride[1] * frame["upward"], frame["across"], frame["axle"],
+                           lambda p: (UP @ (rise + np.cross(frame["axle"], p)), UP @ np.cross(axis, p - middle)))  # fmt: skip
+        contact = contact + self.added("contact_place", 0 * UP, **frame)
         carried = velocity + yaw * np.cross(UP, place + contact)
-        by_wheel = np.cross(frame["axle"], contact) + self.added("slip", 0 * UP, chi_dot=mpf(1), **frame)
-        by_roller = np.cross(self.roller_axis(frame, chi), -rho * inward)
+        by_wheel = rise + np.cross(frame["axle"], contact) + self.added("slip", 0 * UP, chi_dot=mpf(1), **frame)
+        by_roller = np.cross(axis, contact - middle)
         (a, b, e), (d, f, g) = ([u @ w for u in (by_wheel, by_roller, carried)]
                                 for w in (frame["level_axle"], frame["across"]))  # fmt: skip
         return (b * g - e * f) / (a * f - b * d), (e * d - a * g) / (a * f - b * d)
@@ -205,6 +211,15 @@ class Mechanics:
         slopes = [(a - b) / (2 * STEP) for a, b in zip(p_after(STEP), p_after(-STEP), strict=True)]
         acting = [difference(lambda w: self.lagrangian(w, v), q, k) - slope for k, slope in enumerate(slopes)]
         return [np.dot(column, acting) for column in self.V()]
+
+
+def touching(below: np.ndarray, ahead: np.ndarray, aside: np.ndarray, rises) -> np.ndarray:
+    """The place below + a ahead + b aside that neither the wheel's turning nor the roller's lifts off the ground."""
+    at, by_a, by_b = (np.array(rises(place)) for place in (below, below + ahead, below + aside))
+    (m, p), (n, q) = by_a - at, by_b - at
+    determinant = m * q - n * p
+    a, b = (n * at[1] - q * at[0]) / determinant, (p * at[0] - m * at[1]) / determinant
+    return below + a * ahead + b * aside
 
 
 def differs(shown: object, right: object) -> bool:

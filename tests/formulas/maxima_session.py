@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DERIVATION = (
     "machinery/claims", "paper/geometry", "paper/constraints", "paper/roller_sums", "paper/parts",
     "paper/kinetic_energy", "paper/momenta", "paper/brackets", "paper/equations", "paper/vehicle", "paper/free_rollers",
-    "paper/roller_models",
+    "paper/roller_models", "paper/switching", "paper/omni_wheels",
 )  # fmt: skip
 COMPARISON = (
     "comparison/printed", "comparison/printed_section2", "comparison/printed_section3",
