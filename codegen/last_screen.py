@@ -1,6 +1,6 @@
 """What `make` has done, on one screen: what was derived, proved and built, where it is, and how long each step took.
 
-    python -m codegen.last_screen regenerate=92 build=71 motions=4
+python -m codegen.last_screen regenerate=92 build=71 motions=4
 """
 
 import json

@@ -26,7 +26,8 @@ BEGIN, END = "omniroll: begin", "omniroll: end"
 LIBRARY = "stringproc"  # Maxima's own, which writes what is derived
 TIMEOUT = 3600.0  # seconds; two minutes on a quiet core, and many on a machine that is busy
 FAILED_CLAIM = "identity is not zero:"
-SYNTAX = re.compile(r".+\.mac:\d+:\d+:\s*incorrect syntax")  # Maxima goes on with the next file after one
+SYNTAX = re.compile(r".+\.mac:(\d+:\d+:)?\s*incorrect syntax")  # Maxima goes on with the next file after one
+NEXT_FILE = re.compile(r"maxima: .*\bnow (\S+)$")  # which some builds of Maxima do not name where its syntax is wrong
 LINES_OF_A_SYNTAX_ERROR = 3  # file, line, column and what is wrong; the text there; a mark below it
 LINES_OF_A_FAILURE = 12
 Report = Callable[[str], None]
@@ -123,9 +124,12 @@ class Maxima:
         said: list[str] = []
         try:
             has_begun = has_failed = False
+            reading = ""
             assert process.stdout is not None
             for line in map(str.strip, process.stdout):
                 if has_begun and line:
+                    reading = next_file[1] if (next_file := NEXT_FILE.match(line)) else reading
+                    line = f"{reading}.mac: {line}" if line.startswith("incorrect syntax") else line
                     said.append(line)
                     has_failed = has_failed or line.startswith(FAILED_CLAIM) or bool(SYNTAX.match(line))
                     if line != END and not has_failed:

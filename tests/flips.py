@@ -28,6 +28,7 @@ VEHICLE = 'prove_vehicle(1, 3, append(by_half(psi_1, 1/2), [ride_curve_1 = 0, ri
 CALLS = {
     "prove_vehicle": VEHICLE,
     "prove_reduced": VEHICLE,
+    "sum_over_rows": "sum_over_rows(subst(phi_dot = 0, twice_energy_roller))",
     "sum_of_omega": "map(sum_over_free_with_omega, free_reduced_force)",
     "sum_of_torque": 'yaw_momentum_rate("free")',
     "prove_vehicle_functions": 'prove_vehicle_functions("free")',

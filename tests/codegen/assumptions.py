@@ -170,8 +170,8 @@ class Mechanics:
         ride = [c["l"] + self.added("ride", 0, chi=chi + step) for step in (-STEP, 0, STEP)]
         rise = (ride[2] - ride[0]) / (2 * STEP) * UP
         middle = c["r"] * (mp.sin(chi) * frame["across"] - mp.cos(chi) * frame["upward"])
-        contact = touching(-ride[1] * frame["upward"], frame["across"], frame["axle"],
-                           lambda p: (UP @ (rise + np.cross(frame["axle"], p)), UP @ np.cross(axis, p - middle)))  # fmt: skip
+        rises = lambda at: (UP @ (rise + np.cross(frame["axle"], at)), UP @ np.cross(axis, at - middle))  # noqa: E731
+        contact = touching(-ride[1] * frame["upward"], frame["across"], frame["axle"], rises)
         contact = contact + self.added("contact_place", 0 * UP, **frame)
         carried = velocity + yaw * np.cross(UP, place + contact)
         by_wheel = rise + np.cross(frame["axle"], contact) + self.added("slip", 0 * UP, chi_dot=mpf(1), **frame)

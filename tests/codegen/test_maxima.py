@@ -68,7 +68,7 @@ def test_a_failed_claim_in_a_loaded_file_is_an_exit_code(tmp_path, capfd):
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("f(x := 1$\n", r"derive\.mac:1:\d+:\s*incorrect syntax"),
+        ("f(x := 1$\n", r"(derive)?\.mac:(1:\d+:)?\s*incorrect syntax"),
         ("1/0$\n" + WRITE, "zero|undefined: 0 to a negative"),
         ('load("./not_there.mac")$\n', "not_there"),
         ("x: 1$\n", "wrote no data"),

@@ -3,7 +3,6 @@ turns the verdict.
 """
 
 import json
-import re
 from collections import defaultdict
 
 import pytest

@@ -1,6 +1,5 @@
 """The switching model: which roller is which, what the two laws do. Rules are numbered as in its contract."""
 
-
 import numpy as np
 import pytest
 
