@@ -16,6 +16,7 @@ from omniroll.engine.control import made
 from omniroll.engine.simulate import checked_task
 from omniroll.kernels import building, sets
 from omniroll.kernels.kernel import CompiledKernel, form
+from omniroll.kernels.neutral_kernel import NeutralKernel
 
 SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 NODES = 16  # of a step of the compiled engine
@@ -211,7 +212,7 @@ def test_a_call_with_effects_makes_what_it_needs_once(monkeypatch):
     runs = counted(monkeypatch, EffectRun, "__init__")
     checks = counted(monkeypatch, Controller, "check")
     bound = counted(monkeypatch, CompiledKernel, "bind")
-    laws = counted(monkeypatch, CompiledKernel, "motor_laws")
+    laws = counted(monkeypatch, NeutralKernel, "motor_laws")
     for _ in range(3):
         omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1e-3, effects=effects)
         assert (len(runs), len(checks), len(bound), len(laws)) == (1, 1, 0, 1)

@@ -129,11 +129,10 @@ def test_a_run_of_very_many_evaluations_goes_on_and_its_term_is_named():
     ground = omniroll.Contact(law="coulomb", friction=0.3)
     options = {"nu": (0.5, -0.2, 1), "duration": 6, "roller_model": "free"}
     task = checked_task(PAPER, effects=[bearings, ground], **options)
-    looks = iter(range(1000))
     with pytest.warns(
         RuntimeWarning, match=r"more evaluations of the accelerations: Bearings.* time constant of"
     ) as said:
-        ended = made(replace(task, interrupted=lambda: "" if next(looks) < 5 else "that is enough"), 1e-9)
+        ended = made(replace(task, interrupted=lambda: "that is enough" if len(said) else ""), 1e-9)
     assert len(said) == 1 and "that is enough" in str(ended.stop)
 
 
@@ -285,7 +284,7 @@ def test_explain_says_which_term_is_too_fast(explained_scene):
     found = explained_scene("[bearings]\nroller_coulomb = 1e-4\nroller_speed = 1e-15\n")
     (left_out,) = found["left_out"]
     assert "all estimates, since the motion itself stopped" in left_out and "roller_speed = 1e-15" in left_out
-    assert found["prices"][0]["microseconds"] is None
+    assert found["prices"][0]["operations"] > 0  # counted, not timed
     assert left_out in explain.text(found)
 
 
@@ -296,13 +295,13 @@ def test_explain_says_what_it_had_no_time_for(explained_scene, monkeypatch):
     assert "Left out; estimates and prices may take 0 s together" in explain.text(found)
 
 
-def test_a_price_is_not_measured_on_a_run_without_end(explained_scene, monkeypatch):
+def test_a_price_is_counted_for_a_run_without_end(explained_scene, monkeypatch):
     """The Python engine follows a stiff motor in millions of steps, which memory would hold."""
     monkeypatch.setattr(allowances, "LONGEST", 0.1)
     motor = "[drive]\nvoltage = 2.0\ntorque_constant = 12\nresistance = 2.0\n"
     found = explained_scene(f"engine = 'python'\n{motor}")
-    known = [(price["effect"], price["microseconds"]) for price in found["prices"]]
-    assert known == [("Motor", None), ("Contact", None)]
+    assert [price["effect"] for price in found["prices"]] == ["Motor", "Contact"]
+    assert all(price["operations"] > 0 for price in found["prices"])
     assert "it takes more than 0.1 s: Motor has a time constant of" in found["left_out"][0]
 
 

@@ -174,7 +174,7 @@ def test_progress_is_reported(engine):
         ({"accuracy": None}, "accuracy", "real"),
         ({"roller_model": "loose"}, "roller_model", "massless, locked, free"),
         ({"switching": "bounce"}, "switching", "smooth, impact"),
-        ({"engine": "steam"}, "engine", "compiled, python"),
+        ({"engine": "steam"}, "engine", "compiled, specialised, python"),
         ({"vehicle": "paper"}, "vehicle", "Vehicle"),
     ],
 )

@@ -64,7 +64,7 @@ FIRST = {
     "m33": ("7.1:m33", "paper/kinetic_energy.mac"), "x": ("2:q", "paper/constraints.mac"),
     "p_phi": ("7.2:p_phi_k", "paper/momenta.mac"), "f3": ("3.1", "paper/equations.mac"),
     "chi_kl": ("section3:chi_kl", "paper/parts.mac"), "sigma": ("7:sigma", "programs/notation.mac"),
-    "arm": (None, "paper/geometry.mac"), "omega": (None, "paper/free_rollers.mac"),
+    "arm": (None, "paper/geometry.mac"), "omega": ("3.2", "paper/kinetic_energy.mac"),
 }  # fmt: skip
 
 
@@ -146,7 +146,7 @@ def test_the_command_shows_the_way(capsys):
     assert cli.main(["where", "rho"]) == 0
     text = capsys.readouterr().out
     assert [f"{k}. {station}" in text for k, station in enumerate(STATIONS, 1)] == [True] * 5
-    assert "maxima/paper/constraints.mac" in text and "rho_of_chi: l*cos(chi) - r" in text
+    assert "maxima/paper/constraints.mac" in text and "rho_of_chi: ride*cos(chi) - ride_slope*sin(chi) - r" in text
     assert cli.main(["where", "rho", "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)["stations"]) == set(STATIONS)
 
