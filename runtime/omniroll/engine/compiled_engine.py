@@ -183,8 +183,8 @@ class CompiledRun:
         left = self.outlook.left * run.sweep_count * NODES / max(run.step_count, 1)
         if self.is_named or not self.outlook.has_collapsed(run.step_count, run.switch_count) or left < MANY_EVALUATIONS:
             return
-        self.is_named = True
         if cause := blamed(self.task, self.end()):
+            self.is_named = True
             needs = f"at its present pace the run needs {left:.0e} more evaluations of the accelerations"
             warnings.warn(needs + cause, RuntimeWarning, stacklevel=2)
 
