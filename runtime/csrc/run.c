@@ -146,6 +146,13 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
         wheel_momenta(run, work);
 }
 
+/* A call ends: what a session keeps of run->work has no pointers, which would be those of this call. */
+ALWAYS_INLINE void end_call(const work_t *work)
+{
+    if (SET_STANDS || SET_HOLDS)
+        work->standing->contact = 0, work->standing->problem = 0, work->standing->has_part = 0;
+}
+
 ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
 {
     work_t work;
@@ -173,6 +180,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
             take(run, &work, &s, wheels);
     }
     run->sweep_count += s.sweeps;
+    end_call(&work);
     return status;
 }
 
