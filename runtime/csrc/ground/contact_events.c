@@ -144,7 +144,7 @@ NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
     slips_of(wheels, s->vehicle, point.nu, point.chi, point.core, slip);
     for (int k = 0; k < 2*wheels; k++)
         s->end_slip[k] = slip[k][0];
-    s->turn_noise = s->turning ? noise_of_turns(s, wheels) : 0;
+    s->turn_noise = s->turning && s->gripping ? noise_of_turns(s, wheels) : 0;
 }
 
 /* How far a contact is from the end of its mode at the step's end, negative before it, and the rate of that. Of one

@@ -428,7 +428,7 @@ static void find_direction(step_t *s, const int wheels, int i)
 {
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
-    if (fmax(largest_of(&along), largest_of(&across)) < s->slip_noise[i]) {
+    if (largest_of(&across) < s->slip_noise[i] && largest_of(&along) < s->slip_noise[i]) {
         begin_direction(s, i);
         force_in_direction(s, i);
         return;
