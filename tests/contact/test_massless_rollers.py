@@ -23,6 +23,7 @@ GRAVITY, INCLINE = 9.80665, 0.2
 INSTANT = 1e-10  # relative, of instants in closed form
 MASSLESS = {"roller_model": "massless", "control": False}
 
+
 def contact_torques(run):
     """(T, N) in N m, what the bearings of the rollers in contact take in each row."""
     return run.drive[:, run.effects.drives().index("contact_bearing")]
@@ -33,31 +34,6 @@ def first_row(happens):
 
 
 # Closed forms
-
-
-@pytest.mark.parametrize("above", [1.0, 1.5])
-def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above):
-    """All axles stick: it slides, M v' = M g sin b - 4 c v, until rho c v is what two bearings hold; from there on
-    these take T/rho each, M v' = M g sin b - 2 c v - 2 T/rho, and the rollers spin with v/rho - T/(rho^2 c)."""
-    c, sliding, end = 6.0, 0.02, 0.25
-    bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding, wheel_coulomb=3.0)
-    effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
-    fall, stuck, turning = GRAVITY * np.sin(INCLINE), 4 * c / MASS, 2 * c / MASS
-    speed = above * sliding / (RHO * c)
-    let_go = -np.log(1 - speed * stuck / fall) / stuck
-    assert let_go < end / 2
-    spins = np.abs(run.contact_spin)
-    moving = np.flatnonzero((spins > 1e-9).any(axis=0))
-    assert sorted(moving) in ([0, 2], [1, 3])
-    for wheel in moving:
-        assert run.t[first_row(spins[:, wheel] > 1e-9) - 1] == pytest.approx(let_go, rel=INSTANT)
-    rest = (fall - 2 * sliding / (RHO * MASS)) / turning
-    wanted = rest + (speed - rest) * np.exp(-turning * (end - let_go))
-    assert np.linalg.norm(run.nu[-1, :2]) * DISTANCE == pytest.approx(wanted, rel=1e-10)
-    assert spins[-1, moving] == pytest.approx([wanted / RHO - sliding / (RHO**2 * c)] * 2, rel=1e-10)
-    assert np.abs(contact_torques(run)).max() == pytest.approx(above * sliding, rel=1e-10)
-    assert not run.quantity("rates").any()
 
 
 def test_rollers_that_turn_stop_on_their_disks():
@@ -103,6 +79,7 @@ def series(law, speed, across, rho, torque, damping):
     """Of a wheel that moves with `speed` along its axle and slips with `across`: the slip along it, the spin and the
     bearing's torque. The slip is found by bisection, where the ground's force times rho is what the bearing takes: at
     most `torque`, and its viscous friction beside that."""
+
     def beyond(slip):
         return rho * abs(law(slip, across)[0]) - torque - damping * abs(speed - slip) / rho
 

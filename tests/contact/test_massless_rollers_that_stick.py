@@ -10,7 +10,7 @@ from reactions.test_newton_euler import call
 from sensitivities.costs import task as skid_of
 
 from contact.laws import judged
-from contact.test_massless_rollers import by_bodies
+from contact.test_massless_rollers import by_bodies, contact_torques, first_row
 from contact.test_newton_euler import slipping_case
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
@@ -25,15 +25,6 @@ WEIGHT = MASS * GRAVITY
 INSTANT = 1e-10  # relative, of instants in closed form
 LAW = 1e-12
 MASSLESS = {"roller_model": "massless", "control": False}
-
-
-def contact_torques(run):
-    """(T, N) in N m, what the bearings of the rollers in contact take in each row."""
-    return run.drive[:, run.effects.drives().index("contact_bearing")]
-
-
-def first_row(happens):
-    return int(np.flatnonzero(happens)[0])
 
 
 # Closed forms

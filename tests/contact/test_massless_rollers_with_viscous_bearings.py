@@ -20,6 +20,7 @@ from contact.test_massless_rollers import (
     MASS,
     MASSLESS,
     RHO,
+    contact_torques,
     first_row,
 )
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LOAD
@@ -43,15 +44,16 @@ def after(time, speed, rate, rest):
 
 
 @pytest.mark.parametrize("above", [1.0, 1.5])
-def test_bearings_hold_a_vehicle_on_a_slope_and_brake_it(above):
+@pytest.mark.parametrize("damper", [0.0, DAMPER])
+def test_bearings_hold_a_vehicle_on_a_slope_and_brake_it(damper, above):
     """All axles stick. Until rho c v is what two bearings hold, M v' = M g sin b - 4 c v; from there on their contacts
     slip with (d v + T/rho)/(c + d), d = c_phi/rho^2, and their rollers have the rest of v."""
     c, sliding, end = 6.0, 0.02, 0.25
     bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding, wheel_coulomb=3.0)
-    bearings = replace(bearings, roller_viscous=DAMPER)
+    bearings = replace(bearings, roller_viscous=damper) if damper else bearings
     effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
     run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
-    fall, stuck, d = GRAVITY * np.sin(INCLINE), 4 * c / MASS, DAMPER / RHO**2
+    fall, stuck, d = GRAVITY * np.sin(INCLINE), 4 * c / MASS, damper / RHO**2
     speed = above * sliding / (RHO * c)
     let_go = -np.log(1 - speed * stuck / fall) / stuck
     assert let_go < end / 2
@@ -67,6 +69,9 @@ def test_bearings_hold_a_vehicle_on_a_slope_and_brake_it(above):
     slip = (d * wanted + sliding / RHO) / (c + d)
     assert spins[-1, moving] == pytest.approx([(wanted - slip) / RHO] * 2, rel=1e-10)
     assert np.abs(run.slip[-1, moving, 0]) == pytest.approx([slip] * 2, rel=1e-10)
+    most = above * sliding if damper == 0 else above * sliding + damper * spins.max()
+    assert above * sliding <= np.abs(contact_torques(run)).max() * (1 + 1e-10) <= most * (1 + 2e-10)
+    assert not run.quantity("rates").any()
 
 
 @pytest.mark.parametrize("damping", [2e-6, 4e-4])

@@ -14,6 +14,7 @@ from scipy.optimize import minimize
 from contact.laws import judged
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_sticking_bodies import RELATIVE, by_bodies
+from contact.test_stuck_axles import bearing_torques
 from contact.test_stuck_rollers import all_spins, contact_torques
 from omniroll import (
     Bearings,
@@ -39,11 +40,6 @@ def run_of(effects, duration, nu=(0, 0, 0)):
     """A run of the cross."""
     return simulate(CROSS, nu=nu, duration=duration, roller_model="free", effects=effects, accuracy=ACCURACY,
                     control=False)  # fmt: skip
-
-
-def axle_torques(run):
-    """(T, N) in N m, what the axles' bearings take in each row."""
-    return run.drive[:, run.effects.drives().index("bearing_torque")]
 
 
 def pushed(growth, end=0.2):
@@ -309,7 +305,7 @@ def test_forces_that_are_not_determinate_are_those_of_least_norm_within_the_boun
     assert force.ravel() == pytest.approx(wanted.x, abs=1e-7)
     assert (np.abs(np.abs(wanted.x) - bounds) < 1e-9).sum() >= 2
     assert contact_torques(run)[-1] == pytest.approx(RHO * force[:, 0], abs=1e-12)
-    assert axle_torques(run)[-1] == pytest.approx(-RADIUS * force[:, 1], abs=1e-12)
+    assert bearing_torques(run)[-1] == pytest.approx(-RADIUS * force[:, 1], abs=1e-12)
 
 
 # ---- random scenes ---------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from reactions.test_newton_euler import call
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from contact.test_massless_rollers import contact_torques
 from contact.test_newton_euler import DAMPING, RELATIVE, by_bodies, slipping_case, viscous
 from omniroll import (
     Bearings,
@@ -38,11 +39,6 @@ def all_spins(run):
 def stopped(spins):
     """The row in which a spin (T,) has come to zero, but for what rounding has left."""
     return int(np.flatnonzero(np.abs(spins) <= 1e-12 * np.abs(spins).max())[0])
-
-
-def contact_torques(run):
-    """(T, N) in N m, what the bearings of the rollers in contact take in each row."""
-    return run.drive[:, run.effects.drives().index("contact_bearing")]
 
 
 def test_a_free_roller_spins_down_and_sticks():

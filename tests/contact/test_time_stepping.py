@@ -34,7 +34,7 @@ KINDS = [
     ("viscous", "none", "free"), ("viscous", "axles", "massless"), ("viscous", "both, viscous", "free"),
     ("viscous", "both, viscous", "massless"), ("regularised", "none", "massless"), ("regularised", "axles", "free"),
     ("regularised", "both, viscous", "massless"), ("rolling", "axles", "locked"), ("rolling", "rollers", "massless"),
-    ("rolling", "both, viscous", "free"),
+    ("rolling", "axles", "massless"), ("rolling", "both, viscous", "free"),
 ]  # fmt: skip
 
 

@@ -1,4 +1,7 @@
-"""Axles that stick: both engines against Moreau's scheme, closed forms, linear programming, the regularised law."""
+"""Axles that stick: closed forms, linear programming, the regularised law.
+
+The Python engine steps in time by Moreau's scheme: contact/test_time_stepping.py holds every kind of friction to it.
+"""
 
 import numpy as np
 import pytest
@@ -47,42 +50,6 @@ def rows_of(vehicle):
 
 def bearing_torques(run):
     return run.drive[:, run.effects.drives().index("bearing_torque")]
-
-
-def moreau(vehicle, nu, duration, steps, sliding, torque=0.0):
-    """Moreau's time stepping of massless rollers: momentum balance and the law of friction at the end of each step.
-
-    The law is solved wheel by wheel, over and over (projected Gauss-Seidel). The error is of the order of the step.
-    """
-    bound, rows, dt = kernel(vehicle, "massless", "python"), rows_of(vehicle), duration / steps
-    inverse = np.linalg.inv(bound.mass_matrix(np.zeros(vehicle.wheels)))
-    nu, taken, response = np.array(nu, float), np.zeros(vehicle.wheels), rows @ inverse @ rows.T
-    for step in range(steps):
-        driven = torque((step + 0.5) * dt) if callable(torque) else torque
-        force = bound.forces(nu, np.zeros(vehicle.wheels)) + rows.T @ (driven * np.ones(vehicle.wheels))
-        rates = rows @ (nu + dt * inverse @ force)
-        changed = 1.0
-        while changed > 1e-12 * sliding.max():
-            before = taken.copy()
-            for i in range(vehicle.wheels):
-                asked = taken[i] - (rates[i] + dt * response[i] @ taken) / (dt * response[i, i])
-                taken[i] = min(max(asked, -sliding[i]), sliding[i])
-            changed = np.abs(taken - before).max()
-        nu = nu + dt * inverse @ (force + rows.T @ taken)
-    return nu
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("vehicle", [PAPER, FOUR], ids=["three wheels", "four wheels"])
-def test_wheels_stick_one_by_one_as_in_moreaus_scheme(vehicle):
-    sliding = np.array([4e-3, 3e-3, 5e-3, 2e-3])[: vehicle.wheels]
-    coarse, fine = (moreau(vehicle, (1, 0.1, 0.3), 3.2, steps, sliding) for steps in (200, 400))
-    task = {"nu": (1, 0.1, 0.3), "duration": 3.2, "effects": [Bearings(wheel_coulomb=sliding)], **EXACT}
-    run = simulate(vehicle, **task)
-    error = np.abs(fine - run.nu[-1]).max()
-    assert error < 2e-3 and error < 0.7 * np.abs(coarse - run.nu[-1]).max()
-    sticks = np.abs(bearing_torques(run)) < 0.999 * sliding
-    assert len({tuple(row) for row in sticks}) >= 3  # one after the other
 
 
 @pytest.mark.long

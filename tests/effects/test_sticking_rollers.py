@@ -1,6 +1,7 @@
-"""Rollers that stick in their bearings: against Moreau's scheme on bodies, the regularised law, the law itself.
+"""Rollers that stick in their bearings: what reactions and instruments have of it, and what is refused.
 
-tests/runtime holds the compiled engine to the Python engine over random scenes, and sessions to runs.
+The accelerations under given torques of bearings are held to bodies in test_effect_kernels.py, the laws to every row of
+the corpus, and the motion to Moreau's scheme in contact/test_time_stepping.py.
 """
 
 import numpy as np
@@ -21,117 +22,6 @@ from omniroll.results.reactions import modes_of_free_rollers
 
 PAPER = Vehicle.paper()
 TASK = {"accuracy": 1e-9, "control": False}
-
-
-class Bodies:
-    """The vehicle of paper.md as bodies in all coordinates: platform, wheels, each roller; nothing of the project.
-
-    Speeds are (v_x, v_y, theta') along the platform's axes, chi'_i, phi'_ij; j = 0 is in contact. The platform's axes
-    turn, so that what the mass keeps of its velocity turns in them.
-    """
-
-    def __init__(self, vehicle):
-        self.v, self.wheels, self.rollers = vehicle, vehicle.wheels, vehicle.rollers_per_wheel
-        self.angles = np.array(vehicle.wheel_angles)
-        self.kappa = 2 * np.pi * np.arange(self.rollers) / self.rollers
-        self.size = 3 + self.wheels * (1 + self.rollers)
-
-    def place(self, i, j):
-        return 3 + self.wheels + i * self.rollers + j
-
-    def matrix(self, chi):
-        v, m = self.v, np.zeros((self.size, self.size))
-        m[0, 0] = m[1, 1] = v.mass
-        m[2, 2] = v.yaw_inertia
-        for i in range(self.wheels):
-            m[3 + i, 3 + i] = v.wheel_inertia
-            for j in range(self.rollers):
-                k = self.place(i, j)
-                m[k, k] = v.roller_inertia
-                m[2, k] = m[k, 2] = v.roller_inertia * np.sin(chi[i] + self.kappa[j])
-        return m
-
-    def turning(self, chi, w):
-        """What the changing axes and angles add to the rates of the momenta."""
-        force = np.zeros(self.size)
-        force[:2] = self.v.mass * w[2] * np.array([w[1], -w[0]])
-        for i in range(self.wheels):
-            for j in range(self.rollers):  # dT/dchi
-                force[3 + i] += self.v.roller_inertia * w[self.place(i, j)] * w[2] * np.cos(chi[i] + self.kappa[j])
-        return force
-
-    def rolling(self, chi):
-        """(2 N, size) rows that are zero where contacts do not slip: along the axle, and across it."""
-        v, rows = self.v, []
-        for i, angle in enumerate(self.angles):
-            along, across = np.zeros(self.size), np.zeros(self.size)
-            along[:2] = np.cos(angle), np.sin(angle)
-            along[self.place(i, 0)] = -(v.wheel_radius * np.cos(chi[i]) - v.roller_axis_radius)
-            across[:2], across[2] = (-np.sin(angle), np.cos(angle)), v.platform_radius
-            across[3 + i] = v.wheel_radius
-            rows += [along, across]
-        return np.array(rows)
-
-
-def moreau(vehicle, start, steps, duration, sliding, axles=0.0):
-    """(size,) the speeds at the end: momentum balance, rolling and the law of friction at the end of each step.
-
-    start  chi (N,) and the speeds (size,); sliding torques of all rollers and all axles
-    """
-    bodies = Bodies(vehicle)
-    (chi, w), dt = start, duration / steps
-    chi = np.array(chi, float)
-    rubbing = np.arange(3 if axles else 3 + bodies.wheels, bodies.size)
-    bounds = np.where(rubbing < 3 + bodies.wheels, axles, sliding) * dt
-    taken = np.zeros(len(rubbing))
-    for _ in range(steps):
-        before = bodies.matrix(chi) @ w
-        free = before + dt * bodies.turning(chi, w)
-        chi = chi + dt * w[3 : 3 + bodies.wheels]
-        m, rows = bodies.matrix(chi), bodies.rolling(chi)
-        whole = np.block([[m, -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
-        answer = np.linalg.inv(whole)[: bodies.size, : bodies.size]
-        w = answer @ free
-        matrix, given = answer[np.ix_(rubbing, rubbing)], w[rubbing]
-        while True:
-            last = taken.copy()
-            for k in range(len(rubbing)):
-                rate = given[k] + matrix[k] @ taken
-                taken[k] = np.clip(taken[k] - rate / matrix[k, k], -bounds[k], bounds[k])
-            if np.abs(last - taken).max() <= 1e-12 * bounds.max():
-                break
-        w = answer[:, rubbing] @ taken + w
-    return w
-
-
-def begun(vehicle, nu, chi):
-    """The same start: chi and the speeds, where the free rollers do not spin on their disks."""
-    bodies, v = Bodies(vehicle), vehicle
-    w = np.zeros(bodies.size)
-    w[:3] = v.platform_radius * nu[0], v.platform_radius * nu[1], nu[2] / v.yaw_scale
-    for i, angle in enumerate(bodies.angles):
-        w[3 + i] = -(v.platform_radius * w[2] - np.sin(angle) * w[0] + np.cos(angle) * w[1]) / v.wheel_radius
-        along = np.cos(angle) * w[0] + np.sin(angle) * w[1]
-        w[bodies.place(i, 0)] = along / (v.wheel_radius * np.cos(chi[i]) - v.roller_axis_radius)
-    return np.array(chi), w
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("axles", [0.0, 4e-3])
-def test_bodies_under_moreaus_scheme_move_so(axles):
-    """Rollers and axles stop one by one, some stick while the vehicle goes on; errors fall with the step."""
-    nu, chi, duration, torque = (0.1, 0.02, 0.25), (-0.3, 0.1, 0.2), 0.5, 2e-5
-    errors = []
-    friction = {"wheel_coulomb": axles} if axles else {}
-    acting = [Bearings(roller_coulomb=torque, **friction)]
-    run = simulate(PAPER, nu=nu, chi=chi, duration=duration, effects=acting, **TASK)
-    assert not len(run.switches)
-    for steps in (250, 1000):
-        w = moreau(PAPER, begun(PAPER, nu, chi), steps, duration, torque, axles)
-        spins = w[3 + PAPER.wheels :].reshape(PAPER.wheels, -1)[:, 1:]
-        found = np.array([w[0] / PAPER.platform_radius, w[1] / PAPER.platform_radius, w[2] * PAPER.yaw_scale])
-        errors.append(max(np.abs(found - run.nu[-1]).max(), 1e-2 * np.abs(spins - run.spins[-1]).max()))
-    assert errors[1] < 0.4 * errors[0] and errors[1] < 2e-3
 
 
 @pytest.mark.long
