@@ -3,15 +3,37 @@
 #define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
 #define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
 #define SLIP_LANDS 0.1              /* of what is rounding of a slip: a step that ends with less ends at rest  */
-/* So many of these: the direction of a slip is known well enough to locate an event by it. Where wheels stand they are
- * what an iteration leaves, far more than rounding. */
-#define FAR_FROM_NOISE (SET_STANDS ? 1e4 : 1e7)
+/* So many of these: the direction of a slip is known well enough to locate an event by it. Where wheels may stand they
+ * are what an iteration leaves, far more than rounding. */
+#define FAR_FROM_NOISE 1e7
+#define FAR_WHERE_STANDING 1e4
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define TURNED_BY 4e-3              /* of what is rounding of a slip: so much turns it                       */
 #define MOST_TURN_NOISE 1e-7
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
+
+/* Whether wheels may stand: one of these bearings can hold something. A set with bearings that stick also runs scenes
+ * without such, in which slips are known as sharply as in sets that have none. */
+ALWAYS_INLINE int may_stand(const omniroll_bearing_t *bearings, int count)
+{
+    int holds = 0;
+    for (int k = 0; SET_STANDS && k < count && !holds; k++)
+        holds = bearings[k].holding > 0;
+    return holds;
+}
+
+/* The same of a step. */
+ALWAYS_INLINE int may_stand_in(const step_t *s)
+{
+    return SET_STANDS && may_stand(s->own_bearing, s->own_count);
+}
+
+ALWAYS_INLINE double far_from_noise(const step_t *s)
+{
+    return may_stand_in(s) ? FAR_WHERE_STANDING : FAR_FROM_NOISE;
+}
 
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at);
 
@@ -67,9 +89,10 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
     loads_in_state(s, wheels, point->core, load);
     set_sliding_forces(wheels, s->vehicle, slip, load, s->friction, force, slope);
+    const double far = far_from_noise(s);
     for (int i = 0; i < wheels; i++) {
         const double size = sqrt(slip[2*i][0]*slip[2*i][0] + slip[2*i + 1][0]*slip[2*i + 1][0]);
-        const int by_slip = may_turn(s, i) && size > FAR_FROM_NOISE*s->slip_noise[i];
+        const int by_slip = may_turn(s, i) && size > far*s->slip_noise[i];
         for (int k = 2*i; k < 2*i + 2 && by_slip; k++)
             push[k] = force[k];
     }
@@ -215,8 +238,9 @@ static double length_to_change(step_t *s, const int wheels, double length)
         if (!(rate > least_rate) && !(s->slides[i] ? has_passed_rest(s, i, value) : value > noise))
             continue;
         double reached = s->grips[i] ? reached_from(s, value, rate) : rate > least_rate ? s->h - value/rate : s->h/2;
-        /* No other length comes nearer to rest; but where wheels stand the noise is more than rounding, and it may. */
-        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise && !(SET_STANDS && fabs(reached - s->h) <= s->reach*s->h))
+        /* No other length comes nearer to rest. Where wheels may stand the noise is more than rounding, and one may. */
+        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise
+            && !(may_stand_in(s) && fabs(reached - s->h) <= s->reach*s->h))
             reached = fmin(s->h, length);
         if (reached < length || (reached == s->h && s->landing < 0)) {
             length = reached;

@@ -83,11 +83,11 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
     return sizes;
 }
 
-/* What slips are rounded against that these speeds make, in m/s: those within it are zero. Where wheels stand, the speeds
- * are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
+/* What slips are rounded against that these speeds make, in m/s: those within it are zero. Where wheels may stand, the
+ * speeds are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
 static double rounding_of_speeds(const omniroll_run_t *run, double speeds)
 {
-    if (SET_STANDS) {
+    if (may_stand(own_bearings(run), run->own_count)) {
         const double left = run->sweep_tolerance*fmax(run->speed, run->fastest)*run->ground.arms[0];
         return fmax(left, SLIP_AT_REST*EPS*fmax(speeds, LEFT_OF*run->hold.speed));
     }
@@ -276,7 +276,7 @@ static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, co
     const double size = length_of(slip, 2);
     const double same = fmin(SAME*size, NO_OTHER*s->slip_noise[i]);
     const double left = turned_together(s, i) ? 0 : fmax(LEFT_BY_SWEEPS*s->rest*run->ground.arms[0], same);
-    if (!turned_together(s, i) && !(size < FAR_FROM_NOISE*s->slip_noise[i]))
+    if (!turned_together(s, i) && !(size < far_from_noise(s)*s->slip_noise[i]))
         return 0;
     for (int k = 0; k < 2; k++)
         own[k] = weighted(&s->toward[2*i + k], &gauss_end);
@@ -316,7 +316,8 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, own);
         for (int k = 0; k < 2 && turns; k++)
             grip->towards[k] = known ? slip[2*i + k]/size : own[k];
-        if (turns && !(known && size > FAR_FROM_NOISE*s->slip_noise[i]))   /* the row says where it goes: its slip does not */
+        /* the row says where it goes: its slip does not */
+        if (turns && !(known && size > far_from_noise(s)*s->slip_noise[i]))
             run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
         grip->keeps = turns && !known;
         grip->resting = grip->sticks || ends;

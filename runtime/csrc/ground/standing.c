@@ -387,9 +387,26 @@ static void decide_all(omniroll_run_t *run, const work_t *work)
     run->hold.undecided = run->ground.undecided = 0;
 }
 
+/* The modes of all contacts beside bearings that hold nothing and turn for ever. */
+static void decide_beside_turning(omniroll_run_t *run, const work_t *work)
+{
+    asked_t now;
+    put_own_to_rest(run, work);
+    stand(run, work);
+    decide_contacts(run, work);
+    asked_now(run, work, &now);
+    find_all_torques(run, work, &now, 0);
+    size_all(run, work);
+    run->hold.undecided = 0;
+}
+
 /* Which bearings and contacts stick from now on, where that must be decided anew. */
 static void settle_all(omniroll_run_t *run, const work_t *work)
 {
-    if (run->hold.undecided || run->ground.undecided)
+    if (!run->hold.undecided && !run->ground.undecided)
+        return;
+    if (SET_STRIPS || may_stand(own_bearings(run), run->own_count))
         decide_all(run, work);
+    else
+        decide_beside_turning(run, work);
 }

@@ -14,6 +14,7 @@ from omniroll.vehicles.vehicle import Vehicle
 
 SLOW, SLOW_STANDING = 1e7, 1e4  # times its rounding: rows tell the direction of a slower slip (FAR_FROM_NOISE in C),
 SAME, NO_OTHER = 1e-3, 100  # rad, and times its rounding, if it is no farther from that of the slip
+LEFT_BY_SWEEPS = 16  # times its rounding: by so little the engine's iteration turns a slip
 AT_REST = 1000  # a slip is zero within this many roundings of the velocities that it is the difference of
 PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
 STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
@@ -39,7 +40,8 @@ def slip_says(slip: np.ndarray, towards: np.ndarray, rounding: np.ndarray, slow:
     size, along = np.linalg.norm(slip, axis=-1), (slip * towards).sum(axis=-1)
     back = along < -STRAIGHT * size
     across = np.abs(slip[..., 0] * towards[..., 1] - slip[..., 1] * towards[..., 0])
-    same = (across <= np.minimum(SAME * along, NO_OTHER * rounding)) & (size < slow * rounding)
+    turned = np.clip(SAME * along, LEFT_BY_SWEEPS * rounding, NO_OTHER * rounding)
+    same = (along > 0) & (across <= turned) & (size < slow * rounding)
     return (size > np.where(back, PAST_REST, 1.0) * rounding) & ~same
 
 
