@@ -54,13 +54,14 @@ def generated(set_name: str, name: str):
 
 
 def functions(set_name: str, sample: Sample) -> dict:
-    """The functions of a set that make sense for the number of wheels, by name."""
+    """The functions of a set that make sense for the number of wheels, by name; without those along a direction, which
+    tests/effects/test_derivatives.py asks."""
     least = {"nu_from_wheels": 3, "wheel_torques": 3, "nu_from_contacts": 2}
     found = signatures(*split_key(set_name), sample.wheels, sample.rollers, is_sharp(set_name))
     return {
         name: signature
         for name, signature in found.items()
-        if signature.outputs and sample.wheels >= least.get(name, 1)
+        if signature.outputs and sample.wheels >= least.get(name, 1) and not name.endswith("_along")
     }
 
 
