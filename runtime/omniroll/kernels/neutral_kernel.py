@@ -1,8 +1,9 @@
 """A general set presented as the kernel of a scene: effects that the scene does not call for are at neutral values.
 
 The general sets are built with omniroll (building.py says what is in them), so that a scene runs without a compiler;
-derivatives of runs with effects need one, the first time. A function of the scene's own set is there under its name, takes what it would take there, and gives
-what it would give, to rounding: the general set has the same function with more inputs.
+derivatives of runs with effects need one, the first time. A function of the scene's own set is there under its name,
+takes what it would take there, and gives what it would give, to rounding: the general set has the same function with
+more inputs.
 """
 
 import copy
