@@ -26,7 +26,7 @@ def chapter(name: str, folder: Path = ROOT / "maxima") -> str:
 
 def ask(statements: list[str], questions: list[str], folder: Path) -> list[str]:
     """The answers to questions, expressions that give strings, after the statements; an error answers "error"."""
-    lines = [f"{statement}$" for statement in statements]
+    lines = ["only_paper_wheels: true$", *(f"{statement}$" for statement in statements)]
     lines.append(f'answers_: makelist("error", k_, 1, {len(questions)})$')
     for number, question in enumerate(questions, 1):
         lines.append(f"block([r_: errcatch({question})], if r_ # [] then answers_[{number}]: first(r_))$")
