@@ -134,7 +134,35 @@ LAYOUT = (
     ),
     derived("center_of_mass", PLACE, note="yaw_inertia stays that about S", default="(0, 0)"),
 )
-VEHICLE = (WHEELS, ROLLERS_PER_WHEEL, WHEEL_ANGLES, *LENGTHS, *INERTIAS, YAW_SCALE, *LAYOUT)
+WHEEL_KIND = (  # the paper's wheels have the defaults
+    Entry(
+        "roller_angle",
+        Numbers(EACH, above=-math.pi / 2, below=math.pi / 2),
+        "rad",
+        "psi, angle between the rollers' axes and the plane of their wheel",
+        default="0: omni-wheels",
+        note="Mecanum wheels have some 45 degrees. Its sign is the hand of the wheel: positive where the "
+        "roller on the ground is turned clockwise out of the wheel's plane, as seen from above. One number is for all "
+        "wheels",
+    ),
+    Entry(
+        "rows",
+        Whole(1, 2),
+        "",
+        "rows of rollers of each wheel",
+        default="1",
+        note="rollers_per_wheel counts both rows together, is even then, and they take the ground by turns",
+    ),
+    Entry(
+        "row_offset",
+        NUMBER,
+        "m",
+        "distance of a row of rollers from the middle of its wheel, along the axle",
+        default="0",
+        note="Needed with two rows. Positive where the row of roller 0 is the outward one",
+    ),
+)
+VEHICLE = (WHEELS, ROLLERS_PER_WHEEL, WHEEL_ANGLES, *LENGTHS, *INERTIAS, YAW_SCALE, *LAYOUT, *WHEEL_KIND)
 PARTS = (
     derived("platform_mass", NOT_NEGATIVE, note="The platform is all that is not wheels and rotors"),
     derived("platform_inertia", NOT_NEGATIVE),

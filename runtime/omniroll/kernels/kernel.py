@@ -27,6 +27,7 @@ from omniroll.codegen.derivatives import REQUEST
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
+from omniroll.vehicles.checks import refuse_unmodelled
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import KERNEL_ARGUMENTS, ROLLER_MODELS, documented
 
@@ -146,6 +147,7 @@ def optional_effects() -> tuple[str, ...]:
 def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> tuple[str, ...]:
     """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
     them the numbers by which there are derivatives, and whether there are second ones."""
+    refuse_unmodelled(vehicle)
     if not effects and not vehicle.has_layout:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})

@@ -11,9 +11,9 @@ from omniroll.scenes.problems import Problem, nearest, shown
 from omniroll.scenes.reading import Lines
 from omniroll.scenes.schema import INSTEAD, OF_LOG, SCENE, TABLES, Table, keys
 
-NOT_MODELLED = {  # what tables, keys and words for other kinds of wheels have in them
-    "mecanum|roller_angle|slant": "asks for mecanum wheels, which are not modelled: rollers lie in the wheel's plane",
-    "double|rows|row_offset": "asks for two rows of rollers, which are not modelled: give all rollers as one row",
+ELSEWHERE = {  # what tables, keys and words for other kinds of wheels have in them
+    "mecanum|roller_angle|slant": "asks for mecanum wheels: they are roller_angle and handedness in [vehicle]",
+    "double|rows|row_offset": "asks for two rows of rollers: they are rows = 2 and row_offset in [vehicle]",
 }
 PAPER_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
 
@@ -73,7 +73,7 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
     names = {key.name for key in table.keys}
     for name, value in content.items():
         if name not in names:
-            what = _not_modelled(name, value) or f"no such key{_hint(name, names, table.name)}"
+            what = _of_wheels(name, value) or f"no such key{_hint(name, names, table.name)}"
             findings.add(table.name, name, what, shown(value))
     good = {}
     for key in table.keys:
@@ -90,15 +90,15 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
         if complaint is None:
             good[key.name] = key.kind.plain(value)
         else:
-            said = _not_modelled(value) or complaint + _unit(key.unit)
+            said = _of_wheels(value) or complaint + _unit(key.unit)
             findings.add(table.name, key.name, said, shown(content[key.name]))
     return good
 
 
-def _not_modelled(*parts: Any) -> str | None:
+def _of_wheels(*parts: Any) -> str | None:
     """A sentence on names and words that ask for another kind of wheel."""
     text = " ".join(part.lower() for part in parts if isinstance(part, str))
-    return next((words for pattern, words in NOT_MODELLED.items() if re.search(pattern, text)), None)
+    return next((words for pattern, words in ELSEWHERE.items() if re.search(pattern, text)), None)
 
 
 def _stands_for(table: str, key: str, content: dict[str, Any]) -> bool:
@@ -122,7 +122,7 @@ def _unknown_table(name: str, content: Any, findings: Findings) -> None:
         elsewhere = _elsewhere(name)
         findings.add_stray(name, content, "stands in no table" + (f"; did you mean {elsewhere}?" if elsewhere else ""))
         return
-    if other := _not_modelled(name, *content, *content.values()):
+    if other := _of_wheels(name, *content, *content.values()):
         findings.add(name, None, other)
         return
     close = nearest(name, TABLES)

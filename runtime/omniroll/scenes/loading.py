@@ -130,13 +130,16 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
     if "measurements" in tables:
         _check_instruments(tables, findings)
     said = replay_logs(tables, path.parent, findings)
+    whole = vehicle
+    if vehicle is not None:  # no motion is derived for others: what else the scene says is checked all the same
+        vehicle = vehicle.with_wheels_of_the_paper()
     said += speeds_as_nu(tables, vehicle, findings)
     options = {
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
     }
     effects = effects_of(tables, findings)
     if vehicle is not None:
-        vehicle = with_layout(vehicle, tables, findings)
+        whole, vehicle = (with_layout(one, tables, findings) for one in (whole, vehicle))
     stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
     if stand_in is not None:
         check_together(effects, stand_in, findings)
@@ -150,7 +153,7 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
             findings.add(lint.table, lint.key, lint.text)
             findings.problems.insert(0, findings.problems.pop())
         raise SceneError(path, findings.problems)
-    return Scene(_name(path), vehicle, options, tables, tuple(said))
+    return Scene(_name(path), whole, options, tables, tuple(said))
 
 
 def _name(path: Path) -> str:

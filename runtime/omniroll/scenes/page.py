@@ -3,12 +3,13 @@
 import sys
 from pathlib import Path
 
-from omniroll.scenes.schema import NUMBERS, PARTS, PRESET, SCENE, SHARED, SHEET, SIZES, Table
+from omniroll.scenes.schema import KIND_OF_WHEELS, NUMBERS, PARTS, PRESET, SCENE, SHARED, SHEET, SIZES, Table
 from omniroll.vocabulary import Entry
 
 BEGIN, END = "<!-- written from the schema -->", "<!-- up to here -->"
 WAYS = (
     ("with every vehicle", SIZES + SHARED),
+    ("rollers at an angle (mecanum) or in two rows", KIND_OF_WHEELS),
     ("a preset", PRESET),
     ("or numbers", NUMBERS),
     ("or parts", PARTS),

@@ -40,6 +40,16 @@ SHARED = (
     *vocabulary.LENGTHS,
     replace(vocabulary.YAW_SCALE, default="1; that of a preset"),
 )
+HANDEDNESS = Entry(
+    "handedness",
+    Numbers(shapes=(("N",),), least=-1, most=1),
+    "1",
+    "signs of roller_angle by wheel",
+    default="1 for each wheel",
+    note="Each is 1 or -1. [1, -1, -1, 1] for wheels front left, front right, rear left, rear right, whose axles point "
+    "outward, is the usual arrangement: the rollers on top of the wheels make an X, seen from above",
+)
+KIND_OF_WHEELS = (vocabulary.WHEEL_KIND[0], HANDEDNESS, *vocabulary.WHEEL_KIND[1:])
 PRESET = (
     Entry(
         "preset",
@@ -127,7 +137,7 @@ SCENE = (
         "The vehicle: a preset, or numbers, or the parts whose masses and sizes make the numbers. Of what data sheets "
         "print, `mass`, `wheel_diameter`, `roller_diameter` and `roller_length` are enough: beside `mass` what is not "
         "given of the parts is assumed, and `omniroll explain` says so.",
-        PRESET + SIZES + SHARED + NUMBERS + PARTS + SHEET,
+        PRESET + SIZES + SHARED + KIND_OF_WHEELS + NUMBERS + PARTS + SHEET,
         needed=True,
     ),
     Table(

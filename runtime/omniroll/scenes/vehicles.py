@@ -7,11 +7,12 @@ from omniroll.errors import InvalidValueError
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
-from omniroll.scenes.schema import NUMBERS, PARTS, SHARED, SHEET, SIZES
+from omniroll.scenes.schema import HANDEDNESS, KIND_OF_WHEELS, NUMBERS, PARTS, SHARED, SHEET, SIZES
 from omniroll.vehicles.data_sheet import BODIES, INSTEAD
 from omniroll.vehicles.vehicle import Vehicle
 
 ALWAYS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius")
+KIND_NAMES = tuple(key.name for key in KIND_OF_WHEELS)
 SIZE_NAMES = tuple(key.name for key in SIZES)
 NUMBER_NAMES = tuple(key.name for key in NUMBERS)
 PART_NAMES = tuple(key.name for key in PARTS + SHEET)
@@ -31,6 +32,7 @@ def vehicle_of(content: dict[str, Any], findings: Findings) -> Vehicle | None:
 
     `content` has the keys that are good by themselves.
     """
+    content = _with_hands(content, findings)
     make, needed, strangers, beside = _way(content)
     for name in strangers:
         if name in content:
@@ -46,6 +48,24 @@ def vehicle_of(content: dict[str, Any], findings: Findings) -> Vehicle | None:
         _say_all_bounds(make, content, error, findings)
         return None
     return None if wrong else vehicle
+
+
+def _with_hands(content: dict[str, Any], findings: Findings) -> dict[str, Any]:
+    """The table with the signs of roller_angle in that."""
+    hands, angle = content.get(HANDEDNESS.name), content.get("roller_angle", 0.0)
+    rest = {name: value for name, value in content.items() if name != HANDEDNESS.name}
+    if hands is None or "roller_angle" in findings.keys_in("vehicle"):
+        return rest
+    if not set(hands) <= {1, -1}:
+        findings.add("vehicle", HANDEDNESS.name, "must be 1 or -1 for each wheel", shown(hands))
+    elif isinstance(angle, list):
+        bound = "cannot stand beside roller_angle by wheel, which has signs of its own"
+        findings.add("vehicle", HANDEDNESS.name, bound, shown(hands))
+    elif angle <= 0:
+        findings.add("vehicle", HANDEDNESS.name, "needs a roller_angle above 0 for its signs", shown(hands))
+    else:
+        return rest | {"roller_angle": [hand * angle for hand in hands]}
+    return rest
 
 
 def _judged_alone(content: dict[str, Any], wrong: set[str | None]) -> dict[str, Any]:
@@ -68,8 +88,8 @@ def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str,
         return _make_preset, (), PART_NAMES, "a preset"
     if any(name in content for name in PART_NAMES):
         if "mass" in content and "platform_mass" not in content:
-            return _make_parts, SHEET_NEEDS, NUMBER_NAMES[1:], "parts, which give it"
-        return _make_parts, ALWAYS + tuple(BODIES), NUMBER_NAMES, "parts, which give it"
+            return _make_parts, SHEET_NEEDS, NUMBER_NAMES[1:] + KIND_NAMES, "parts, which give it"
+        return _make_parts, ALWAYS + tuple(BODIES), NUMBER_NAMES + KIND_NAMES, "parts, which give it"
     return _make_numbers, ALWAYS + NUMBER_NAMES, (), ""
 
 

@@ -12,6 +12,15 @@ from omniroll.vehicles.vehicle import Vehicle
 FLOAT = np.dtype(float)
 
 
+def refuse_unmodelled(vehicle: Vehicle) -> None:
+    """Raise InvalidValueError for wheels that the equations of motion do not have."""
+    if vehicle.has_wheels_of_the_paper:
+        return
+    name, kind = ("rows", "in two rows") if vehicle.rows > 1 else ("roller_angle", "at an angle (mecanum)")
+    bound = f"has no equations of motion yet: vehicles with rollers {kind} are described, shown and exported only"
+    raise InvalidValueError(name, getattr(vehicle, name), bound)
+
+
 def joint_angle(rollers_per_wheel: int) -> float:
     """pi/n in rad: the largest |chi| that a roller has in contact."""
     return math.pi / rollers_per_wheel

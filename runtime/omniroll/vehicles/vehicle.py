@@ -10,7 +10,7 @@ import numpy as np
 
 from omniroll import generated_data, validation, vocabulary
 from omniroll.errors import InvalidValueError
-from omniroll.vehicles import parts
+from omniroll.vehicles import parts, wheel_kind
 from omniroll.vehicles.data_sheet import DERIVED, Origin, completed
 
 ENTRIES = vocabulary.by_name(vocabulary.VEHICLE)
@@ -48,6 +48,9 @@ class Vehicle:
     yaw_scale: float = 1.0
     wheel_places: tuple[tuple[float, float], ...] | None = None
     center_of_mass: tuple[float, float] = (0.0, 0.0)
+    roller_angle: float | tuple[float, ...] = 0.0
+    rows: int = 1
+    row_offset: float = 0.0
     origins: tuple[Origin, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -67,6 +70,9 @@ class Vehicle:
             put("wheel_places", tuple(map(tuple, _in_range("wheel_places", places).tolist())))
         center = validation.real_array("center_of_mass", self.center_of_mass, (2,))
         put("center_of_mass", tuple(_in_range("center_of_mass", center).tolist()))
+        kind = {name: getattr(self, name) for name in wheel_kind.ENTRIES}
+        for name, value in wheel_kind.checked(self.wheels, self.rollers_per_wheel, **kind).items():
+            put(name, value)
         _check_bounds(self)
         if not math.isfinite(self.sharpness()):
             bound = "roller axis too close to the ground at the joint: 1/rho^2 leaves the number range"
@@ -170,9 +176,13 @@ class Vehicle:
             raise InvalidValueError("roller_radius", sheet.values["roller_radius"], bound) from None
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields by name, in plain Python types; without the origins."""
+        """The fields by name, in plain Python types; without the origins, and without the kind of wheels where they
+        are the paper's."""
         numbers = asdict(self)
         del numbers["origins"]
+        for name, usual in wheel_kind.of_the_paper(self.wheels).items():
+            if numbers[name] == usual:
+                del numbers[name]
         return numbers
 
     @property
@@ -187,6 +197,15 @@ class Vehicle:
     def has_layout(self) -> bool:
         """Whether wheels stand elsewhere than on rays at platform_radius, or the centre of mass beside S."""
         return self.wheel_places is not None or self.center_of_mass != (0.0, 0.0)
+
+    @property
+    def has_wheels_of_the_paper(self) -> bool:
+        """Whether the rollers lie in one row, in the planes of their wheels."""
+        return self.rows == 1 and not any(self.roller_angle)
+
+    def with_wheels_of_the_paper(self) -> "Vehicle":
+        """The vehicle as if its rollers lay so; itself where they do."""
+        return self if self.has_wheels_of_the_paper else self.replace(**wheel_kind.of_the_paper(self.wheels))
 
     @property
     def roller_radius(self) -> float:
