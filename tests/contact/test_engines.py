@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from random_scenes import PAPER, PLACES
 
-from omniroll import Contact, Vehicle, simulate
+from omniroll import Bearings, Contact, Vehicle, simulate
 from omniroll.engine.control import one_run
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import distance_at
@@ -19,16 +19,23 @@ GROUNDS = {
     "regularised": Contact(
         law="regularised", friction=(0.3, 0.5), speed=0.05, normal_gravity=GRAVITY, wheel_rates=(20, -10, 5)
     ),
+    "coulomb": Contact(law="coulomb", friction=(0.3, 0.5), normal_gravity=GRAVITY, wheel_rates=(20, -10, 5)),
+}
+# The general sets have rollers that stick beside friction that fades, and axles that stick beside both.
+BEARINGS = {
+    "no friction": [],
+    "fading": [Bearings(wheel_coulomb=2e-3, roller_coulomb=2e-4, roller_speed=0.5)],
 }
 
 
-def slipping_task(law):
+def slipping_task(law, bearings="no friction"):
     """A vehicle whose wheels slip, with every contact near its joint."""
     vehicle = PAPER.replace(wheel_places=PLACES, center_of_mass=(0.005, -0.01))
     rng = np.random.default_rng(1)
     start = {"nu": rng.normal(scale=2, size=3), "chi": (0.6, -0.57, 0.6), "pose": rng.normal(size=3)}
     start["spins"] = rng.normal(scale=3, size=(3, 4))
-    return vehicle, start | {"duration": 0.1, "roller_model": "free", "effects": [GROUNDS[law]]}
+    effects = [GROUNDS[law], *BEARINGS[bearings]]
+    return vehicle, start | {"duration": 0.1, "roller_model": "free", "effects": effects}
 
 
 def assert_agreement(own, other, bound):
@@ -41,9 +48,10 @@ def assert_agreement(own, other, bound):
         assert abs(run.ledger.residual) <= 1e-9 * (run.energy.max() + 1e-3)
 
 
+@pytest.mark.parametrize("bearings", BEARINGS)
 @pytest.mark.parametrize("law", GROUNDS)
-def test_the_set_of_a_scene_gives_what_the_general_one_gives(law):
-    vehicle, options = slipping_task(law)
+def test_the_set_of_a_scene_gives_what_the_general_one_gives(law, bearings):
+    vehicle, options = slipping_task(law, bearings)
     own, general = (
         one_run(checked_task(vehicle, **options, engine=engine), ACCURACY) for engine in ("specialised", "compiled")
     )
