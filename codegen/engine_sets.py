@@ -21,7 +21,9 @@ INPUTS = ("torque", "damping", "bearing_torque", "contact_bearing", "sticks", "p
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 SPINS = "spins"  # the core has these in the place of the axial speeds, where wheels roll
 # Functions that the engine calls as they are, at transitions and for the followers.
-PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
+PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta")
+IMPACT = "impact"  # the same; which has more inputs where wheels have two rows of rollers
+ROWS = "row_constants"  # of such wheels: what of the constants changes with the row that carries
 OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call beside these
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 STANDS = "standing_dynamics"  # instead of these where axles may stick beside them
@@ -62,7 +64,6 @@ OF_STRIPS = ("contact_sticks", "contact_holding", "contact_spin", "ground_yield"
 WHERE_THERE = (
     ("contact_axial", ("nu", "chi"), ("axial",)),
     ("momenta", ("axial",), ("momenta",)),
-    ("impact", ("nu", "chi", "entering", "leaving"), ("nu_after",)),
     ("mass_matrix", ("chi",), ("matrix",)),
     ("spins_from_axial", ("nu", "chi", "axial"), ("spins",)),
     (CORNERS, ("chi", "slip_direction", "load", "friction", "contact_bearing"), ("corner_force", "corner_yield")),
@@ -123,7 +124,8 @@ class EngineSet:
         self.inputs += MOMENT_INPUTS if moments else ()
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
-        self.acted = bool(present or self.inputs or self.heading)
+        self.rows = effects.function(ROWS) is not None
+        self.acted = bool(present or self.inputs or self.heading or self.rows)  # wheels that stand have guards
         self.spins_stick = self.spins and effects.function(STUCK) is not None
         self.axles_stick = OF_AXLES[-1] in own
         self.held = STUCK if self.spins_stick else HELD[self.spins]
@@ -132,6 +134,7 @@ class EngineSet:
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
         further += [CORNERS] * self.strips + [SUPPORTS, LEANING] * self.sprung
+        self.impact = effects.function(IMPACT)
         plain = (*PLAIN, *further, *(ON_THE_GROUND[1:] if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
         here = {f.name for f in self.plain}
@@ -306,7 +309,8 @@ class EngineSet:
     def differentiated(self) -> list[Function]:
         """The functions that sensitivities call, in the set's order."""
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
-        names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
+        names = {call.function.name for call in calls} | {*PLAIN, IMPACT, *OF_ROLLERS}
+        names |= {*ON_THE_GROUND} if self.grips else set()
         names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.in_series else set()
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
@@ -398,7 +402,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS)
+    called = (*PLAIN, IMPACT, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS)
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)
 

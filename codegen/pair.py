@@ -42,6 +42,7 @@ STEP_NEEDS = ("forward_dynamics", "wheel_speeds", "pose_rates", "wheel_rates")
 DERIVATIVES_NEED = ("forward_dynamics_derivatives", "rate_derivatives")
 COUNT_OF = {"N": "wheels"}
 GIVEN_TO_EACH = "free_bearing"  # torques of each free roller's bearing: a set that takes these has no steps
+CHANGES = "row_constants"  # a set with it has other constants after a switch, which the templates of steps have not
 
 
 @dataclass(frozen=True)
@@ -271,7 +272,7 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     named = {f.name: f for f in functions}
     if not all(name in named for name in STEP_NEEDS):
         return {}
-    if any(a.name == GIVEN_TO_EACH for f in functions for a in f.inputs):
+    if any(a.name == GIVEN_TO_EACH for f in functions for a in f.inputs) or CHANGES in named:
         return {}
     dynamics = named["forward_dynamics"]
     carried = next((what for name, what in CARRIED.items() if name in named), "")

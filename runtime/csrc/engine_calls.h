@@ -119,7 +119,7 @@ typedef struct {
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double pose_carry[3];       /* what the rounding of the pose has left over                          */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
-    long long *contact;         /* N                                                                    */
+    long long *contact;         /* N; plus n: of a wheel with two rows that stands on its joint         */
 
     double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes; kept between calls */
 
@@ -135,6 +135,8 @@ typedef struct {
     double next_time;           /* elapsed at the next time known beforehand                            */
     int guard_count;            /* guards: constant and slope, from inputs_elapsed on, weights of nu, and */
     double *guards;             /* the sum of the sizes of the constant's terms (count x 6)             */
+    int pivot_guards;           /* of wheels that stand on their joint, behind all others               */
+    double *wheel_rows;         /* of wheels with two rows: their rates for each of nu, N x 3           */
     int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
     int table_count, sampler_count, modal_count;
     omniroll_table_t *tables;

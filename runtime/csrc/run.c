@@ -54,7 +54,9 @@
 #include "ground/standing.c"
 #include "bearings/sticking.c"
 #include "bearings/modes.c"
+#include "run/sides.c"
 #include "run/transitions.c"
+#include "run/pivots.c"
 #include "run/inputs.c"
 #include "run/distance.c"
 #include "ground/approach.c"
@@ -122,6 +124,8 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     lanes_t *const memory = (lanes_t *)run->work;
     lay_out(work, memory, wheels, run->rollers_per_wheel);
     lanes_spread(constants, memory, &work->vehicle);
+    if (SET_HAS_ROWS)
+        carry_rows(run, work);
     s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
     s->sweeps = 0;
     s->core = work->core;                       /* 0 of sets that integrate nothing beside nu                 */

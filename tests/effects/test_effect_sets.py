@@ -72,6 +72,7 @@ def object_size(base, effects, name):
 
 LAWS = ("contact_viscous", "contact_regularised", "contact_coulomb")
 NEEDS = {
+    "rows": ("layout",),
     "motor": ("drive",),
     **dict.fromkeys(LAWS, ("contact",)),
     "contact_loads": ("contact", "contact_viscous", "reactions"),  # they act through a law

@@ -29,10 +29,13 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
     pass_knots(&sampler->target, time);
     curve_after(&sampler->target, time, 0, wanted, slope);
     for (int k = 0; k < 3; k++)
-        lacking[k] = lanes_of(SET_SLIPS ? wanted[k] : wanted[k] - run->nu[k]);
-    set_wheel_speeds(run->wheels, &work->vehicle, lacking, in_lanes);
+        lacking[k] = lanes_of(SET_SLIPS || SET_HAS_ROWS ? wanted[k] : wanted[k] - run->nu[k]);
+    if (SET_HAS_ROWS)
+        rates_in_the_middle(run, work, lacking, in_lanes);
+    else
+        set_wheel_speeds(run->wheels, &work->vehicle, lacking, in_lanes);
     for (int i = 0; i < run->wheels; i++)
-        errors[i] = in_lanes[i][0];
+        errors[i] = in_lanes[i][0] - (SET_HAS_ROWS ? rate_by(run->wheel_rows + 3*i, run->nu) : 0);
     for (int i = 0; SET_SLIPS && i < run->wheels; i++)
         errors[i] -= run->core[rates_at(run->wheels) + i];
     omniroll_controller_sample(run->wheels, errors, sampler->sum, sampler->proportional, sampler->integral,
@@ -113,8 +116,8 @@ static void modes_act(omniroll_run_t *run, const omniroll_modal_t *drive)
         for (int t = 0; t < drive->transition_count; t++) {
             const long long *const transition = drive->transitions + 3*t;    /* mode, event, mode that follows */
             if (transition[0] == mode)
-                put_guard(run, drive->wheel_rows + 3*i, i, law[1 + transition[1]], signal[i], signal[slopes + i],
-                          transition[2]);
+                put_guard(run, (SET_HAS_ROWS ? run->wheel_rows : drive->wheel_rows) + 3*i, i, law[1 + transition[1]],
+                          signal[i], signal[slopes + i], transition[2]);
         }
     }
 }

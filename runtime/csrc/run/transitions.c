@@ -47,10 +47,10 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
         keep_contacts_at_rest(run, rested);
 }
 
-/* The impact of the rollers that enter on those that leave, where the law of the run is that; else rollers go where they
- * go alone. before, after: the wheel angles. */
+/* The impact of the rollers that enter on those that leave, and of wheels whose rate changes, where the law of the run is
+ * that; else rollers go where they go alone. before, after: the wheel angles; excess: of the wheels' rates. */
 static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const lanes_t *nu,
-                         const lanes_t *before, const lanes_t *after)
+                         const lanes_t *before, const lanes_t *after, const lanes_t *excess)
 {
     const int wheels = run->wheels;
     const vehicle_t *const vehicle = &work->vehicle;
@@ -74,7 +74,7 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
         leaving[i] = lanes_of(stopped);
     }
     if (run->impact) {
-        set_impact(wheels, vehicle, nu, after, entering, leaving, nu_after);
+        set_impact(wheels, vehicle, nu, after, entering, leaving, excess, nu_after);
         for (int k = 0; k < 3; k++)
             run->nu[k] = nu_after[k][0];
     }
@@ -82,10 +82,14 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
         begin_core(run, work);
 }
 
-static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
+static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance,
+                        const lanes_t *nu, lanes_t *excess);
+
+/* stance: where wheels may stand on their joint, what they do there. */
+static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
-    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
+    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS], excess[MOST_WHEELS];
     if (SET_CORE_PARTS && !SET_SLIPS)
         update_axial(run, work);
     for (int k = 0; k < 3; k++)
@@ -98,10 +102,12 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         }
         after[i] = lanes_of(run->chi[i]);
     }
+    if (SET_HAS_ROWS)
+        change_rows(run, work, directions, stance, nu, excess);
     if (SET_SLIPS)
         exchange_rollers(run, work, directions);
     else if (SET_HAS_IMPACT)
-        meet_rollers(run, work, directions, nu, before, after);
+        meet_rollers(run, work, directions, nu, before, after, excess);
     const double nu_before[3] = {nu[0][0], nu[1][0], nu[2][0]};
     if (SET_HOLDS)
         bearings_have_jumped(run, nu_before);
@@ -193,33 +199,6 @@ static int has_progress(omniroll_run_t *run, int at_guard)
     return ++run->idle_switches <= run->patience;
 }
 
-/* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a
- * status. */
-static int switch_all(omniroll_run_t *run, const work_t *work)
-{
-    int directions[MOST_WHEELS];
-    while (switching_wheels(run, work, run->elapsed - run->phase_start, directions)) {
-        if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
-            return OMNIROLL_RUN_FULL;
-        if (!has_progress(run, 0))
-            return OMNIROLL_RUN_STUCK;
-        apply_switch(run, work, directions);
-        settle_modes(run, work);
-        run->phase_start = run->elapsed;
-        double *out = run->switches + (2 + run->wheels)*run->switch_count;
-        *out++ = run->elapsed;
-        *out++ = (double)run->row_count;
-        for (int i = 0; i < run->wheels; i++)
-            *out++ = directions[i];
-        const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
-        for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
-            run->switch_axial[run->switch_count*size + k] = run->axial[k];
-        run->switch_count++;
-        put_row_after(run);
-    }
-    return OMNIROLL_RUN_DONE;
-}
-
 /* A guard's value at this instant, and what counts as its rounding. */
 static double guard_value(const omniroll_run_t *run, const double *guard, double *noise)
 {
@@ -240,10 +219,14 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
     return value;
 }
 
+static void guard_pivots(omniroll_run_t *run, const work_t *work);
+
 /* Which guards are passed now: those beyond their rounding, and those that are on it, or closer in time than tau to it,
  * and rise. Returns how many there are of the effects. */
-static int guards_passed(const omniroll_run_t *run, const work_t *work)
+static int guards_passed(omniroll_run_t *run, const work_t *work)
 {
+    if (SET_HAS_ROWS)
+        guard_pivots(run, work);
     const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
     int count = 0, near = run->at_event;
     double noise;
@@ -267,4 +250,36 @@ static int guards_passed(const omniroll_run_t *run, const work_t *work)
         count += k < run->guard_count && run->passed[k];
     }
     return count;
+}
+
+static int changing_wheels(omniroll_run_t *run, const work_t *work, int *directions, int *stance);
+static void renew_inputs(omniroll_run_t *run);
+
+/* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a
+ * status. */
+static int switch_all(omniroll_run_t *run, const work_t *work)
+{
+    int directions[MOST_WHEELS], stance[MOST_WHEELS];
+    while (changing_wheels(run, work, directions, stance)) {
+        if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
+            return OMNIROLL_RUN_FULL;
+        if (!has_progress(run, 0))
+            return OMNIROLL_RUN_STUCK;
+        apply_switch(run, work, directions, stance);
+        if (SET_HAS_ROWS && run->modal_count)
+            renew_inputs(run);                  /* guards of drives read the wheels' rates                  */
+        settle_modes(run, work);
+        run->phase_start = run->elapsed;
+        double *out = run->switches + (2 + run->wheels)*run->switch_count;
+        *out++ = run->elapsed;
+        *out++ = (double)run->row_count;
+        for (int i = 0; i < run->wheels; i++)
+            *out++ = directions[i] || !SET_HAS_ROWS ? directions[i] : 2*stance[i];
+        const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
+        for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
+            run->switch_axial[run->switch_count*size + k] = run->axial[k];
+        run->switch_count++;
+        put_row_after(run);
+    }
+    return OMNIROLL_RUN_DONE;
 }

@@ -35,8 +35,10 @@ from omniroll.engine.workspace import MOST_WHEELS, NODES, Workspace, columns, en
 from omniroll.errors import InvalidValueError, KernelsMissingError, SimulationStopped
 from omniroll.kernels.kernel import CompiledKernel, Kernel
 from omniroll.kernels.neutral_kernel import NeutralKernel, neutral_kernel
+from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.slipping import Contacts, given_in_rows
 from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
@@ -75,6 +77,9 @@ def check_can_run(task: Task) -> None:
     plan = task.effects.plan(task.kernel, task.start_time)
     known = names_of(bound, "states") if bound.effects else ()
     integrated = task.effects.quantities(task.kernel.roller_model) if bound.effects else ()
+    if plan.asks:
+        names = ", ".join(type(effect).__name__ for effect in task.effects.effects)
+        refuse_two_rows(task.vehicle, "effects", names, "guards of Python know no rows; take rows = 1")
     if not plan.guards_read_speeds_alone or (plan.has_events and not bound.effects):
         bound = "cannot follow guards of an effect that read more than speeds: choose engine='python'"
         raise InvalidValueError("engine", task.engine, bound)
@@ -320,8 +325,11 @@ class CompiledRun:
 
     def _state(self) -> State:
         """A copy of where the run has come; without the axial speeds."""
-        rates = self.speeds("rates").copy() if self.kernel.slips else None
-        return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), self.contact.copy(), rates=rates)
+        rates, contact = self.speeds("rates").copy() if self.kernel.slips else None, self.contact.copy()
+        if self.task.vehicle.rows > 1:
+            carry = Carry.of_numbers(contact, self.task.vehicle.rollers_per_wheel)
+            rates, contact = kernel_in_phase(self.kernel, carry).wheel_speeds(self.nu), carry.contact
+        return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), contact, rates=rates)
 
     def speeds(self, name: str) -> np.ndarray:
         """(N,) rates or contact_omega where wheels may slip: where the engine has them."""

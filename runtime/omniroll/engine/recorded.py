@@ -76,8 +76,18 @@ class Recorded:
         return self.columns.state(self.rows[:, 1 : self.columns.end])
 
     @property
-    def contact(self) -> np.ndarray:
+    def _numbers(self) -> np.ndarray:
+        """(T, N) as the engine has them: n more of wheels that stand on their joint."""
         return self.rows[:, self.columns.end : self.columns.end + self.task.vehicle.wheels].astype(int)
+
+    @property
+    def contact(self) -> np.ndarray:
+        return self._numbers % self.task.vehicle.rollers_per_wheel
+
+    @property
+    def pivots(self) -> np.ndarray | None:
+        vehicle = self.task.vehicle
+        return (self._numbers >= vehicle.rollers_per_wheel).astype(int) if vehicle.rows > 1 else None
 
     @property
     def drive(self) -> np.ndarray | None:

@@ -11,6 +11,7 @@ import numpy as np
 from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Flow, Kernel, kernel
+from omniroll.kernels.phases import Carry, call_in_phases
 from omniroll.results.on_demand import Stats
 from omniroll.results.trajectory import Trajectory
 from omniroll.results.trajectory_content import SWITCH_FIELDS
@@ -79,10 +80,12 @@ class Rows:
     elapsed      (T,) time since the start of the run
     y            (T, 6 + N + E) nu, chi, pose, and E numbers that the effects integrate
     contact      (T, N) physical roller in contact
+    pivots       (T, N) 1 for a wheel with two rows that stands on its joint; None of other vehicles
     axial        a function that gives the axial speeds of the free rollers by place, (..., N, n-1), in some rows
     dense        a function that gives the (..., d + 1, 6 + N + E) Bernstein coefficients of y on some steps
     step_rows    (S,) the row at which a step starts
-    directions   (K, N) +1, -1, or 0 for a wheel that did not switch
+    directions   (K, N) +1, -1, or 0 for a wheel that did not switch; 2 for one that stops at its joint, -2 for one that
+                 goes on from there to the side from which it came
     switch_rows  (K,) the row after a switch
     drive        (T, D, N) inputs of the drives, or None
     """
@@ -90,6 +93,7 @@ class Rows:
     elapsed: np.ndarray
     y: np.ndarray
     contact: np.ndarray
+    pivots: np.ndarray | None
     axial: Callable[[Places], np.ndarray]
     dense: Callable[[Places], np.ndarray]
     step_rows: np.ndarray
@@ -161,7 +165,8 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         if trajectory.contacts is not None:
             return trajectory.contacts.energy(trajectory.nu, trajectory.chi, trajectory.spins)[some]
         own = (trajectory.spins if some is ALL else spins(some),) if task.kernel.has_spins else ()
-        return bound().energy(trajectory.nu[some], trajectory.chi[some], *own)
+        carry = Carry(trajectory.contact, trajectory.pivots).at(some)
+        return call_in_phases(bound(), "energy", carry, trajectory.nu[some], trajectory.chi[some], *own)
 
     def added() -> np.ndarray | None:
         return rows.y[:, 6 + wheels :].copy() if task.effects else None
@@ -181,6 +186,7 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
             "t": lambda: task.start_time + rows.elapsed,
             "elapsed": lambda: rows.elapsed,
             "contact": lambda: rows.contact,
+            "pivots": lambda: rows.pivots,
             "contact_spin": contact_spin,
             "spins": spins if task.kernel.has_spins else lambda: None,
             "energy": energy,
@@ -208,7 +214,8 @@ def _switches(task: Task, rows: Rows, energy: np.ndarray) -> np.recarray:
     together = np.count_nonzero(rows.directions, axis=1)[switch]
     records = np.empty(len(switch), SWITCH_FIELDS)
     records["t"] = task.start_time + rows.elapsed[after]
-    records["wheel"], records["direction"] = wheel, rows.directions[switch, wheel]
+    direction = rows.directions[switch, wheel]
+    records["wheel"], records["direction"] = wheel, np.where(np.abs(direction) > 1, 0, direction)
     records["energy_jump"] = (energy[after] - energy[after - 1]) / together
     return records.view(np.recarray)
 

@@ -25,6 +25,8 @@ from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_deviations import SteppedDeviations
 from omniroll.engine.stepped_run import SteppedRun
 from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Sensitivity, Trajectory
@@ -278,7 +280,7 @@ class Session:
     @property
     def contact(self) -> np.ndarray:
         """(N,) int, the physical roller in contact, 0..n-1."""
-        return self._contact
+        return self._contact if self.vehicle.rows == 1 else self._carry.contact
 
     # Outputs: computed when they are read
 
@@ -286,7 +288,7 @@ class Session:
     def wheel_speeds(self) -> np.ndarray:
         """(N,) in rad/s, the rates of chi: (2.2), or where wheels may slip their own."""
         contacts = self._contacts
-        return self._task.kernel.wheel_speeds(self._nu) if contacts is None else contacts.rates
+        return self._phase_kernel.wheel_speeds(self._nu) if contacts is None else contacts.rates
 
     @property
     def contact_spin(self) -> np.ndarray:
@@ -305,7 +307,7 @@ class Session:
     @property
     def energy(self) -> float:
         """Kinetic energy in J, (3.2)."""
-        bound, contacts = self._task.kernel, self._contacts
+        bound, contacts = self._phase_kernel, self._contacts
         if contacts is not None:
             return float(contacts.energy(*self._place, self.spins))
         return float(bound.energy(self._nu, self._chi, *bound.spins_or_nothing(self.spins)))
@@ -320,6 +322,16 @@ class Session:
     def ground_force(self) -> np.ndarray | None:
         """(N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
         return None if self._contacts is None else self._contacts.forces(*self._place)[1]
+
+    @property
+    def _carry(self) -> Carry:
+        """What carries a vehicle with two rows of rollers now."""
+        return Carry.of_numbers(self._contact, self.vehicle.rollers_per_wheel)
+
+    @property
+    def _phase_kernel(self) -> Kernel:
+        """The kernel with the rows that carry now."""
+        return self._task.kernel if self.vehicle.rows == 1 else kernel_in_phase(self._task.kernel, self._carry)
 
     @property
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
@@ -368,8 +380,9 @@ class Session:
         signals = {name: value[None] for name, value in self._run.signals_now().items() if name in DRIVES}
         spins = self.spins
         moments = Moments(
-            self._nu[None], self._chi[None], self._pose[None], self._contact[None],
+            self._nu[None], self._chi[None], self._pose[None], self.contact[None],
             None if spins is None else spins[None], signals, self._run.passes[None],
+            self.wheel_speeds[None] if self.vehicle.rows > 1 else None,
         )  # fmt: skip
         model = self._task.kernel.roller_model
         true = true_values(self.vehicle, model, self._task.effects, moments, instruments)

@@ -136,6 +136,7 @@ def checked_task(
     if progress is not None:
         validation.function("progress", progress, "done", "duration")
     acting = EffectSet.checked(effects, vehicle)
+    _refuse_beside_rows(vehicle, acting, engine)
     bound = acting.kernel(vehicle, roller_model, best_backend() if engine == "compiled" else BACKEND_OF[engine])
     _check_friction(bound, memory)
     task = Task(
@@ -181,6 +182,18 @@ def _check_friction(bound: Kernel, memory: float) -> None:
             "or give [bearings] a roller_speed"
         )
         raise InvalidValueError("memory", memory, bound_text)
+
+
+def _refuse_beside_rows(vehicle: Vehicle, acting: EffectSet, engine: str) -> None:
+    """Refuse what wheels with two rows of rollers do not have."""
+    names = acting.names()
+    if engine == "python":
+        states.refuse_two_rows(vehicle, "engine", engine, "choose engine='compiled'")
+    if "contact" in names:
+        states.refuse_two_rows(vehicle, "effects", "Contact", "rows = 1 lets wheels slip on the ground")
+    if "axle_sticking" in names or "roller_sticking" in names:
+        bound = "give Bearings a wheel_speed and a roller_speed, below which friction fades, or rows = 1"
+        states.refuse_two_rows(vehicle, "effects", "Bearings that stick", bound)
 
 
 def check_vehicle(given: object) -> None:

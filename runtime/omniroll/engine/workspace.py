@@ -109,7 +109,7 @@ def aligned(size: int) -> np.ndarray:
 
 STATE_ARRAYS = (
     "nu", "chi", "pose", "axial", "work", "core", "core_before", "accounts", "part_sizes", "inputs", "guards",
-    "signals",
+    "signals", "wheel_rows",
 )  # fmt: skip
 RECORDS = ("rows", "steps", "switches", "switch_axial")
 WHOLE_ARRAYS = ("contact", "passed", "leads_to")
@@ -137,6 +137,7 @@ class Workspace:
         self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
         self.guards = np.zeros((MOST_GUARDS, GUARD + sum(columns.guarded)))
         self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
+        self.wheel_rows = np.zeros((wheels, 3))
         self.contact = np.zeros(wheels, np.int64)
         self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
         self.rows = np.empty((rows, columns.width))

@@ -16,6 +16,7 @@ from omniroll.kernels import firmware, sets
 from omniroll.kernels.kernel import DERIVATIVES, Kernel
 from omniroll.validation import trailing
 from omniroll.vehicles import checks
+from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, SWITCHING
 
@@ -93,6 +94,7 @@ class Plant:
 
 def refuse_what_no_step_has(bound: Kernel) -> None:
     """Raises InvalidValueError where the generated step does not decide all that acts."""
+    refuse_two_rows(bound.vehicle, "vehicle", bound.set_name, "export it with rows = 1, the middle of the wheels")
     if bound.slips:
         bound = "cannot be exported: the generated step is that of wheels that roll"
         raise InvalidValueError("effects", "Contact", bound)

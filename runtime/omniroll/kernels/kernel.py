@@ -45,7 +45,8 @@ VEHICLE_SCALARS = (
     "roller_axis_radius",
 )
 
-OF_THE_VEHICLE = ("wheel_places", "center_of_mass")  # constants of the layout
+OF_THE_VEHICLE = ("wheel_places", "center_of_mass", "row_offset", "sides", "turns")  # constants of the layout, of rows
+IN_THE_MIDDLE = 0.0  # of sides: wheels as if they had one row in their middle, as controllers know them
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
 DERIVATIVES = "derivatives"  # the effect that brings derivatives by state and inputs
@@ -148,7 +149,8 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
     them the numbers by which there are derivatives, and whether there are second ones."""
     refuse_unmodelled(vehicle)
-    if not effects and not vehicle.has_layout:
+    of_vehicle = ["layout"] * vehicle.has_layout + ["rows", *sets.needs()["rows"]] * (vehicle.rows > 1)
+    if not effects and not of_vehicle:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
     second = [SECOND] * (SECOND in effects)
@@ -156,7 +158,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     for effect in own:
         choice("effects", effect, optional_effects())
     needed = (other for effect in own for other in sets.needs()[effect])
-    present = {*own, *needed, *(["layout"] if vehicle.has_layout else [])}
+    present = {*own, *needed, *of_vehicle}
     found = tuple(effect for effect in optional_effects() if effect in present)
     if asked:
         numbers = [a.name for a in signatures(roller_model, found, 3, 3)["prepare"].inputs]
@@ -170,6 +172,8 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
     own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
     if "layout" in effects:
         own |= {"wheel_places": vehicle.places(), "center_of_mass": vehicle.center_of_mass}
+    if "rows" in effects:
+        own |= {"row_offset": vehicle.row_offset, "sides": IN_THE_MIDDLE, "turns": 1.0}
     return own | dict(constants)
 
 

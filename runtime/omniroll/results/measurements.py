@@ -19,6 +19,7 @@ from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.tracking import TrackingWheels, turns_of
+from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = tuple(entry.name for entry in vocabulary.MEASUREMENTS)
@@ -162,6 +163,8 @@ def true_values(
         raise InvalidValueError(
             "effects", given, "must be without Contact: a session's instruments know wheels that roll"
         )
+    if "accelerometer" in wanted:
+        refuse_two_rows(vehicle, "names", "accelerometer", "ask for other readings, or take rows = 1")
     bound = bound or measuring_kernel(vehicle, roller_model, effects, wanted)
     rate = bound.wheel_speeds(moments.nu) if moments.rates is None else moments.rates
     angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)

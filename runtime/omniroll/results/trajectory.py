@@ -16,6 +16,7 @@ from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.neutral_kernel import best_backend, kernel_by
+from omniroll.kernels.phases import Carry, call_in_phases
 from omniroll.results import on_springs, tables, trajectory_files
 from omniroll.results.dense import places_in_steps, steps_of, values_at
 from omniroll.results.ledger import Ledger
@@ -113,13 +114,15 @@ class Trajectory(MadeOnDemand):
     nu            (T, 3) in 1/s
     chi           (T, N) in rad, |chi| <= pi/n
     contact       (T, N) int, the physical roller in contact, 0..n-1
+    pivots        (T, N) int, 1 for a wheel with two rows of rollers that stands on its joint; None of other vehicles
     contact_spin  (T, N) in rad/s, the spin of the roller in contact, (2.1)
     spins         (T, N, n-1) in rad/s, spins of the free rollers j = 2..n relative to their disks; None but
                   for the roller model "free"
     pose          (T, 3) x, y in m, theta in rad
     energy        (T,) in J, (3.2)
     switches      records (t, wheel, direction, energy_jump), one for each wheel that switched, also as
-                  switches.t, ...; the jump of a joint switch is shared equally among its wheels
+                  switches.t, ...; the jump of a joint switch is shared equally among its wheels. Direction 0: the wheel
+                  stops at its joint, or goes on from there to the side from which it came
     stats         dict: steps, evaluations, switches, phases, error_estimate, ...
     elapsed       (T,) time since start_time, not rounded to the clock
     dense         (S, d + 1, 6 + N + E) Bernstein coefficients of (nu, chi, pose, added) on each of the S steps, or None
@@ -156,6 +159,7 @@ class Trajectory(MadeOnDemand):
     nu = OnDemand()
     chi = OnDemand()
     contact = OnDemand()
+    pivots = OnDemand()
     contact_spin = OnDemand()
     spins = OnDemand()
     pose = OnDemand()
@@ -266,7 +270,7 @@ class Trajectory(MadeOnDemand):
         moments = Moments(
             samples.nu, samples.chi, samples.pose, samples.contact,
             samples.spins if "accelerometer" in names else None, self.drives_at(times), self._passes(times),
-            *self._slipping_at(times), ways=partial(self._ways, times),
+            *self._rates_at(times), ways=partial(self._ways, times),
         )  # fmt: skip
         by_tracking = "tracking_odometry" in names and tracking_of(instruments) is not None
         needed = (*names, *("encoder_count",) * ("odometry" in names), *("tracking_count", "gyro") * by_tracking)
@@ -280,11 +284,14 @@ class Trajectory(MadeOnDemand):
             read |= {} if odometry is None else {"tracking_odometry": odometry}
         return {name: value for name, value in read.items() if name in names}
 
-    def _slipping_at(self, times: np.ndarray) -> tuple:
-        """The rates (T, N) of wheels that may slip, and what makes nu' (T, 3) of the motion; nothing elsewhere."""
+    def _rates_at(self, times: np.ndarray) -> tuple:
+        """The rates (T, N) of wheels that may slip, and what makes nu' (T, 3) of the motion; of wheels with two rows
+        their rates; nothing elsewhere."""
+        y, row = self.state_and_row(times)
+        if self.vehicle.rows > 1:
+            return (call_in_phases(self.kernel, "wheel_speeds", Carry(self.contact, self.pivots).at(row), y[:, :3]),)
         if not self.effects.slips:
             return ()
-        y, row = self.state_and_row(times)
         contacts, end = self._contacts_in(y, partial(self._beside, times, y, row)), 3 + self.vehicle.wheels
         return contacts.rates, lambda: contacts.accelerations(y[:, :3], y[:, 3:end])["nu_dot"]
 
@@ -372,8 +379,9 @@ class Trajectory(MadeOnDemand):
         def energy() -> np.ndarray:
             if slipping is not None:
                 return with_rows("energy", slipping.energy(nu, chi, samples.spins))
-            bound = self.kernel
-            return with_rows("energy", bound.energy(nu, chi, *bound.spins_or_nothing(samples.spins)))
+            bound, carry = self.kernel, Carry(self.contact, self.pivots).at(row)
+            own = bound.spins_or_nothing(samples.spins)
+            return with_rows("energy", call_in_phases(bound, "energy", carry, nu, chi, *own))
 
         def contact_spin() -> np.ndarray:
             inside = np.concatenate([nu, chi, y[..., end:]], axis=-1)
@@ -394,6 +402,13 @@ class Trajectory(MadeOnDemand):
         before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
         elapsed = (times - self.start_time) - self.elapsed[row]
         return self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
+
+    def times_on_joints(self) -> np.ndarray | None:
+        """(N,) in s, for how long each wheel with two rows of rollers has stood on its joint; None of other vehicles.
+
+        Both rows push it back there: on the ground both its rollers slide, which pure rolling leaves out.
+        """
+        return None if self.pivots is None else np.diff(self.elapsed) @ self.pivots[:-1]
 
     @property
     def kernel(self) -> Kernel:

@@ -17,6 +17,7 @@ AXES: Mapping[str, tuple[str | int, ...]] = {
     "nu": ("T", 3),
     "chi": ("T", "N"),
     "contact": ("T", "N"),
+    "pivots": ("T", "N"),
     "contact_spin": ("T", "N"),
     "spins": ("T", "N", "places"),
     "pose": ("T", 3),
@@ -28,8 +29,8 @@ AXES: Mapping[str, tuple[str | int, ...]] = {
     "switches": ("K",),
 }
 ARRAYS = tuple(name for name in AXES if name != "switches")
-WHOLE = ("contact", "step_rows")
-OPTIONAL = ("spins", "dense", "added", "drive")
+WHOLE = ("contact", "pivots", "step_rows")
+OPTIONAL = ("pivots", "spins", "dense", "added", "drive")
 DESCRIBED = {
     "roller_model": str,
     "switching": str,

@@ -98,7 +98,13 @@ class Outcome:
             "energy": self.stream.ledger() if self.stream else ledger(trajectory),
             "slip": None if self.stream else slip_in_short(trajectory),
             "reactions": self.reactions and _reactions_in_short(self.reactions),
+            **self._stood(),
         } | ({"parts": self.stream.parts} if self.stream else {})
+
+    def _stood(self) -> dict[str, Any]:
+        """For how long each wheel with two rows of rollers has stood on its joint, in s."""
+        stood = None if self.stream else self.trajectory.times_on_joints()
+        return {} if stood is None else {"times_on_joints": stood.tolist()}
 
 
 def ledger(trajectory: Trajectory) -> dict[str, float]:

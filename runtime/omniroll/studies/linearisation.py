@@ -28,6 +28,7 @@ from omniroll.studies.linear_readings import READINGS, WHOLE, readings_near
 from omniroll.studies.linear_slipping import slipping_near
 from omniroll.validation import choice, trailing
 from omniroll.vehicles import checks
+from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL
 
@@ -86,6 +87,7 @@ def linearise(
     vehicle = what.vehicle if isinstance(what, Scene) else what
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("what", what, "must be a Vehicle or a Scene")
+    refuse_two_rows(vehicle, "what", "Vehicle", "linearise it with rows = 1, the middle of the wheels")
     if vehicle.wheels > MOST_WHEELS:
         raise InvalidValueError(
             "wheels", vehicle.wheels, f"must be at most {MOST_WHEELS}: the model's matrices are dense"

@@ -14,11 +14,15 @@ FLOAT = np.dtype(float)
 
 def refuse_unmodelled(vehicle: Vehicle) -> None:
     """Raise InvalidValueError for wheels that the equations of motion do not have."""
-    if vehicle.has_wheels_of_the_paper:
-        return
-    name, kind = ("rows", "in two rows") if vehicle.rows > 1 else ("roller_angle", "at an angle (mecanum)")
-    bound = f"has no equations of motion yet: vehicles with rollers {kind} are described, shown and exported only"
-    raise InvalidValueError(name, getattr(vehicle, name), bound)
+    if any(vehicle.roller_angle):
+        bound = "has no equations of motion yet: vehicles with rollers at an angle (mecanum) are described, shown and "
+        raise InvalidValueError("roller_angle", vehicle.roller_angle, bound + "exported only")
+
+
+def refuse_two_rows(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
+    """Raise InvalidValueError for what wheels with two rows of rollers do not have."""
+    if vehicle.rows > 1:
+        raise InvalidValueError(name, value, f"does not go with two rows of rollers: {instead}")
 
 
 def joint_angle(rollers_per_wheel: int) -> float:

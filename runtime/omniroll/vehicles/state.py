@@ -20,7 +20,7 @@ class State:
     axial    (N, n) in rad/s by physical roller: the absolute axial speeds of free rollers, constant between
              switches. The number of the roller in contact has no meaning where it rolls. None but for the roller
              model "free".
-    rates    (N,) in rad/s, the wheels' rates where they may slip; None where they roll
+    rates    (N,) in rad/s, the wheels' rates where they may slip, or do not follow from nu alone; None else
 
     nu, chi, pose and axial may have leading axes: the states of several motions that touch the ground with the same
     rollers. Where contact has as many leading axes, which broadcast with theirs, each motion has its own.

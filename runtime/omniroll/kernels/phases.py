@@ -1,0 +1,73 @@
+"""Kernels of wheels with two rows of rollers, in the phases of a run.
+
+The row that carries is that of the roller in contact: even numbers stand in the outer row. A wheel that stands on its
+joint does not turn. Both are constants of a phase, so that each phase has a kernel of its own; one that was made
+without them knows the wheels' middle (kernel.IN_THE_MIDDLE). Other wheels have one kernel for all phases.
+"""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.kernels.neutral_kernel import PREBUILT, NeutralKernel, kernel_by
+
+OF_A_PHASE = ("sides", "turns")
+
+
+class Carry(NamedTuple):
+    """What carries a vehicle with two rows of rollers.
+
+    contact  (..., N) int, the physical rollers in contact
+    pivots   (..., N) 1 for a wheel that stands on its joint, else 0; None of other vehicles
+    """
+
+    contact: np.ndarray
+    pivots: np.ndarray | None
+
+    @classmethod
+    def of_numbers(cls, numbers: np.ndarray, rollers_per_wheel: int) -> "Carry":
+        """From the contacts' numbers as the compiled engine has them: n more of wheels that stand."""
+        return cls(numbers % rollers_per_wheel, (numbers >= rollers_per_wheel).astype(int))
+
+    def at(self, some: Any) -> "Carry":
+        """Some of the states."""
+        return Carry(self.contact[some], None if self.pivots is None else self.pivots[some])
+
+
+def kernel_in_phase(bound: Kernel, carry: Carry) -> Kernel:
+    """The kernel with the rows that carry in one state."""
+    if "rows" not in bound.effects:
+        return bound
+    sides, turns = np.where(carry.contact % 2, -1.0, 1.0), np.where(carry.pivots, 0.0, 1.0)
+    return _with_rows(bound, tuple(sides.tolist()), tuple(turns.tolist()))
+
+
+@lru_cache(maxsize=512)
+def _with_rows(bound: Kernel, sides: tuple[float, ...], turns: tuple[float, ...]) -> Kernel:
+    others = tuple(entry for entry in bound.given if entry[0] not in OF_A_PHASE)
+    constants = (*others, ("sides", sides), ("turns", turns))
+    arguments = bound.vehicle, bound.roller_model
+    if isinstance(bound, NeutralKernel):
+        return kernel_by(PREBUILT, *arguments, bound.effects, constants)
+    return kernel(*arguments, bound.backend, effects=bound.effects, constants=constants)
+
+
+def call_in_phases(bound: Kernel, name: str, carry: Carry, *values: ArrayLike) -> np.ndarray:
+    """A generated function with one output, of states each with what carries in it; `values` have its leading axes."""
+    if "rows" not in bound.effects:
+        return bound.call(name, *values)
+    lead, wheels = carry.contact.shape[:-1], bound.wheels
+    flat = [np.asarray(value).reshape(-1, *np.shape(value)[len(lead) :]) for value in values]
+    numbers = np.concatenate([carry.contact % 2, carry.pivots], axis=-1).reshape(-1, 2 * wheels)
+    patterns, which = np.unique(numbers, axis=0, return_inverse=True)
+    parts = [
+        kernel_in_phase(bound, Carry(pattern[:wheels], pattern[wheels:])).call(name, *(v[which == k] for v in flat))
+        for k, pattern in enumerate(patterns)
+    ]
+    found = np.empty((len(numbers), *parts[0].shape[1:]))
+    for k, part in enumerate(parts):
+        found[which == k] = part
+    return found.reshape((*lead, *found.shape[1:]))

@@ -1,0 +1,179 @@
+"""Runs on two rows of rollers: switches, wheels that stand on their joint, what goes with them and what does not."""
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll.errors import InvalidValueError
+from rows import reversals
+from rows.test_all_bodies import Subject
+
+DURATION = 2.0
+
+
+def free_run(subject, **options):
+    return omniroll.simulate(
+        subject.vehicle, nu=subject.nu, chi=0.3 * np.pi / subject.vehicle.rollers_per_wheel, duration=DURATION,
+        roller_model=subject.model, **{"control": False, "accuracy": 1e-10} | options,
+    )  # fmt: skip
+
+
+def speeds(subject, run, row):
+    """All coordinates and their rates in a row of a run; the roller that is about to enter keeps its spin."""
+    n, count = subject.vehicle.rollers_per_wheel, subject.vehicle.wheels
+    q = np.zeros(subject.bodies.size)
+    q[:3], contact = run.pose[row], run.contact[row]
+    q[3 : 3 + count] = run.chi[row] - 2 * np.pi * contact / n
+    spins = np.zeros((count, n))
+    if run.spins is not None:
+        for i, c in enumerate(contact):
+            spins[i] = np.roll(np.append(0, run.spins[row, i]), c)
+    pivots = run.pivots[row]
+    qdot = subject.bodies.rolling(q, contact, run.nu[row], spins, subject.radius, subject.scale, pivots)
+    return q, qdot, contact, pivots
+
+
+@pytest.mark.parametrize("model", reversals.MODELS)
+def test_every_change_is_the_impact_of_all_bodies(model):
+    """Wheels that pass on, that stop and that go on, as they come in runs."""
+    seen = set()
+    for seed in range(4):
+        subject = turning(Subject(40 + seed, model, wheels=3 + seed % 2))
+        run = free_run(subject)
+        for row in np.flatnonzero(np.diff(run.elapsed) == 0):
+            q, before, *_ = speeds(subject, run, row)
+            _, after, contact, pivots = speeds(subject, run, row + 1)
+            wanted = subject.bodies.after_impact(q, before, contact, pivots, locked=model != "free")
+            subject.q = q
+            size = np.abs(run.nu[row]).max()
+            assert np.abs(subject.nu_of(wanted) - run.nu[row + 1]).max() < 1e-10 * size
+            energy = subject.bodies.energy(q, before)
+            loss = energy - subject.bodies.energy(q, wanted)
+            assert abs(loss - subject.bodies.energy(q, before - wanted)) < 1e-12 * energy
+            assert abs(run.energy[row] - run.energy[row + 1] - loss) < 1e-11 * energy
+            seen |= set((pivots - run.pivots[row]).tolist())
+    assert seen == {-1, 0, 1}
+
+
+def turning(subject):
+    """The subject with speeds at which its wheels reverse while it turns."""
+    subject.nu = np.array([1.2, -0.8, 1.5 * subject.scale])
+    return subject
+
+
+@pytest.mark.parametrize("model", reversals.MODELS)
+@pytest.mark.parametrize("law", ["impact", "smooth"])
+def test_energy_stays_in_a_phase(model, law):
+    run = free_run(turning(Subject(42, model, wheels=3)), switching=law, accuracy=1e-13)
+    assert run.pivots.any()
+    assert run.stats["phase_energy_drift"] < 1e-13
+
+
+@pytest.mark.parametrize("model", reversals.MODELS)
+def test_a_wheel_stands_while_both_rows_push_it_back(model):
+    """By the velocity of its middle: from where its roller brings it to the joint to where a row lets it go."""
+    stood, let_go = 0, 0
+    for seed in range(4):
+        subject = turning(Subject(40 + seed, model, wheels=3 + seed % 2))
+        run, d = free_run(subject), subject.vehicle.row_offset
+        angles, places = subject.bodies.angles, subject.bodies.places
+        across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)
+        yaw = run.nu[:, 2:] / subject.scale
+        moved = np.stack([subject.radius * run.nu[:, :1] - yaw * places[:, 1],
+                          subject.radius * run.nu[:, 1:2] + yaw * places[:, 0]], axis=-1)  # fmt: skip
+        ratio = (moved * across).sum(axis=-1) / (d * yaw)
+        stands = run.pivots > 0
+        for row in (run.step_rows, run.step_rows + 1):  # others are between two changes at one instant
+            assert (np.abs(ratio[row][stands[run.step_rows]]) < 1 + 1e-8).all()
+        assert (np.abs(run.chi[stands]) == np.pi / subject.vehicle.rollers_per_wheel).all()
+        changes = run.step_rows[:-1] + 1
+        changes = changes[(np.diff(run.contact + 99 * stands, axis=0)[changes] != 0).sum(axis=1) == 1]
+        ends = stands[changes] & ~stands[changes + 1]  # of one wheel alone, at the end of a step
+        assert np.abs(np.abs(ratio[changes][ends]) - 1).max(initial=0) < 1e-8
+        let_go += ends.sum()
+        stood += run.times_on_joints().sum()
+    assert stood > 0.05
+    assert let_go
+
+
+@pytest.mark.parametrize("model", reversals.MODELS)
+def test_random_vehicles_reverse(model):
+    """What tests/hard/pivots.py asks of a thousand."""
+    for seed in (0, 1, 4, 7):
+        task = reversals.task(np.random.default_rng([seed, reversals.MODELS.index(model)]), driven=seed % 2 == 1)
+        run = omniroll.simulate(**task, roller_model=model, control=False)
+        assert reversals.rises(run) <= 1e-13
+        assert reversals.most_at_once(run) <= 4
+        assert abs(run.ledger.residual) < 1e-7 * run.energy.max()
+
+
+@pytest.mark.parametrize("model", reversals.MODELS)
+def test_rows_close_together_are_one_row(model):
+    """At first order in their distance."""
+    vehicle = omniroll.Vehicle.paper(rollers_per_wheel=6).replace(yaw_scale=1.0)
+    task = {"nu": (1.0, 0.3, 0.8), "chi": (0.1, 0.2, -0.1), "duration": 1.5, "roller_model": model, "control": False,
+            "accuracy": 1e-12}  # fmt: skip
+    wanted = omniroll.simulate(vehicle, **task)
+    apart = []
+    for offset in (1e-6, 5e-7):
+        run = omniroll.simulate(vehicle.replace(rows=2, row_offset=offset * vehicle.wheel_radius), **task)
+        assert len(run.switches) == len(wanted.switches)
+        apart.append(np.abs(run.pose[-1] - wanted.pose[-1]).max())
+    assert apart[0] < 1e-4
+    assert apart[1] / apart[0] == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_session_a_table_and_a_file_know_the_rows(tmp_path):
+    subject = turning(Subject(42, "free", wheels=3))
+    run = free_run(subject)
+    session = omniroll.Session(subject.vehicle, nu=subject.nu, chi=0.3 * np.pi / subject.vehicle.rollers_per_wheel,
+                               accuracy=1e-10, driven=False)  # fmt: skip
+    for _ in range(20):
+        session.step(DURATION / 20)
+        sample = run.sample(session.time)
+        np.testing.assert_allclose(session.nu, sample.nu, atol=1e-7)
+        assert session.energy == pytest.approx(float(sample.energy), rel=1e-7)
+        assert (session.contact == sample.contact).all()
+        rates = run.measure([session.time], names=("wheel_rate",))["wheel_rate"][0]
+        np.testing.assert_allclose(session.wheel_speeds, rates, atol=1e-6)
+    run.save(tmp_path / "run.npz")
+    again = omniroll.Trajectory.load(tmp_path / "run.npz")
+    assert (again.pivots == run.pivots).all()
+    np.testing.assert_array_equal(again.sample([0.5, 1.5]).energy, run.sample([0.5, 1.5]).energy)
+
+
+def test_controllers_know_the_middle_of_the_wheels():
+    """Their targets of the wheels are those of a vehicle with one row; what they measure is what the wheels do."""
+    vehicle = omniroll.Vehicle.paper(rollers_per_wheel=12).replace(yaw_scale=1.0)
+    vehicle = vehicle.replace(rows=2, row_offset=0.2 * vehicle.wheel_radius)
+    seen = []
+
+    def controller(time, state):
+        seen.append(state.wheel_speeds.copy())
+        return 0.05 * (wanted - state.wheel_speeds)
+
+    target = (0.5, 0.0, 0.6)
+    wanted = omniroll.simulate(vehicle.replace(rows=1, row_offset=0), nu=target, duration=0).kernel.wheel_speeds(target)
+    mine = omniroll.FunctionController(controller, 0.01)
+    given = omniroll.Controller(target=target, proportional=0.05, integral=0.0, sample_time=0.01)
+    runs = [omniroll.simulate(vehicle, nu=(0, 0, 0.1), duration=1.0, effects=(one,), control=False)
+            for one in (mine, given)]  # fmt: skip
+    np.testing.assert_allclose(runs[0].nu[-1], runs[1].nu[-1], atol=1e-8)
+    np.testing.assert_allclose(runs[0].nu[-1], target, atol=0.1)
+    assert len(seen) > 90
+
+
+REFUSED = [
+    ({"engine": "python"}, "engine"),
+    ({"effects": (omniroll.Contact(coefficient=100.0),)}, "effects"),
+    ({"effects": (omniroll.Bearings(wheel_coulomb=0.01),)}, "effects"),
+    ({"sensitivities": ("mass",)}, "sensitivities"),
+]
+
+
+@pytest.mark.parametrize(("given", "field"), REFUSED)
+def test_what_does_not_go_with_rows_is_refused(given, field):
+    vehicle = omniroll.Vehicle.paper(rollers_per_wheel=6).replace(rows=2, row_offset=0.001)
+    with pytest.raises(InvalidValueError, match="two rows of rollers") as caught:
+        omniroll.simulate(vehicle, nu=(1, 0, 0), duration=0.1, **given)
+    assert caught.value.field == field
