@@ -4,11 +4,15 @@ and that the paper's wheels are as before."""
 import json
 import math
 
+import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 import omniroll
 from omniroll import InvalidValueError, Vehicle
 from omniroll.kernels.kernel import kernel
+from omniroll.scenes.lints_of_wheels import lever_of_yaw, of_wheels
+from omniroll.vehicles import wheel_kind
 
 PAPER = Vehicle.paper(4, 10)
 HANDS = (1, -1, -1, 1)
@@ -97,7 +101,10 @@ def test_scenes(scene):
 @pytest.mark.parametrize(
     "keys, words",
     [
-        ("roller_angle = 45", "must be a number or 4 numbers, > -1.5708, < 1.5708, in rad"),
+        (
+            "roller_angle = 45",
+            'must be a number or 4 numbers, > -1.5708, < 1.5708, in rad; degrees are written "45 deg"',
+        ),
         ("roller_angle = 0.7\nhandedness = [1, -1]", "handedness = .*must be 4 numbers"),
         ("roller_angle = 0.7\nhandedness = [1, -1, 0.5, 1]", "must be 1 or -1 for each wheel"),
         ("roller_angle = -0.7\nhandedness = [1, -1, -1, 1]", "needs a roller_angle above 0"),
@@ -109,3 +116,147 @@ def test_scenes(scene):
 def test_what_scenes_refuse(scene, keys, words):
     with pytest.raises((omniroll.SceneError, InvalidValueError), match=words):
         scene(keys)
+
+
+# Numbers that follow, beside ones that are found by another way
+
+ANGLE = math.radians(45)
+
+
+def frame(beta, psi, r):
+    """Place and axis of a roller at the angle beta of its disk, whose axle is x; z is up, the ground below."""
+    inward = np.array([0, -math.sin(beta), math.cos(beta)])
+    rim = np.array([0, math.cos(beta), math.sin(beta)])
+    return -r * inward, math.cos(psi) * rim + math.sin(psi) * np.array([1.0, 0, 0])
+
+
+@pytest.mark.parametrize("psi, d", [(0.6, 0.0), (-0.6, 0.0), (0.0, 0.011), (0.3, 0.02)])
+def test_inertias_of_parts_are_those_of_the_bodies(psi, d):
+    """Sums over point by point tensors of a wheel with an axle along x at the place (arm, 0)."""
+    rollers, arm, r, m, axial, across = 6, 0.2, 0.04, 0.03, 4e-6, 9e-6
+    hub = {"hub_mass": 0.3, "hub_axial_inertia": 3e-4, "hub_transverse_inertia": 2e-4}
+    sizes = {"platform_mass": 3.0, "platform_inertia": 0.05, **hub, "roller_mass": m, "roller_axial_inertia": axial}
+    kind = {"roller_angle": psi} | ({"rows": 2, "row_offset": d} if d else {})
+    vehicle = Vehicle.from_parts(
+        wheels=3, rollers_per_wheel=rollers, platform_radius=arm, wheel_radius=0.06, roller_axis_radius=r,
+        roller_transverse_inertia=across, **sizes, **kind,
+    )  # fmt: skip
+    about_axle, about_yaw = 3e-4, 0.3 * arm**2 + 2e-4
+    for j in range(rollers):
+        place, axis = frame(2 * math.pi * j / rollers + 0.1, psi, r)
+        tensor = across * (np.eye(3) - np.outer(axis, axis)) + axial * np.outer(axis, axis)
+        place = place + [d * (-1) ** j, 0, 0]
+        about_axle += tensor[0, 0] + m * (place[1] ** 2 + place[2] ** 2)
+        place = place + [arm, 0, 0]
+        about_yaw += tensor[2, 2] + m * (place[0] ** 2 + place[1] ** 2)
+    assert vehicle.wheel_inertia == pytest.approx(about_axle, rel=1e-14)
+    assert vehicle.yaw_inertia == pytest.approx(0.05 + 3 * about_yaw, rel=1e-14)
+    assert vehicle.rows == (2 if d else 1) and vehicle.roller_angle == (psi,) * 3
+
+
+def test_from_parts_with_wheels_of_the_paper_is_as_before():
+    sizes = {"wheels": 4, "rollers_per_wheel": 10, "mass": 2.0, "platform_radius": 0.15, "wheel_diameter": 0.1}
+    sizes |= {"roller_diameter": 0.02, "roller_length": 0.03}
+    assert Vehicle.from_parts(**sizes) == Vehicle.from_parts(**sizes, roller_angle=0, rows=1, row_offset=0)
+
+
+def test_a_mecanum_wheel_from_its_diameter_and_rollers():
+    """r by the rule that rollers in their middles fill half of the way between neighbours' axes; lengths without a
+    gap."""
+    sheet = {"wheels": 4, "rollers_per_wheel": 16, "mass": 12.0, "platform_radius": 0.28, "wheel_diameter": 0.1525}
+    vehicle = Vehicle.from_parts(**sheet, wheel_width=0.045, roller_angle=[s * ANGLE for s in HANDS])
+    k = math.sin(math.pi / 16) * math.sin(ANGLE) / math.sqrt(1 - (math.cos(ANGLE) * math.sin(math.pi / 16)) ** 2)
+    assert vehicle.roller_axis_radius == pytest.approx(0.07625 / (1 + k), rel=1e-14)
+    origins = {origin.name: origin for origin in vehicle.origins}
+    assert [origins[name].kind for name in ("roller_axis_radius", "roller_length", "hub_width")] == [
+        "assumed", "assumed", "derived",
+    ]  # fmt: skip
+    least = distance_along(vehicle.roller_axis_radius, 0.07625, ANGLE, math.pi / 16)
+    assert origins["roller_length"].value == pytest.approx(2 * least, rel=1e-12)
+    with pytest.raises(InvalidValueError, match="roller_angle.*must have one size"):
+        Vehicle.from_parts(**sheet, roller_angle=[0.7, 0.7, 0.7, 0.8])
+
+
+def distance_along(r, radius, psi, chi):
+    """How far along its axis a roller's contact is: the ground's normal through the contact meets the axis."""
+    place, axis = frame(chi, psi, r)
+    ground = np.array([0, 0, -radius])
+    # The contact is below the wheel's centre, at some x; it is where the normal of the ground meets the axis.
+    s = -place[1] / axis[1]  # the axis above the line below the axle
+    point = place + s * axis
+    contact = np.array([point[0], 0, ground[2]])
+    return abs((contact - place) @ axis)
+
+
+def test_neighbours_axes_are_as_far_apart_as_a_search_says():
+    for psi, rollers in ((ANGLE, 6), (0.9, 9), (0.2, 14)):
+        q, r, radius = math.pi / rollers, 0.035, 0.05
+        (one, along), (other, beside) = frame(q, psi, r), frame(-q, psi, r)
+
+        def apart(s, one=one, along=along, other=other, beside=beside):
+            return np.linalg.norm(one + s[0] * along - other - s[1] * beside)
+
+        found = minimize(apart, [0, 0], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-15, "maxiter": 4000})
+        room, thickness = wheel_kind.room_for_rollers(radius, r, rollers, psi)
+        assert room == pytest.approx(found.fun / 2, rel=1e-9)
+        assert thickness == pytest.approx(radius - math.hypot(r, found.x[0] * math.cos(psi)), rel=1e-6)
+
+
+def test_the_inertia_of_rollers_at_an_angle_is_part_of_the_wheels():
+    least = 10 * PAPER.roller_inertia / 2
+    with pytest.raises(InvalidValueError, match="wheel_inertia = .*must be above .*sin"):
+        MECANUM.replace(wheel_inertia=0.99 * least)
+    assert MECANUM.replace(wheel_inertia=1.01 * least) and PAPER.replace(wheel_inertia=0.99 * least)
+
+
+# What looks wrong
+
+YOUBOT = """
+wheels = 4
+rollers_per_wheel = 6
+platform_radius = 0.2788
+wheel_radius = 0.05
+roller_axis_radius = {r}
+mass = 30
+yaw_inertia = 4.42
+wheel_inertia = 5.87e-3
+roller_inertia = 1e-6
+roller_angle = "45 deg"
+handedness = {hands}
+wheel_angles = ["90 deg", "-90 deg", "90 deg", "-90 deg"]
+[layout]
+wheel_places = [[0.235, 0.15], [0.235, -0.15], [-0.235, 0.15], [-0.235, -0.15]]
+"""
+
+
+def said_of(tmp_path, r=0.0355, hands=HANDS):
+    text = "[vehicle]" + YOUBOT.format(r=r, hands=list(hands)) + "[start]\nnu = [0, 0, 0]\n[run]\nduration = 1\n"
+    (tmp_path / "youbot.toml").write_text(text)
+    found = omniroll.load_scene(tmp_path / "youbot.toml")
+    return found, list(of_wheels(found.tables["vehicle"], found.vehicle))
+
+
+def test_a_youbot_is_an_x_and_its_rollers_just_fit(tmp_path):
+    found, said = said_of(tmp_path)
+    assert said == [] and lever_of_yaw(found.vehicle) == pytest.approx(0.385, rel=1e-14)
+
+
+def test_an_o_for_an_x(tmp_path):
+    _, (lint,) = said_of(tmp_path, hands=[-hand for hand in HANDS])
+    assert "0.085 m, with all signs changed it were 0.385 m" in str(lint) and "make an O" in str(lint)
+
+
+def test_rollers_that_reach_into_each_other(tmp_path):
+    _, (lint,) = said_of(tmp_path, r=0.033)
+    assert lint.key == "roller_axis_radius" and "mm thick" in lint.text
+
+
+def test_rollers_that_are_too_short():
+    vehicle = MECANUM.replace(wheel_radius=0.05, roller_axis_radius=0.041, rollers_per_wheel=9, wheel_inertia=1e-3)
+    chi = 0.8 * math.pi / 9
+    length = 2 * distance_along(0.041, 0.05, ANGLE, chi)
+    (lint,) = of_wheels({"roller_length": length}, vehicle)
+    least = 2 * distance_along(0.041, 0.05, ANGLE, math.pi / 9)
+    assert f"a gap of {math.degrees(2 * (math.pi / 9 - chi)):.3g} degrees" in lint.text
+    assert f"{1e3 * (least - length):.3g} mm too short" in lint.text
+    assert list(of_wheels({"roller_length": least}, vehicle)) == []

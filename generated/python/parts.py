@@ -460,3 +460,169 @@ def motor_of_data_sheet(wheels, rollers_per_wheel, rated_voltage, stall_torque, 
     torque_constant = rated_voltage*inv_free_speed
     resistance = rated_voltage*rated_voltage*inv_free_speed/stall_torque
     return torque_constant, resistance
+
+
+def inertias_of_kind(wheels, rollers_per_wheel, roller_mass, roller_axial_inertia, roller_transverse_inertia,
+                     axis_angle, row_side):
+    """What rollers at an angle or in two rows add to a vehicle's inertias.
+
+    Equations: (3.2).
+    roller_mass [kg]: mass of a roller.
+    roller_axial_inertia [kg m^2]: inertia of a roller about its axis.
+    roller_transverse_inertia [kg m^2]: inertia of a roller across its axis.
+    axis_angle [rad]: angle between the rollers' axes and the wheel's plane.
+    row_side [m]: distance of a row of rollers from the wheel's middle.
+    Returns these, as a tuple:
+      yaw_inertia_more [kg m^2]: yaw inertia beyond that of a vehicle with wheels of the paper.
+      wheel_inertia_more [kg m^2]: inertia of a wheel beyond that of a wheel of the paper.
+    Operations: once 2 add, 10 mul, 1 sincos. Intermediates: 2.
+    """
+    like = roller_mass
+    N = number(wheels, like)
+    n = number(rollers_per_wheel, like)
+    sin_axis_angle = sin(axis_angle)
+    t1 = sin_axis_angle*sin_axis_angle*(roller_axial_inertia - roller_transverse_inertia)
+    yaw_inertia_more = N*n*(roller_mass*row_side*row_side - t1/2)
+    wheel_inertia_more = t1*n
+    return yaw_inertia_more, wheel_inertia_more
+
+
+def middle_rows(wheels, rollers_per_wheel, wheel_radius, centres, wheel_angles, axis_angles):
+    """Rates of wheels for a twist, with every contact in the middle of its wheel.
+
+    Equations: (2.2).
+    wheel_radius [m]: wheel centre to the ground.
+    centres[N][2] [m]: places of the wheel centres in the platform's frame.
+    wheel_angles[N] [rad]: directions of the wheel axles.
+    axis_angles[N] [rad]: angles between the rollers' axes and the planes of their wheels.
+    Returns:
+      middle_rows[N][3] [1/m, 1/m, 1]: wheel rates for a twist, with contacts in the wheels' middles.
+    Operations: once 1 div; per wheel 2 add, 4 mul, 2 div, 3 sincos. Intermediates: 5.
+    """
+    middle_rows = [[None] * 3 for _ in range(wheels)]
+    l = wheel_radius
+    inv_l = 1/l
+    for i in range(wheels):
+        centre_x = centres[i][0]
+        centre_y = centres[i][1]
+        alpha = wheel_angles[i]
+        axis_angle = axis_angles[i]
+        turned = alpha - axis_angle
+        t1 = inv_l/cos(axis_angle)
+        ahead_in_row = t1*sin(turned)
+        aside_in_row = t1*cos(turned)
+        middle_rows[i][0] = ahead_in_row
+        middle_rows[i][1] = -aside_in_row
+        middle_rows[i][2] = -centre_x*aside_in_row - centre_y*ahead_in_row
+    return middle_rows
+
+
+def half_length(wheels, rollers_per_wheel, wheel_radius, roller_axis_radius, axis_angle):
+    """Half of the least length of a roller by which the wheel has no gap.
+
+    Equations: (2.1).
+    wheel_radius [m]: wheel centre to the ground.
+    roller_axis_radius [m]: wheel centre to a roller's axis.
+    axis_angle [rad]: angle between the rollers' axes and the wheel's plane.
+    Returns:
+      half_length [m]: least half-length of a roller that leaves no gap.
+    Operations: once 1 add, 7 mul, 5 div, 4 sincos. Intermediates: 4.
+    """
+    like = wheel_radius
+    n = number(rollers_per_wheel, like)
+    pi = circle_ratio(like)
+    l = wheel_radius
+    r = roller_axis_radius
+    half_pitch = pi/n
+    sin_half_pitch = sin(half_pitch)
+    cos_axis_angle = cos(axis_angle)
+    sin_axis_angle = sin(axis_angle)
+    half_length = (l*sin_half_pitch*cos_axis_angle
+        + r*sin_axis_angle*sin_axis_angle*sin_half_pitch/(cos_axis_angle*cos(half_pitch)))
+    return half_length
+
+
+def room_for_rollers(wheels, rollers_per_wheel, wheel_radius, roller_axis_radius, axis_angle):
+    """Half of the distance of neighbours' axes, and how thick a roller is there.
+
+    Equations: section 2.
+    wheel_radius [m]: wheel centre to the ground.
+    roller_axis_radius [m]: wheel centre to a roller's axis.
+    axis_angle [rad]: angle between the rollers' axes and the wheel's plane.
+    Returns these, as a tuple:
+      room [m]: half of the distance of neighbours' axes.
+      thickness [m]: radius of a roller where its neighbour is nearest.
+    Operations: once 3 add, 15 mul, 6 div, 2 sqrt, 4 sincos. Intermediates: 8.
+    """
+    like = wheel_radius
+    n = number(rollers_per_wheel, like)
+    pi = circle_ratio(like)
+    l = wheel_radius
+    r = roller_axis_radius
+    half_pitch = pi/n
+    sin_half_pitch = sin(half_pitch)
+    sin_half_pitch_sq = sin_half_pitch*sin_half_pitch
+    cos_axis_angle = cos(axis_angle)
+    cos_axis_angle_sq = cos_axis_angle*cos_axis_angle
+    t1 = 1 - sin_half_pitch_sq*cos_axis_angle_sq
+    room = r*sin(axis_angle)*sin_half_pitch/sqrt(t1)
+    r_sq = r*r
+    cos_half_pitch = cos(half_pitch)
+    thickness = (l
+        - sqrt(r_sq
+        + r_sq*sin_half_pitch_sq*cos_axis_angle_sq*cos_axis_angle_sq*cos_half_pitch*cos_half_pitch/(t1*t1)))
+    return room, thickness
+
+
+def axis_by_neighbours(wheels, rollers_per_wheel, wheel_radius, axis_angle):
+    """Roller axis radius of a wheel whose rollers touch their neighbours.
+
+    Equations: section 2.
+    wheel_radius [m]: wheel centre to the ground.
+    axis_angle [rad]: angle between the rollers' axes and the wheel's plane.
+    Returns:
+      roller_axis_radius [m]: wheel centre to a roller's axis.
+    Operations: once 2 add, 6 mul, 6 div, 1 sqrt, 3 sincos. Intermediates: 4.
+    """
+    like = wheel_radius
+    n = number(rollers_per_wheel, like)
+    pi = circle_ratio(like)
+    l = wheel_radius
+    half_pitch = pi/n
+    sin_half_pitch = sin(half_pitch)
+    cos_axis_angle = cos(axis_angle)
+    room_in_radii = (sin(axis_angle)*sin_half_pitch/sqrt(1
+        - sin_half_pitch*sin_half_pitch*cos_axis_angle*cos_axis_angle))
+    roller_axis_radius = l/(1 + room_in_radii)
+    return roller_axis_radius
+
+
+def rolling_of_kind(wheels, rollers_per_wheel, wheel_radius, roller_axis_radius, axis_angle):
+    """Closed forms of how a wheel with rollers at an angle rolls.
+
+    Equations: (2.1), (2.2).
+    wheel_radius [m]: wheel centre to the ground.
+    roller_axis_radius [m]: wheel centre to a roller's axis.
+    axis_angle [rad]: angle between the rollers' axes and the wheel's plane.
+    Returns these, as a tuple:
+      strafe_factor [1]: way sideways in a turn of the wheels, over that of contacts in their middles.
+      rate_ripple [1]: how much faster a wheel turns at the joint than in the middle of a roller, sideways.
+      spin_ratio [1]: spin of a roller at the joint, over that in its middle.
+      contact_shift [m]: how far the contact is from the wheel's middle at the joint.
+    Operations: once 2 add, 9 mul, 9 div, 5 sincos. Intermediates: 5.
+    """
+    like = wheel_radius
+    n = number(rollers_per_wheel, like)
+    pi = circle_ratio(like)
+    l = wheel_radius
+    r = roller_axis_radius
+    half_pitch = pi/n
+    sin_half_pitch = sin(half_pitch)
+    strafe_factor = sin_half_pitch/half_pitch
+    t1 = sin(half_pitch/2)
+    cos_half_pitch = cos(half_pitch)
+    inv_cos_half_pitch = 1/cos_half_pitch
+    rate_ripple = 2*t1*t1*inv_cos_half_pitch
+    spin_ratio = (l - r)/(l*cos_half_pitch - r)
+    contact_shift = r*sin(axis_angle)*sin_half_pitch*inv_cos_half_pitch/cos(axis_angle)
+    return strafe_factor, rate_ripple, spin_ratio, contact_shift

@@ -113,7 +113,8 @@ LENGTHS = (
     derived(
         "roller_axis_radius",
         bounded("roller_axis_radius"),
-        default="wheel_radius less roller_radius, or that of truncated rollers, section 4",
+        default="wheel_radius less roller_radius; or that of truncated rollers, section 4; or that of mecanum rollers "
+        "that touch their neighbours",
     ),  # fmt: skip
 )
 WHEEL_ANGLES = derived("wheel_angles", PER_WHEEL, default="evenly spaced, the first 0")
@@ -193,6 +194,7 @@ SOLIDS = (  # sizes of solid bodies, which stand for their inertias
 DATA_SHEET = (  # what data sheets print besides; mass is that of the whole vehicle
     Entry("wheel_diameter", POSITIVE, "m", "diameter of a wheel", note="It stands for wheel_radius"),
     Entry("roller_diameter", POSITIVE, "m", "diameter of a roller in its middle", note="It stands for roller_radius"),
+    Entry("wheel_width", POSITIVE, "m", "width of a wheel, along its axle", note="It stands for hub_width"),
     derived("wheel_mass", POSITIVE, note="With mass, it stands for hub_mass"),
 )
 

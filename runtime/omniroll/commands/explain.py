@@ -8,6 +8,7 @@ from typing import Any
 from shtab import FILE
 
 from omniroll.scenes import load_scene
+from omniroll.scenes.wheels_explained import text as wheels_in_words
 
 SUMMARY = "show what a scene simulates: state, effects, costs, how large what it leaves out would be, what looks wrong"
 EXAMPLES = (
@@ -38,6 +39,7 @@ def text(explanation: dict[str, Any]) -> str:
         "",
         "Vehicle",
         *map(_number, explanation["numbers"]),
+        *wheels_in_words(explanation.get("wheels", {})),
         "",
         "State",
     ]

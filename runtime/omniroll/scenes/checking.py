@@ -15,6 +15,7 @@ ELSEWHERE = {  # what tables, keys and words for other kinds of wheels have in t
     "mecanum|roller_angle|slant": "asks for mecanum wheels: they are roller_angle and handedness in [vehicle]",
     "double|rows|row_offset": "asks for two rows of rollers: they are rows = 2 and row_offset in [vehicle]",
 }
+TURN = 6.3  # rad
 PAPER_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
 
 
@@ -90,7 +91,7 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
         if complaint is None:
             good[key.name] = key.kind.plain(value)
         else:
-            said = _of_wheels(value) or complaint + _unit(key.unit)
+            said = _of_wheels(value) or complaint + _unit(key.unit) + _in_degrees(value, key.unit)
             findings.add(table.name, key.name, said, shown(content[key.name]))
     return good
 
@@ -106,6 +107,12 @@ def _stands_for(table: str, key: str, content: dict[str, Any]) -> bool:
     if "log" in content and key in OF_LOG.get(table, ()):
         return True
     return any(name in content for name in INSTEAD.get((table, key), ()))
+
+
+def _in_degrees(value: Any, unit: str) -> str:
+    """What to write in place of a number that is an angle in degrees by its size."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f'; degrees are written "{value:g} deg"' if unit == "rad" and is_number and abs(value) > TURN else ""
 
 
 def _unit(unit: str) -> str:

@@ -16,6 +16,7 @@ from omniroll.scenes.costs import nanoseconds, operations, prices
 from omniroll.scenes.estimates import FELT, estimates
 from omniroll.scenes.lints import lints
 from omniroll.scenes.loading import Scene
+from omniroll.scenes.wheels_explained import wheels_explained
 from omniroll.vehicles.data_sheet import ASSUMED, GIVEN, Origin, motor_constants
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, STATE, Entry, by_name
@@ -39,6 +40,7 @@ def explained(scene: Scene) -> dict[str, Any]:
         "scene": scene.name,
         "vehicle": scene.vehicle.as_dict(),
         "numbers": [asdict(origin) for origin in origins_of(scene)],
+        **({"wheels": wheels} if (wheels := wheels_explained(scene)) else {}),
         "set": task.kernel.set_name,
         "backend": task.kernel.backend,
         "runs_on": runs_on(task),

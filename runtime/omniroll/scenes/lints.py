@@ -8,6 +8,7 @@ from omniroll.scenes.lints_of_ground import of_ground
 from omniroll.scenes.lints_of_motion import of_motion
 from omniroll.scenes.lints_of_motors import of_motors
 from omniroll.scenes.lints_of_vehicle import of_numbers, of_parts, of_sizes
+from omniroll.scenes.lints_of_wheels import of_wheels
 from omniroll.scenes.loading import Scene
 
 NEGLIGIBLE = 1e-4  # where massive rollers change the motion by less than this, massless ones would do
@@ -19,6 +20,7 @@ def lints(scene: Scene, without_inertia: float | None = None) -> list[Lint]:
         *of_sizes(scene.vehicle),
         *of_numbers(scene.vehicle),
         *of_parts(scene.tables["vehicle"], scene.vehicle),
+        *of_wheels(scene.tables["vehicle"], scene.vehicle),
         *of_angles(scene.vehicle, scene.tables),
         *of_motion(scene),
         *of_ground(scene),

@@ -24,7 +24,7 @@ def of_angles(vehicle: Vehicle, tables: dict[str, dict[str, Any]]) -> Iterator[L
         shown = ", ".join(map(repr, exact))
         text = "are a regular polygon but for rounding; a vehicle that is exactly symmetric has"
         yield Lint(table, "wheel_angles", f"{text} [{shown}]")
-    if _are_parallel(vehicle.wheel_angles):
+    if _are_parallel(vehicle.wheel_angles) and not any(vehicle.roller_angle):
         yield Lint(table, "wheel_angles", "all axles are parallel: along them nothing drives or brakes the vehicle")
     slope = tables.get("slope", {})
     if slope.get("angle", 0.0) > STEEP:

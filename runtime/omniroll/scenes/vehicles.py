@@ -7,12 +7,11 @@ from omniroll.errors import InvalidValueError
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
-from omniroll.scenes.schema import HANDEDNESS, KIND_OF_WHEELS, NUMBERS, PARTS, SHARED, SHEET, SIZES
+from omniroll.scenes.schema import HANDEDNESS, NUMBERS, PARTS, SHARED, SHEET, SIZES
 from omniroll.vehicles.data_sheet import BODIES, INSTEAD
 from omniroll.vehicles.vehicle import Vehicle
 
 ALWAYS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius")
-KIND_NAMES = tuple(key.name for key in KIND_OF_WHEELS)
 SIZE_NAMES = tuple(key.name for key in SIZES)
 NUMBER_NAMES = tuple(key.name for key in NUMBERS)
 PART_NAMES = tuple(key.name for key in PARTS + SHEET)
@@ -88,8 +87,9 @@ def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str,
         return _make_preset, (), PART_NAMES, "a preset"
     if any(name in content for name in PART_NAMES):
         if "mass" in content and "platform_mass" not in content:
-            return _make_parts, SHEET_NEEDS, NUMBER_NAMES[1:] + KIND_NAMES, "parts, which give it"
-        return _make_parts, ALWAYS + tuple(BODIES), NUMBER_NAMES + KIND_NAMES, "parts, which give it"
+            needs = ALWAYS if content.get("roller_angle") else SHEET_NEEDS
+            return _make_parts, needs, NUMBER_NAMES[1:], "parts, which give it"
+        return _make_parts, ALWAYS + tuple(BODIES), NUMBER_NAMES, "parts, which give it"
     return _make_numbers, ALWAYS + NUMBER_NAMES, (), ""
 
 

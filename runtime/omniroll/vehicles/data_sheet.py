@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 
 from omniroll import vocabulary
 from omniroll.errors import InvalidValueError
-from omniroll.vehicles import parts
+from omniroll.vehicles import parts, wheel_kind
 
 GIVEN, PUBLISHED, DERIVED, ASSUMED = "given", "published", "derived", "assumed"
 DENSITY = 1200.0  # kg/m^3, of polyurethane: wheels and rollers whose masses are not given
 ENTRIES = vocabulary.by_name(
     vocabulary.PARTS, vocabulary.SOLIDS, vocabulary.DATA_SHEET, vocabulary.LENGTHS, vocabulary.INERTIAS
 )
-INSTEAD = (("wheel_diameter", "wheel_radius"), ("roller_diameter", "roller_radius"))
+INSTEAD = (("wheel_diameter", "wheel_radius"), ("roller_diameter", "roller_radius"), ("wheel_width", "hub_width"))
 BODIES = {  # inertias, and the sizes of a solid cylinder that they follow from where they are not given
     "platform_mass": (("platform_inertia",), ("platform_disk_radius",)),
     "hub_mass": (("hub_axial_inertia", "hub_transverse_inertia"), ("hub_radius", "hub_width")),
@@ -49,6 +49,7 @@ class Sheet:
 
     wheels: int
     rollers_per_wheel: int
+    axis_angle: float = 0.0
     values: dict[str, float] = field(default_factory=dict)
     origins: list[Origin] = field(default_factory=list)
 
@@ -70,18 +71,24 @@ class Sheet:
         return self.evaluate(name, **{argument: self.get(argument) for argument in arguments})[0]
 
 
-def completed(wheels: int, rollers_per_wheel: int, given: Mapping[str, float]) -> Sheet:
-    """All numbers of the parts of a vehicle, from those that are given by name. Raises InvalidValueError."""
-    sheet = Sheet(wheels, rollers_per_wheel)
+def completed(wheels: int, rollers_per_wheel: int, given: Mapping[str, float], axis_angle: float = 0.0) -> Sheet:
+    """All numbers of the parts of a vehicle, from those that are given by name. Raises InvalidValueError.
+
+    axis_angle  size of the angle between rollers' axes and the planes of their wheels, in rad
+    """
+    sheet = Sheet(wheels, rollers_per_wheel, axis_angle)
     for name, value in given.items():
         sheet.put(name, value, GIVEN)
     whole = "mass" in given
     _refuse_both(sheet, *INSTEAD, ("mass", "platform_mass"), ("wheel_mass", "hub_mass"))
-    for diameter, radius in INSTEAD:
+    for diameter, radius in INSTEAD[:2]:
         if diameter in given:
             sheet.put(radius, sheet.values[diameter] / 2, DERIVED, f"half of {diameter}")
+    if "wheel_width" in given:
+        sheet.put("hub_width", sheet.values["wheel_width"], DERIVED, "wheel_width")
     _roller_axis(sheet)
     if whole:
+        _slanted_rollers(sheet)
         _masses_of_wheel(sheet)
         _sizes(sheet)
     sheet.values = NO_ROTOR | sheet.values
@@ -108,9 +115,25 @@ def _roller_axis(sheet: Sheet) -> None:
         if value <= 0:
             raise InvalidValueError("roller_radius", known["roller_radius"], "must be below wheel_radius")
         sheet.put("roller_axis_radius", value, DERIVED, "wheel_radius less roller_radius")
+    elif sheet.axis_angle:
+        value = wheel_kind.axis_by_neighbours(wheel_radius, sheet.rollers_per_wheel, sheet.axis_angle)
+        sheet.put("roller_axis_radius", value, ASSUMED, "rollers touch their neighbours: makers fill the room")
     else:
         value = parts.truncated_axis_radius(wheel_radius, sheet.rollers_per_wheel)
         sheet.put("roller_axis_radius", value, ASSUMED, "truncated rollers, section 4")
+
+
+def _slanted_rollers(sheet: Sheet) -> None:
+    """Radius and length of rollers at an angle, where they are not given."""
+    known = sheet.values
+    if not sheet.axis_angle:
+        return
+    axis, wheel_radius = sheet.get("roller_axis_radius"), sheet.get("wheel_radius")
+    if "roller_radius" not in known:
+        sheet.put("roller_radius", wheel_radius - axis, DERIVED, "wheel_radius less roller_axis_radius")
+    if "roller_length" not in known and "roller_mass" not in known:
+        length = 2 * wheel_kind.half_length(wheel_radius, axis, sheet.rollers_per_wheel, sheet.axis_angle)
+        sheet.put("roller_length", length, ASSUMED, "as short as leaves no gap")
 
 
 def _masses_of_wheel(sheet: Sheet) -> None:

@@ -102,6 +102,7 @@ class Vehicle:
         *vocabulary.SOLIDS,
         vocabulary.INERTIAS[0],
         *vocabulary.DATA_SHEET,
+        *vocabulary.WHEEL_KIND,
     )
     def from_parts(
         cls,
@@ -134,13 +135,18 @@ class Vehicle:
         mass: float | None = None,
         wheel_diameter: float | None = None,
         roller_diameter: float | None = None,
+        wheel_width: float | None = None,
         wheel_mass: float | None = None,
+        roller_angle: float | Sequence[float] = 0.0,
+        rows: int = 1,
+        row_offset: float = 0.0,
     ) -> "Vehicle":
         """A vehicle from a platform, and for each wheel a hub, n rollers and a motor's rotor; SI units.
 
         An inertia that is not given follows from the sizes of the body as a solid one. With mass, that of the whole,
         in the place of platform_mass, what data sheets print is enough: wheel_diameter, roller_diameter and
-        roller_length; the rest is assumed where it is not given. `origins` of the vehicle says of each number whether
+        roller_length; of mecanum wheels wheel_diameter alone. The rest is assumed where it is not given. `origins` of
+        the vehicle says of each number whether
         it was given, derived or assumed, and why. The inertias of the whole follow from the parts by the generated
         function `inertias` (section 4).
 
@@ -152,8 +158,14 @@ class Vehicle:
         given = {name: value for name, value in locals().items() if name in SHEET_ENTRIES and value is not None}
         wheels = vocabulary.WHEELS.checked(wheels)
         rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
-        sheet = completed(wheels, rollers_per_wheel, given)
+        kind = {"roller_angle": roller_angle, "rows": rows, "row_offset": row_offset}
+        kind = wheel_kind.checked(wheels, rollers_per_wheel, **kind)
+        axis_angle = wheel_kind.size_of(kind["roller_angle"])
+        sheet = completed(wheels, rollers_per_wheel, given, axis_angle)
         whole = parts.inertias(wheels, rollers_per_wheel, **sheet.values)
+        if axis_angle or row_offset:
+            more = wheel_kind.inertias_beyond(wheels, rollers_per_wheel, sheet.values, axis_angle, row_offset)
+            whole |= {name: whole[name] + value for name, value in more.items()}
         for name, value in whole.items():
             if name not in given:
                 sheet.put(name, value, DERIVED, "of all parts together")
@@ -168,6 +180,7 @@ class Vehicle:
                 origins=tuple(sheet.origins),
                 **lengths,
                 **given_or_whole,
+                **kind,
             )
         except InvalidValueError as error:
             if error.field != "roller_axis_radius" or error.field in given or "roller_radius" not in sheet.values:
@@ -219,6 +232,11 @@ class Vehicle:
         counts = self.wheels, self.rollers_per_wheel
         return np.array(parts.places_on_rays(*counts, self.platform_radius, self.wheel_angles))
 
+    def middle_rows(self) -> np.ndarray:
+        """(N, 3) rates of the wheels in rad/s for a twist (vx, vy in m/s, wz in rad/s), with every contact in the
+        middle of its wheel: the kinematics of those who count no rollers."""
+        return wheel_kind.middle_rows(self.wheel_radius, self.places().tolist(), self.wheel_angles, self.roller_angle)
+
     def sharpness(self) -> float:
         """How much a contact roller's inertia at the joint outgrows the vehicle's mass (generated/data).
 
@@ -268,11 +286,9 @@ def _symbols_of(vehicle: Vehicle) -> dict[str, float]:
     """The vehicle's numbers by the paper's symbols: N, n, R, l, r, M, I_S, J, B, Lambda."""
     values = {field.name: getattr(vehicle, field.name) for field in fields(vehicle)}
     values |= {f"center_of_mass[{k}]": number for k, number in enumerate(vehicle.center_of_mass)}
-    return {
-        symbol: values[code]
-        for symbol, code in generated_data.code_names().items()
-        if isinstance(values.get(code), (int, float))
-    }
+    known = generated_data.code_names().items()
+    numbers = {symbol: values[code] for symbol, code in known if isinstance(values.get(code), (int, float))}
+    return numbers | {"axis_angle": max(map(abs, vehicle.roller_angle))}
 
 
 def _check_bounds(vehicle: Vehicle) -> None:

@@ -1,12 +1,16 @@
 """Wheels of other kinds than the paper's: rollers at an angle to their wheel's plane (mecanum), or in two rows."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from omniroll import validation, vocabulary
 from omniroll.errors import InvalidValueError
+from omniroll.generated.python import parts as generated_parts
+from omniroll.vehicles import parts
 
+SAME = 1e-9  # rad that sizes of angles may differ by rounding
 ENTRIES = vocabulary.by_name(vocabulary.WHEEL_KIND)
 
 
@@ -31,3 +35,67 @@ def checked(wheels: int, rollers_per_wheel: int, **given: Any) -> dict[str, Any]
         bound = "must be even with rows = 2: it counts the rollers of both rows together"
         raise InvalidValueError("rollers_per_wheel", rollers_per_wheel, bound)
     return found | {"roller_angle": tuple(np.broadcast_to(angles, wheels).tolist())}
+
+
+def middle_rows(
+    wheel_radius: float,
+    places: Sequence[Sequence[float]],
+    wheel_angles: Sequence[float],
+    roller_angle: Sequence[float],
+) -> np.ndarray:
+    """(N, 3) rates of wheels in rad/s for a twist (vx, vy in m/s, wz in rad/s), with every contact in the middle of its
+    wheel: what programs know that count no rollers."""
+    numbers = {"wheel_radius": wheel_radius, "centres": places, "wheel_angles": wheel_angles}
+    return np.array(generated_parts.middle_rows(len(wheel_angles), 3, axis_angles=roller_angle, **numbers), float)
+
+
+def size_of(roller_angle: tuple[float, ...]) -> float:
+    """The size in rad that all angles have. Raises InvalidValueError where they have not one."""
+    sizes = np.abs(roller_angle)
+    if np.ptp(sizes) > SAME:
+        bound = "must have one size, whatever the signs: the vehicle has one wheel_inertia and one roller_axis_radius"
+        raise InvalidValueError("roller_angle", roller_angle, bound)
+    return float(sizes.max())
+
+
+def inertias_beyond(
+    wheels: int, rollers_per_wheel: int, numbers: Mapping[str, float], axis_angle: float, row_side: float
+) -> dict[str, float]:
+    """What yaw_inertia and wheel_inertia have beyond those of rollers that lie in the middle planes of their wheels.
+
+    numbers  roller_mass, roller_axial_inertia and roller_transverse_inertia by name
+    """
+    rollers = {name: numbers[name] for name in ("roller_mass", "roller_axial_inertia", "roller_transverse_inertia")}
+    kind = {"axis_angle": axis_angle, "row_side": row_side}
+    more = parts.evaluate("inertias_of_kind", wheels, rollers_per_wheel, **rollers, **kind)
+    return dict(zip(("yaw_inertia", "wheel_inertia"), more, strict=True))
+
+
+def axis_by_neighbours(wheel_radius: float, rollers_per_wheel: int, axis_angle: float) -> float:
+    """roller_axis_radius in m of a wheel whose rollers touch their neighbours in their middles."""
+    lengths = {"wheel_radius": wheel_radius, "axis_angle": axis_angle}
+    return parts.evaluate("axis_by_neighbours", 1, rollers_per_wheel, **lengths)[0]
+
+
+def half_length(wheel_radius: float, axis_radius: float, rollers_per_wheel: float, axis_angle: float) -> float:
+    """Half of the least length of a roller, in m, by which a wheel has no gap."""
+    lengths = {"wheel_radius": wheel_radius, "roller_axis_radius": axis_radius, "axis_angle": axis_angle}
+    return parts.evaluate("half_length", 1, rollers_per_wheel, **lengths)[0]
+
+
+def room_for_rollers(
+    wheel_radius: float, axis_radius: float, rollers_per_wheel: int, axis_angle: float
+) -> tuple[float, float]:
+    """Half of the distance in m of neighbours' axes, and the radius of a roller there."""
+    lengths = {"wheel_radius": wheel_radius, "roller_axis_radius": axis_radius, "axis_angle": axis_angle}
+    room, thickness = parts.evaluate("room_for_rollers", 1, rollers_per_wheel, **lengths)
+    return room, thickness
+
+
+def rolling_of_kind(
+    wheel_radius: float, axis_radius: float, rollers_per_wheel: int, axis_angle: float
+) -> dict[str, float]:
+    """Closed forms of how a wheel rolls sideways: strafe_factor, rate_ripple, spin_ratio, and contact_shift in m."""
+    lengths = {"wheel_radius": wheel_radius, "roller_axis_radius": axis_radius, "axis_angle": axis_angle}
+    names = ("strafe_factor", "rate_ripple", "spin_ratio", "contact_shift")
+    return dict(zip(names, parts.evaluate("rolling_of_kind", 1, rollers_per_wheel, **lengths), strict=True))

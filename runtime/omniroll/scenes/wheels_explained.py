@@ -1,0 +1,91 @@
+"""What rollers at an angle or in two rows do, in closed forms, and what each level of the model leaves out."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from omniroll.conventions.twists import twist_of_nu
+from omniroll.scenes.loading import Scene
+from omniroll.vehicles import wheel_kind
+from omniroll.vehicles.vehicle import Vehicle
+
+LEVELS = {
+    "classical": "contacts held in the middle of each wheel, as ROS 2 and WPILib have them: no ripple, no lever that "
+    "moves, no switches, no inertia of rollers",
+    "massless": "the rollers' places and angles; rollers without inertia",
+    "locked": "rollers with mass; those off the ground do not spin on their disk",
+    "free": "all rollers with mass and spin; contacts that are points, and one roller of a wheel at a time",
+    "contact": "wheels that may slip; contacts that are points, and a ground that is rigid",
+}
+
+
+def wheels_explained(scene: Scene) -> dict[str, Any]:
+    """All of it in plain Python types; empty for wheels of the paper."""
+    vehicle = scene.vehicle
+    if vehicle.has_wheels_of_the_paper:
+        return {}
+    own = "contact" if scene.slips else scene.options.get("roller_model", "free")
+    return {
+        "levels": [{"level": name, "has": has, "on": name == own} for name, has in LEVELS.items()],
+        "forms": [dict(zip(("name", "value", "unit", "meaning"), row, strict=True)) for row in _forms(scene)],
+    }
+
+
+def _forms(scene: Scene) -> list[tuple[str, float, str, str]]:
+    vehicle = scene.vehicle
+    found = [("forward_radius", vehicle.wheel_radius, "m", "way ahead per angle of the wheels: exact, without ripple")]
+    if any(vehicle.roller_angle):
+        rolling = _rolling(vehicle)
+        angle = math.tan(wheel_kind.size_of(vehicle.roller_angle))
+        sideways = vehicle.wheel_radius * rolling["strafe_factor"] / angle
+        found += [
+            ("strafe_factor", rolling["strafe_factor"], "1", "way sideways in a turn, over the classical one"),
+            ("sideways_radius", sideways, "m", "way sideways per angle of the wheels, in the mean over a turn"),
+            ("rate_ripple", rolling["rate_ripple"], "1", "how much faster a wheel turns at the joint, sideways"),
+            ("spin_ratio", rolling["spin_ratio"], "1", "spin of a roller at the joint, over that in its middle"),
+        ]
+    shift = contact_shift(vehicle)
+    found.append(("contact_shift", shift, "m", "how far the contact is from the wheel's middle when it changes"))
+    found.append(("lever_jump", 2 * shift, "m", "by which the lever of yaw jumps there"))
+    if rate := top_rate(scene):
+        frequency = vehicle.rollers_per_wheel * rate / (2 * math.pi)
+        found.append(
+            ("roller_frequency", frequency, "Hz", f"of rollers, at {rate:.4g} rad/s, the scene's fastest wheel")
+        )
+    return found
+
+
+def _rolling(vehicle: Vehicle) -> dict[str, float]:
+    angle = wheel_kind.size_of(vehicle.roller_angle)
+    sizes = vehicle.wheel_radius, vehicle.roller_axis_radius, vehicle.rollers_per_wheel
+    return wheel_kind.rolling_of_kind(*sizes, angle)
+
+
+def contact_shift(vehicle: Vehicle) -> float:
+    """How far the contact is from the wheel's middle at the joint, in m, by the rollers' angle and their rows."""
+    slanted = _rolling(vehicle)["contact_shift"] if any(vehicle.roller_angle) else 0.0
+    return abs(vehicle.row_offset) + slanted
+
+
+def top_rate(scene: Scene) -> float:
+    """The largest rate of a wheel in rad/s that the start or a target asks for, with contacts in the middle."""
+    asked = [scene.tables.get(table, {}).get(key) for table, key in (("start", "nu"), ("controller", "target"))]
+    twists = [
+        twist_of_nu(scene.vehicle.with_wheels_of_the_paper(), nu).reshape(-1, 3) for nu in asked if nu is not None
+    ]
+    if not twists:
+        return 0.0
+    return float(np.abs(np.concatenate(twists) @ scene.vehicle.middle_rows().T).max())
+
+
+def text(found: dict[str, Any]) -> list[str]:
+    """Lines for people; none for wheels of the paper."""
+    if not found:
+        return []
+    lines = ["", "What its rollers do, where wheels roll at a constant speed"]
+    lines += [
+        f"  {form['name']:<18}{form['value']:>12.6g} {form['unit']:<4} {form['meaning']}" for form in found["forms"]
+    ]
+    lines += ["", "Levels of the model, each with what those before it leave out"]
+    return lines + [f"  {'*' if one['on'] else ' '} {one['level']:<10} {one['has']}" for one in found["levels"]]
