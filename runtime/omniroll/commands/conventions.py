@@ -59,6 +59,9 @@ def text(found: dict[str, Any]) -> str:
     for wheel in found["wheels"]:
         where = f"{wheel['wheel']:<7}{wheel['side']:<13}{wheel['x']:>9.4f}{wheel['y']:>9.4f}{wheel['axle']:>11.2f}"
         lines.append(f"{where}{_moves(wheel, 8)}")
+    if "drawing" in found:
+        lines += ["", "From above, x upward and y to the left: the wheels with the rollers on top of them.", ""]
+        lines += found["drawing"]
     for program in found["programs"].values():
         lines += ["", program["title"]]
         if "refused" in program:

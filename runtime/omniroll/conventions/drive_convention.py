@@ -7,8 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.conventions.twists import nu_of_twist
-from omniroll.kernels.kernel import kernel
 from omniroll.vehicles.vehicle import Vehicle
 
 NEAR = 1e-3  # rad, and share of the wheels' distance, by which a wheel may be off the place that a program knows
@@ -35,10 +33,8 @@ class DriveConvention:
 
     @cached_property
     def matrix(self) -> np.ndarray:
-        """(N, 3) the program's wheel speeds per twist (vx, vy, wz), from the constraint (2.2)."""
-        bound = kernel(self.vehicle, "massless", "python")
-        rates = bound.wheel_speeds(nu_of_twist(self.vehicle, np.eye(3))).T
-        return np.array(self.factors)[:, None] * rates[list(self.order)]
+        """(N, 3) the program's wheel speeds per twist (vx, vy, wz), from (2.2) with contacts in the wheels' middles."""
+        return np.array(self.factors)[:, None] * self.vehicle.middle_rows()[list(self.order)]
 
     def speeds(self, twist: ArrayLike) -> np.ndarray:
         """The program's wheel speeds (..., N) that a twist asks for.

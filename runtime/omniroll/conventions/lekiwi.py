@@ -39,6 +39,8 @@ class LeKiwiDrive(DriveConvention):
         """
         if vehicle.wheels != 3 or vehicle.wheel_places is not None:
             raise InvalidValueError("wheels", vehicle.wheels, "must be 3 on rays at platform_radius for LeKiwi")
+        if any(vehicle.roller_angle):
+            raise InvalidValueError("roller_angle", vehicle.roller_angle, "must be 0 for LeKiwi")
         off = np.abs(away(np.array(PLACES)[:, None] - np.array(vehicle.wheel_angles)))
         order = off.argmin(axis=1)
         if sorted(order) != [0, 1, 2] or off.min(axis=1).max() > NEAR:

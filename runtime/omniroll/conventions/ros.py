@@ -37,6 +37,8 @@ class RosOmniDrive(DriveConvention):
         """
         if vehicle.wheels < 3:
             raise InvalidValueError("wheels", vehicle.wheels, "must be at least 3 for omni_wheel_drive_controller")
+        if any(vehicle.roller_angle):
+            raise InvalidValueError("roller_angle", vehicle.roller_angle, "must be 0 for omni_wheel_drive_controller")
         places, angles = vehicle.places(), np.array(vehicle.wheel_angles)
         distances = np.linalg.norm(places, axis=1)
         radius = float(distances.mean())

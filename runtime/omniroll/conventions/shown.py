@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from omniroll.conventions.lekiwi import NAMES, LeKiwiDrive
+from omniroll.conventions.mecanum import RosMecanumDrive, drawing
 from omniroll.conventions.ros import RosOmniDrive
-from omniroll.conventions.twists import nu_of_twist, wheel_rows
 from omniroll.conventions.wpilib import WpilibDrive
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles.vehicle import Vehicle
@@ -15,6 +15,7 @@ from omniroll.vehicles.vehicle import Vehicle
 SIDES = ("front", "front left", "left", "back left", "back", "back right", "right", "front right")
 PROGRAMS = {  # title, class, the program's names of its wheels (None: by number), unit of its speeds
     "ros": ("ROS 2, omni_wheel_drive_controller", RosOmniDrive, None, "rad/s"),
+    "ros-mecanum": ("ROS 2, mecanum_drive_controller", RosMecanumDrive, ("FL", "FR", "RR", "RL"), "rad/s"),
     "wpilib": ("WPILib, MecanumDriveKinematics", WpilibDrive, ("FL", "FR", "RL", "RR"), "m/s"),
     "lekiwi": ("LeRobot, LeKiwi", LeKiwiDrive, NAMES, "deg/s"),
 }
@@ -26,12 +27,13 @@ def facts(vehicle: Vehicle) -> dict[str, Any]:
 
     Wheels count from 1.
     """
-    rates = wheel_rows(vehicle) @ nu_of_twist(vehicle, np.eye(3))  # the matrix is diagonal
+    rates = vehicle.middle_rows()
     wheels = [
         {"wheel": k + 1, "x": x, "y": y, "axle": math.degrees(angle), "side": side(x, y)} | _moves(rates[k], rates)
         for k, ((x, y), angle) in enumerate(zip(vehicle.places().tolist(), vehicle.wheel_angles, strict=True))
     ]
-    return {"wheels": wheels, "programs": {name: _program(vehicle, name) for name in PROGRAMS}}
+    found = {"wheels": wheels, "programs": {name: _program(vehicle, name) for name in PROGRAMS}}
+    return found | ({"drawing": drawing(vehicle)} if any(vehicle.roller_angle) else {})
 
 
 def side(x: float, y: float) -> str:
@@ -55,6 +57,6 @@ def _program(vehicle: Vehicle, name: str) -> dict[str, Any]:
         for k, wheel in enumerate(drive.order)
     ]
     found: dict[str, Any] = {"title": title, "unit": unit, "wheels": wheels}
-    if isinstance(drive, RosOmniDrive):
+    if isinstance(drive, RosOmniDrive | RosMecanumDrive):
         found["parameters"] = drive.parameters([f"wheel{k + 1}" for k in range(vehicle.wheels)])
     return found

@@ -1,19 +1,22 @@
-"""WPILib: MecanumDriveKinematics for four omni-wheels whose axles stand at 45 degrees, an "X drive".
+"""WPILib: MecanumDriveKinematics, for mecanum wheels and for four omni-wheels whose axles stand at 45 degrees, an
+"X drive".
 
 Formulas restated from allwpilib, commit caf0fb2d, wpimath, kinematics/MecanumDriveKinematics. WPILib has no class for
 omni-wheels. A wheel's row there is (1, -+1, ...) where that of an omni-wheel at 45 degrees is the same divided by
 sqrt(2): so the class serves, its places are the true ones, and the rim of an omni-wheel moves along its rolling
-direction at the class's speed over sqrt(2). Wheels are ordered FL, FR, RL, RR; speeds are in m/s, positive ones drive
-the robot forward.
+direction at the class's speed over sqrt(2); that of a mecanum wheel moves at the class's speed. Wheels are ordered FL,
+FR, RL, RR; speeds are in m/s, positive ones drive the robot forward.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.conventions.drive_convention import NEAR, DriveConvention, away
+from omniroll.conventions.mecanum import at_the_corners, fields_of_mecanum
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -24,7 +27,7 @@ SMALL = 1e-9  # rad: below it WPILib takes the first terms of the series in a po
 
 
 class WpilibDrive(DriveConvention):
-    """An X drive as MecanumDriveKinematics counts it; speeds are its wheel speeds in m/s. `of` makes it."""
+    """A vehicle as MecanumDriveKinematics counts it; speeds are its wheel speeds in m/s. `of` makes it."""
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> "WpilibDrive":
@@ -32,11 +35,14 @@ class WpilibDrive(DriveConvention):
 
         vehicle  Vehicle. Its wheels may stand anywhere, and its centre of mass too: the class takes places
 
-        Raises InvalidValueError unless there are four wheels whose axles point along 45, 135, 225 and 315 degrees.
-        1e-3 rad count as rounding.
+        Raises InvalidValueError unless there are four omni-wheels whose axles point along 45, 135, 225 and 315 degrees,
+        or four mecanum wheels as RosMecanumDrive has them, at any places. 1e-3 rad count as rounding.
         """
         if vehicle.wheels != 4:
             raise InvalidValueError("wheels", vehicle.wheels, "must be 4 for MecanumDriveKinematics")
+        if any(vehicle.roller_angle):
+            known, order, signs = at_the_corners(vehicle, "MecanumDriveKinematics")
+            return cls(known, order, tuple(sign * vehicle.wheel_radius for sign in signs))
         off = np.abs(away(np.array(CORNERS)[:, None] - np.array(vehicle.wheel_angles)))
         order = off.argmin(axis=1)
         if sorted(order) != [0, 1, 2, 3] or off.min(axis=1).max() > NEAR:
@@ -50,6 +56,18 @@ class WpilibDrive(DriveConvention):
     def places(self) -> np.ndarray:
         """(4, 2) in m, the arguments of MecanumDriveKinematics: FL, FR, RL, RR; x forward, y to the left."""
         return self.vehicle.places()[list(self.order)]
+
+
+def fields(places: ArrayLike, wheel_radius: float) -> dict[str, Any]:
+    """Fields of a Vehicle with mecanum wheels that MecanumDriveKinematics drives, its wheels FL, FR, RL, RR.
+
+    places        (4, 2) in m, as the class takes them
+    wheel_radius  in m
+
+    Raises InvalidValueError for what is not such numbers.
+    """
+    radius = validation.positive("wheel_radius", wheel_radius)
+    return fields_of_mecanum(validation.real_array("places", places, (4, 2)), radius)
 
 
 def moved(pose: ArrayLike, moved_by: ArrayLike) -> np.ndarray:
