@@ -34,7 +34,7 @@ CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 HEADERS = (("free", ()), ("free", ("motor",)))  # sets whose C headers are shown
 FURTHER = "FURTHER"  # stands in the contents for the pages that they do not name
 GROUPS = {  # of the reference; what belongs to none stands behind them
-    "Vehicles": ("Vehicle", "cylinder", "robot", "Robot", "import_vehicle", "Imported", "to_mjcf"),
+    "Vehicles": ("Vehicle", "cylinder", "robot", "Robot", "import_vehicle", "Imported", "to_mjcf", "to_urdf"),
     "Runs": ("simulate", "simulate_many", "Many", "Session", "Batch", "accelerations", "tau"),
     "What acts on a vehicle": (
         "Torque", "TorqueTable", "Motor", "Controller", "FunctionController", "register_controller", "PathFollower",

@@ -34,6 +34,7 @@ from .exchange.fmu import to_fmu as to_fmu
 from .exchange.importing import Imported as Imported
 from .exchange.importing import import_vehicle as import_vehicle
 from .exchange.mjcf import to_mjcf as to_mjcf
+from .exchange.urdf import to_urdf as to_urdf
 from .identification.answer import Fit as Fit
 from .identification.fitting import fit as fit
 from .identification.log import Log as Log

@@ -188,7 +188,6 @@ def test_wheels_of_one_body_with_those_of_a_known_robot(read):
         (plain_urdf(), {}, "rollers_per_wheel = None: must be given with roller_radius: .* wheels of one body"),
         (plain_urdf(), {"rollers_per_wheel": 10}, "roller_radius = None: must be given"),
         (plain_urdf(collision=False), {"rollers_per_wheel": 10, "roller_radius": 0.006}, "--wheel-radius"),
-        (plain_urdf(), {"roller_angle": math.pi / 4}, "mecanum wheels are not modelled"),
         (urdf(), {"roller_radius": 0.006}, "the file has bodies for the rollers"),
         (plain_urdf(wheels=2, caster=False), {}, "has hinges of wheel0, wheel1, arm"),
         (without_a_roller(), {}, "not evenly spaced: neighbours are 45 to 90 degrees apart"),
@@ -207,5 +206,5 @@ def test_options_of_the_command(tmp_path, capsys):
     assert cli.main(["vehicle", str(path)]) == 2
     assert "--rollers = None" in capsys.readouterr().err
     angled = ["vehicle", str(path), "--rollers", "10", "--roller-radius", "0.006", "--roller-angle", "45deg"]
-    assert cli.main(angled) == 2
-    assert "mecanum" in capsys.readouterr().err
+    assert cli.main(angled) == 0
+    assert f"roller_angle = {[math.pi / 4] * 3}" in capsys.readouterr().out

@@ -37,8 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for option, name, unit, text in OPTIONS:
         kind = int if unit == "N" else float
         parser.add_argument(option, dest=name, type=kind, metavar=unit, help=text)
-    text = "between rollers' axes and the wheel's plane, such as 45deg; only 0 is modelled"
-    parser.add_argument("--roller-angle", type=_angle, default=0.0, metavar="ANGLE", help=text)
+    text = "between rollers' axes and the wheel's plane, such as 45deg, of wheels that are one body each"
+    parser.add_argument("--roller-angle", type=_angle, metavar="ANGLE", help=text)
+    parser.add_argument("--rows", type=int, choices=(1, 2), help="1: take two rows of rollers as one in the middle")
     parser.add_argument("--wheel", choices=tuple(ROBOTS), help="a robot that has these wheels")
     parser.add_argument("--wheel-names", metavar="A,B,C", help="names of the bodies that are wheels")
     parser.add_argument("--robot", metavar="NAME", help="the robot's first body, of a file with several robots")
@@ -46,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """0 where it was read. Raises InvalidValueError, MissingPackageError."""
-    names = [name for _, name, *_ in OPTIONS] + ["wheel", "robot", "roller_angle"]
+    names = [name for _, name, *_ in OPTIONS] + ["wheel", "robot", "roller_angle", "rows"]
     given = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
     if arguments.wheel_names is not None:
         given["wheel_names"] = arguments.wheel_names.split(",")

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from omniroll.errors import InvalidValueError
-from omniroll.vehicles import parts
+from omniroll.vehicles import parts, wheel_kind
 from omniroll.vehicles.vehicle import Vehicle
 
 SAME = 1e-12  # relative difference below which parts add up to a vehicle
@@ -109,4 +109,9 @@ def _whole(vehicle: Vehicle, made: Bodies) -> dict[str, float]:
         "inertias", vehicle.wheels, vehicle.rollers_per_wheel, platform_radius=distance,
         roller_axis_radius=vehicle.roller_axis_radius, gear_ratio=1.0, **numbers, **rotor,
     )  # fmt: skip
-    return dict(zip(ADDED, found, strict=True))
+    whole = dict(zip(ADDED, found, strict=True))
+    if vehicle.has_wheels_of_the_paper:
+        return whole
+    counts, angle = (vehicle.wheels, vehicle.rollers_per_wheel), wheel_kind.size_of(vehicle.roller_angle)
+    more = wheel_kind.inertias_beyond(*counts, numbers, angle, vehicle.row_offset)
+    return whole | {name: whole[name] + value for name, value in more.items()}

@@ -11,7 +11,13 @@ import numpy as np
 from omniroll import validation
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.likeness import mean_of
-from omniroll.exchange.missing_rollers import SIZES, refuse_slanted, rollers_of_catalogue, rollers_of_numbers
+from omniroll.exchange.missing_rollers import (
+    SIZES,
+    hands_of,
+    kind_of_catalogue,
+    rollers_of_catalogue,
+    rollers_of_numbers,
+)
 from omniroll.exchange.tree import Rigid, Tree, inertia_about, mass_of, moment_of, read_tree
 from omniroll.exchange.wheels import (
     KIND,
@@ -24,11 +30,13 @@ from omniroll.exchange.wheels import (
     wheels_of_one_body,
     wheels_with_rollers,
 )
+from omniroll.vehicles import wheel_kind
 from omniroll.vehicles.data_sheet import ASSUMED, DERIVED, GIVEN, Origin
 from omniroll.vehicles.parts import places_on_rays
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import VEHICLE, by_name
 
+KIND_OF_WHEELS = ("roller_angle", "rows", "row_offset")
 ROUNDING = 1e-9  # what is no difference, over the sizes
 UP = np.array([0.0, 0.0, 1.0])
 REASONS = {
@@ -55,13 +63,11 @@ class Imported:
     assumed   what was assumed or left out, in words
     friction  arguments of Bearings by name, as far as the file has them; they stick without a speed. A list has a
               number for each wheel
-    row_offset  in m, of double rows from the wheel's middle along the axle; 0 for single ones
     """
 
     vehicle: Vehicle
     assumed: tuple[str, ...] = ()
     friction: dict[str, float | list[float]] = field(default_factory=dict)
-    row_offset: float = 0.0
 
 
 def import_vehicle(
@@ -70,7 +76,6 @@ def import_vehicle(
     robot: str | None = None,
     wheel_names: Sequence[str] | None = None,
     wheel: str | None = None,
-    roller_angle: float = 0.0,
     **numbers: Any,
 ) -> Imported:
     """The vehicle of a URDF file or of an MJCF file.
@@ -79,9 +84,9 @@ def import_vehicle(
     robot    name of the robot's first body, of a file with several robots
     wheel_names   names of the bodies that are wheels; None: all that look like wheels
     wheel    name of the robot of omniroll.robots.catalogue whose wheels these are, where they are one body each
-    roller_angle  in rad, between rollers' axes and the wheel's plane; only 0 is modelled
     numbers  fields of Vehicle by name that stand in place of what the file says, or for what it does not say; of
-             wheels of one body also roller_radius, roller_length and roller_mass
+             wheels of one body also roller_radius, roller_length and roller_mass. One roller_angle for such wheels, at
+             the corners of a robot, is that of an X; rows = 1 takes two rows as one
 
     Wheels are bodies on a horizontal hinge that carry three hinges or more: their rollers. Where there are none, they
     are bodies without limits on the lowest horizontal hinges. Everything else is the platform, held in its reference
@@ -90,7 +95,6 @@ def import_vehicle(
     Raises InvalidValueError where the file is not read, has several robots, no such wheels, or wheels that are not
     alike; MissingPackageError without the extra `mujoco`.
     """
-    refuse_slanted(roller_angle)
     names = [entry.name for entry in VEHICLE]
     validation.known(numbers, (*names, *SIZES), "import_vehicle")
     tree = read_tree(path)
@@ -99,6 +103,7 @@ def import_vehicle(
     bodies, middle = root.everything(), _middle(parts)
     wheels = _wheels(parts, middle, path, notes)
     values = _numbers(wheels, path, numbers, notes) | _layout(wheels, middle, numbers)
+    values |= _kind(wheels, path, kind_of_catalogue(wheel) | numbers, notes)
     guessed = _rollers(wheels, values, wheel, numbers, notes)
     values |= guessed
     values["mass"] = mass_of(bodies)
@@ -106,14 +111,14 @@ def import_vehicle(
     center = moment_of(bodies)[:2] / values["mass"] - middle
     if np.abs(center).max() > ROUNDING * values["platform_radius"]:
         values["center_of_mass"] = tuple(center.tolist())
-    notes += _assumptions(root, parts, wheels, values["platform_radius"])
+    notes += _assumptions(root, parts, wheels)
     notes.append(_masses(path, tree, root, parts))
-    values |= {name: value for name, value in numbers.items() if name in names}
+    values |= {name: value for name, value in numbers.items() if name in names and name not in KIND_OF_WHEELS}
     if values["wheel_radius"] is None:
         raise InvalidValueError("wheel_radius", None, NO_RADIUS)
     vehicle = Vehicle(**values)
     vehicle = vehicle.replace(origins=_origins(vehicle, numbers, guessed))
-    return Imported(vehicle, tuple(notes), _friction(wheels), wheels[0].row_offset)
+    return Imported(vehicle, tuple(notes), _friction(wheels))
 
 
 def _robot(
@@ -182,6 +187,32 @@ def _numbers(wheels: Sequence[Wheel], path: object, given: dict[str, Any], notes
     return found
 
 
+def _kind(wheels: Sequence[Wheel], path: object, given: dict[str, Any], notes: list[str]) -> dict[str, Any]:
+    """roller_angle by wheel, rows and row_offset. Raises InvalidValueError where wheels have other rows."""
+    places = np.array([wheel.centre[:2] for wheel in wheels])
+    angles = [wheel.roller_angle for wheel in wheels]
+    if "roller_angle" in given:
+        angles = hands_of(given["roller_angle"], places, notes)
+    found: dict[str, Any] = {"roller_angle": angles}
+    if len({wheel.rows for wheel in wheels}) > 1:
+        shown = ", ".join(f"{wheel.name} {wheel.rows}" for wheel in wheels)
+        raise InvalidValueError(
+            "path", str(path), f"must have wheels with one number of rows of rollers; it has {shown}"
+        )
+    found["rows"] = given.get("rows", wheels[0].rows)
+    if wheels[0].rows == 1:
+        return found | ({"row_offset": given["row_offset"]} if "row_offset" in given else {})
+    sides = mean_of("rows of rollers, in m from the middle,", [abs(w.row_offset) for w in wheels], path, notes)
+    if found["rows"] == 1:
+        notes.append(f"two rows of rollers, {1e3 * sides:.4g} mm to each side, count as one in the middle")
+        return found
+    inward = {wheel.row_offset < 0 for wheel in wheels}
+    if len(inward) > 1:
+        notes.append("roller 0 is of the outer row: the lowest one is so on some wheels only")
+    found["row_offset"] = given.get("row_offset", -sides if inward == {True} else sides)
+    return found
+
+
 def _layout(wheels: Sequence[Wheel], middle: np.ndarray, given: dict[str, Any]) -> dict[str, Any]:
     """Angles of the axles; their common distance from S where they are on rays, their places elsewhere."""
     places = np.array([wheel.centre[:2] for wheel in wheels]) - middle
@@ -209,7 +240,8 @@ def _rollers(
         return rollers_of_catalogue(wheel, values["wheel_radius"], notes)
     if values["wheel_radius"] is None:
         raise InvalidValueError("wheel_radius", None, NO_RADIUS)
-    return rollers_of_numbers(values["wheel_radius"], given, notes)
+    axis_angle = wheel_kind.size_of(values["roller_angle"])
+    return rollers_of_numbers(values["wheel_radius"], given, axis_angle, notes)
 
 
 def _friction(wheels: Sequence[Wheel]) -> dict[str, float | list[float]]:
@@ -236,19 +268,13 @@ def _masses(path: object, tree: Tree, root: Rigid, parts: Sequence[Rigid]) -> st
     return f"{said}; {beside:.6g} kg of {names} belong to others, in all the file's {tree.mass:.6g} kg"
 
 
-def _assumptions(root: Rigid, parts: Sequence[Rigid], wheels: Sequence[Wheel], platform_radius: float) -> list[str]:
+def _assumptions(root: Rigid, parts: Sequence[Rigid], wheels: Sequence[Wheel]) -> list[str]:
     moving = {id(part) for wheel in parts for part in wheel.everything()}
     held = [part for part in root.everything() if part is not root and id(part) not in moving]
     found = ["x is forward, y to the left, z up, as in ROS (REP 103)"]
     found += [f"{part.name} is held where the file has it" for part in held if part.hinge or part.others]
     if any(wheel.is_inward for wheel in wheels):
         found.append("axles point inward in the file: a positive rate there is a negative one of chi")
-    if wheels[0].rollers and wheels[0].row_offset > NEAR * wheels[0].roller_axis_radius:
-        row, lever = wheels[0].row_offset, 2 * wheels[0].row_offset / platform_radius
-        found.append(
-            f"two rows of rollers, {1e3 * row:.4g} mm to each side, count as one in the middle: the lever of yaw "
-            f"alternates by {100 * lever:.3g} %, which is left out"
-        )
     if armature := max(part.hinge.armature for part in parts):
         found.append(f"armature {armature:.6g} kg m^2 of the wheels' joints is part of wheel_inertia")
     if armature := max((roller.hinge.armature for part in parts for roller in rollers_of(part)), default=0.0):

@@ -4,10 +4,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from omniroll import validation
 from omniroll.errors import InvalidValueError
 from omniroll.robots.catalogue import ROBOTS, robot
-from omniroll.vehicles import parts
+from omniroll.vehicles import parts, wheel_kind
 from omniroll.vehicles.data_sheet import DENSITY
 
 SIZES = ("roller_radius", "roller_length", "roller_mass")  # of a roller; a Vehicle has its inertia and its axis
@@ -15,20 +18,27 @@ OF_WHEEL = ("rollers_per_wheel", "roller_axis_radius", "roller_inertia")
 SAME_WHEEL = 0.02  # of its radius that a wheel of the catalogue may differ from that of a file
 
 
-def rollers_of_numbers(wheel_radius: float, given: Mapping[str, Any], assumed: list[str]) -> dict[str, Any]:
+def rollers_of_numbers(
+    wheel_radius: float, given: Mapping[str, Any], axis_angle: float, assumed: list[str]
+) -> dict[str, Any]:
     """rollers_per_wheel, roller_axis_radius and roller_inertia of solid cylinders; what is assumed is noted.
 
-    given    those three, or the sizes of a roller, by name
-    assumed  where the notes are added
+    given       those three, or the sizes of a roller, by name
+    axis_angle  size of roller_angle in rad
+    assumed     where the notes are added
 
     Raises InvalidValueError for what is missing.
     """
     missing = [] if "rollers_per_wheel" in given else ["rollers_per_wheel"]
     missing += [] if {"roller_radius", "roller_axis_radius"} & set(given) else ["roller_radius"]
-    if missing:
+    if missing and not (axis_angle and missing == ["roller_radius"]):
         bound = f"must be given{' with ' + missing[1] if missing[1:] else ''}: the file has wheels of one body each"
         raise InvalidValueError(missing[0], None, f"{bound}; or name a wheel of {', '.join(ROBOTS)}")
     count = given["rollers_per_wheel"]
+    if missing[:1] == ["roller_radius"]:
+        axis = wheel_kind.axis_by_neighbours(wheel_radius, count, axis_angle)
+        assumed.append(f"assumed: rollers' axes {axis:.4g} m from the axle, where they touch their neighbours")
+        given = {**given, "roller_axis_radius": axis}
     radius = given.get("roller_radius", wheel_radius - given.get("roller_axis_radius", 0.0))
     radius = validation.positive("roller_radius", radius)
     found = {"rollers_per_wheel": count, "roller_axis_radius": given.get("roller_axis_radius", wheel_radius - radius)}
@@ -37,6 +47,8 @@ def rollers_of_numbers(wheel_radius: float, given: Mapping[str, Any], assumed: l
     length = given.get("roller_length")
     if length is None:
         length = 2 * found["roller_axis_radius"] * math.tan(math.pi / count)
+        if axis_angle:
+            length = 2 * wheel_kind.half_length(wheel_radius, found["roller_axis_radius"], count, axis_angle)
         assumed.append(f"assumed: rollers {length:.4g} m long, up to their neighbours")
     mass = given.get("roller_mass")
     if mass is None:
@@ -62,8 +74,30 @@ def rollers_of_catalogue(name: str, wheel_radius: float | None, assumed: list[st
     return {key: getattr(wheel, key) for key in (*OF_WHEEL, "wheel_radius")}
 
 
-def refuse_slanted(angle: float) -> None:
-    """Raises InvalidValueError for rollers whose axes do not lie in the wheel's plane."""
-    if abs(float(validation.real_array("roller_angle", angle, ()))) > 0:
-        bound = "must be 0, the angle between rollers' axes and the wheel's plane: mecanum wheels are not modelled"
-        raise InvalidValueError("roller_angle", angle, bound)
+def kind_of_catalogue(name: str | None) -> dict[str, Any]:
+    """roller_angle, rows and row_offset of a wheel of the catalogue; nothing for no robot, and for omni-wheels."""
+    if name not in ROBOTS or robot(name).vehicle.has_wheels_of_the_paper:
+        return {}
+    wheel = robot(name).vehicle
+    return {"roller_angle": wheel_kind.size_of(wheel.roller_angle), "rows": wheel.rows, "row_offset": wheel.row_offset}
+
+
+def hands_of(roller_angle: ArrayLike, places: np.ndarray, assumed: list[str]) -> list[float]:
+    """roller_angle by wheel. One positive number, for four wheels at the corners of a robot, is that of an X.
+
+    places   (N, 2) of the wheels
+    assumed  where the notes are added
+
+    Raises InvalidValueError for what are not such numbers.
+    """
+    angles = validation.real_array("roller_angle", roller_angle)
+    if angles.ndim:
+        return validation.real_array("roller_angle", angles, (len(places),)).tolist()
+    corners = np.sign(places - places.mean(axis=0))
+    if len({tuple(corner) for corner in corners.tolist()}) != len(places) or len(places) != 4 or not corners.all():
+        return [float(angles)] * len(places)
+    if angles:
+        assumed.append(
+            "assumed: the rollers on top of the wheels make an X, seen from above; give roller_angle by wheel"
+        )
+    return (angles * corners.prod(axis=1)).tolist()

@@ -42,22 +42,18 @@ def to_mjcf(
     bodies          Bodies; None: those that bodies_of finds
     height          in m, of the centre of mass of the whole above the ground; None: the axles' height
 
-    A roller is a row of spheres that touch its barrel from inside: each roller touches the plane at one place, where a
-    mesh would rest on several vertices, which resists its rolling. Joints are named wheel1, roller1_1 and so on, and
-    each wheel has an actuator motor1 that takes a torque. A wheel's joint axis points outward: a positive rate raises
-    chi. In skids the wheels of such a model hop: results then need not come nearer with a smaller step.
+    A roller is a row of spheres that touch its barrel from inside, at any angle to its wheel's plane: each roller
+    touches the plane at one place, where a mesh would rest on several vertices, which resists its rolling. Joints are
+    named wheel1, roller1_1 and so on, and each wheel has an actuator motor1 that takes a torque. A wheel's joint axis
+    points outward: a positive rate raises chi. In skids the wheels of such a model hop: results then need not come
+    nearer with a smaller step.
 
     Raises InvalidValueError for numbers that are not positive, and as bodies_of does.
     """
     step, friction = validation.positive("step", step), validation.positive("friction", friction)
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
-    if validation.integer("spheres", spheres, 1) > MOST_SPHERES:
-        raise InvalidValueError("spheres", spheres, f"must be at most {MOST_SPHERES}")
-    rollers = vehicle.wheels * vehicle.rollers_per_wheel
-    if rollers * spheres > MOST_IN_ALL:
-        bound = f"must be at most {MOST_IN_ALL // rollers} for {rollers} rollers: the file has them all"
-        raise InvalidValueError("spheres", spheres, bound)
+    slants = checked_spheres(vehicle, spheres)
     gravity = validation.real_array("gravity", gravity, (3,))
     armature = validation.not_negative("armature", armature)
     roller_damping = validation.not_negative("roller_damping", roller_damping)
@@ -68,58 +64,81 @@ def to_mjcf(
     root = Element("mujoco", model="omniroll")
     SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
     SubElement(
-        root, "option", timestep=_text(step), gravity=_text(*gravity), integrator="implicitfast", cone="elliptic",
-        impratio="100", tolerance="1e-12",
+        root, "option", timestep=text_of(step), gravity=text_of(*gravity), integrator="implicitfast", cone="elliptic",
+        impratio="100", tolerance="1e-12", jacobian="dense",  # MuJoCo 4.0.0 errs where it takes sparse ones
     )  # fmt: skip
-    contact = {"contype": "1", "conaffinity": "0", "friction": _text(friction, 0, 0)}
-    stiff = {"solref": _text(2 * step, 1), "solimp": "0.99 0.999 1e-4"}
+    contact = {"contype": "1", "conaffinity": "0", "friction": text_of(friction, 0, 0)}
+    stiff = {"solref": text_of(2 * step, 1), "solimp": "0.99 0.999 1e-4"}
     SubElement(SubElement(root, "default"), "geom", type="sphere", **contact, **stiff)
     world = SubElement(root, "worldbody")
     SubElement(world, "geom", name="ground", type="plane", size="0 0 1", contype="0", conaffinity="1")
-    base = SubElement(world, "body", name="platform", pos=_text(0, 0, vehicle.wheel_radius))
+    base = SubElement(world, "body", name="platform", pos=text_of(0, 0, vehicle.wheel_radius))
     SubElement(base, "freejoint")
     across = made.platform_transverse_inertia
     above = 0.0 if height is None else height - vehicle.wheel_radius  # of the axles, where wheels have their centres
     place = (*made.platform_place, above * vehicle.mass / made.platform_mass)
     _inertial(base, made.platform_mass, (across, across, made.platform_inertia), place)
     actuators = SubElement(root, "actuator")
-    slants = np.linspace(-math.pi, math.pi, spheres) / vehicle.rollers_per_wheel
     places = vehicle.places()
     for i, (alpha, place) in enumerate(zip(vehicle.wheel_angles, places, strict=True), 1):
-        wheel = SubElement(base, "body", name=f"wheel{i}", pos=_text(*place, 0), quat=_turn(alpha, 2))
-        SubElement(wheel, "joint", name=f"wheel{i}", type="hinge", axis="1 0 0", armature=_text(armature))
+        wheel = SubElement(base, "body", name=f"wheel{i}", pos=text_of(*place, 0), quat=_turn(alpha, 2))
+        SubElement(wheel, "joint", name=f"wheel{i}", type="hinge", axis="1 0 0", armature=text_of(armature))
         across = made.hub_transverse_inertia
         _inertial(wheel, made.hub_mass, (made.hub_axial_inertia, across, across))
-        _rollers(wheel, i, vehicle, made, slants if spheres > 1 else np.zeros(1), roller_damping)
+        _rollers(wheel, i, vehicle, made, slants, roller_damping)
         SubElement(actuators, "motor", name=f"motor{i}", joint=f"wheel{i}", gear="1")
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
 def _rollers(wheel: Element, i: int, vehicle: Vehicle, made: Bodies, slants: np.ndarray, damping: float) -> None:
-    """The rollers of wheel i, the first below the axle; chi and the places of rollers grow about the axle."""
-    n, axis = vehicle.rollers_per_wheel, vehicle.roller_axis_radius
-    across = made.roller_transverse_inertia
-    for j, kappa in enumerate(2 * math.pi * np.arange(n) / n, 1):
-        place = _text(0, axis * math.sin(kappa), -axis * math.cos(kappa))
-        roller = SubElement(wheel, "body", name=f"roller{i}_{j}", pos=place, quat=_turn(kappa, 0))
-        SubElement(roller, "joint", name=f"roller{i}_{j}", type="hinge", axis="0 1 0", damping=_text(damping))
+    """The rollers of wheel i, the first below the axle; chi and the places of rollers grow about the axle.
+
+    A roller's own axis is the y of its body."""
+    axis, across = vehicle.roller_axis_radius, made.roller_transverse_inertia
+    psi = vehicle.roller_angle[i - 1]
+    for j, (kappa, side) in enumerate(roller_places(vehicle), 1):
+        place = text_of(side, axis * math.sin(kappa), -axis * math.cos(kappa))
+        roller = SubElement(wheel, "body", name=f"roller{i}_{j}", pos=place, quat=_turn(kappa, 0, -psi))
+        SubElement(roller, "joint", name=f"roller{i}_{j}", type="hinge", axis="0 1 0", damping=text_of(damping))
         _inertial(roller, made.roller_mass, (across, made.roller_axial_inertia, across))
         for slant in slants:
             size = vehicle.wheel_radius - axis / math.cos(slant)
-            SubElement(roller, "geom", pos=_text(0, axis * math.tan(slant), 0), size=_text(size))
+            along = axis * math.tan(slant) / math.cos(psi)
+            SubElement(roller, "geom", pos=text_of(0, along, 0), size=text_of(size))
+
+
+def checked_spheres(vehicle: Vehicle, spheres: int) -> np.ndarray:
+    """The angles of a wheel in rad at which the spheres of a roller touch. Raises InvalidValueError for too many."""
+    if validation.integer("spheres", spheres, 1) > MOST_SPHERES:
+        raise InvalidValueError("spheres", spheres, f"must be at most {MOST_SPHERES}")
+    rollers = vehicle.wheels * vehicle.rollers_per_wheel
+    if rollers * spheres > MOST_IN_ALL:
+        bound = f"must be at most {MOST_IN_ALL // rollers} for {rollers} rollers: the file has them all"
+        raise InvalidValueError("spheres", spheres, bound)
+    return np.linspace(-math.pi, math.pi, spheres) / vehicle.rollers_per_wheel if spheres > 1 else np.zeros(1)
+
+
+def roller_places(vehicle: Vehicle) -> list[tuple[float, float]]:
+    """Of each roller of a wheel its angle on the disk from the one below, in rad, and its row's place along the axle,
+    in m."""
+    n, d = vehicle.rollers_per_wheel, vehicle.row_offset
+    return [(2 * math.pi * j / n, d if j % 2 == 0 else -d) for j in range(n)]
 
 
 def _inertial(body: Element, mass: float, inertia: tuple[float, ...], place: tuple[float, ...] = (0, 0, 0)) -> None:
-    SubElement(body, "inertial", pos=_text(*place), mass=_text(mass), diaginertia=_text(*inertia))
+    SubElement(body, "inertial", pos=text_of(*place), mass=text_of(mass), diaginertia=text_of(*inertia))
 
 
-def _turn(angle: float, axis: int) -> str:
-    """A quaternion w x y z: by `angle` about the axis x, y or z."""
+def _turn(angle: float, axis: int, then: float = 0.0) -> str:
+    """A quaternion w x y z: by `angle` about the axis x, y or z; after one about x, by `then` about z as it is now."""
     quaternion = [math.cos(angle / 2), 0.0, 0.0, 0.0]
     quaternion[1 + axis] = math.sin(angle / 2)
-    return _text(*quaternion)
+    if then:
+        (w, x, *_), c, s = quaternion, math.cos(then / 2), math.sin(then / 2)
+        quaternion = [w * c, x * c, -x * s, w * s]
+    return text_of(*quaternion)
 
 
-def _text(*numbers: float) -> str:
+def text_of(*numbers: float) -> str:
     return " ".join(f"{float(number):.17g}" for number in numbers)

@@ -10,6 +10,7 @@ from omniroll.errors import InvalidValueError
 from omniroll.exchange.likeness import mean_of
 from omniroll.exchange.tree import Hinge, Rigid, inertia_about, mass_of, moment_of, radius_about
 
+ROUNDED = 1e-7  # rad that axes may be off by the rounding of a file
 NEAR = 1e-3  # how far places may be off, over the sizes they belong to, and angles in rad: files have few digits
 UNEVEN = 0.02  # of the angle between neighbours that rollers may be off
 LEAST_ROLLERS = 3
@@ -21,7 +22,8 @@ class Wheel:
     """A wheel as a file has it: its centre (3,), its axle (3,) outward, and numbers of it and its rollers.
 
     rollers, roller_axis_radius and roller_inertia are None of a wheel that is one body, wheel_radius where no solid
-    says it. friction: viscous and Coulomb's at the axle and at a roller.
+    says it. roller_angle, rows and row_offset as a Vehicle has them, row_offset with the sign of the lowest roller's
+    row. friction: viscous and Coulomb's at the axle and at a roller.
     """
 
     name: str
@@ -32,6 +34,8 @@ class Wheel:
     wheel_radius: float | None
     wheel_inertia: float
     roller_inertia: float | None
+    roller_angle: float
+    rows: int
     row_offset: float
     is_inward: bool
     friction: tuple[float, float, float, float]
@@ -113,6 +117,8 @@ def plain_wheel(part: Rigid, middle: np.ndarray) -> Wheel:
         wheel_radius=radius_about(part, hinge.place, hinge.axis),
         wheel_inertia=inertia_about(part.everything(), hinge.place, hinge.axis) + hinge.armature,
         roller_inertia=None,
+        roller_angle=0.0,
+        rows=1,
         row_offset=0.0,
         is_inward=inward,
         friction=(hinge.damping, hinge.friction, 0.0, 0.0),
@@ -120,18 +126,21 @@ def plain_wheel(part: Rigid, middle: np.ndarray) -> Wheel:
 
 
 def rolling_wheel(part: Rigid, middle: np.ndarray, path: object, notes: list[str]) -> Wheel:
-    """What a wheel and its rollers say. Raises InvalidValueError where it is none of the kind that is modelled."""
-    rollers, axis, centre = rollers_of(part), part.hinge.axis, centre_of(part)
+    """What a wheel and its rollers say. Raises InvalidValueError where it is none that is modelled."""
+    plain = plain_wheel(part, middle)
+    rollers, axis, centre = rollers_of(part), plain.axle, centre_of(part)
     away = np.array([roller.hinge.place - centre for roller in rollers])
     along = away @ axis
     radial = away - np.outer(along, axis)
     radii = np.linalg.norm(radial, axis=1)
     spoken: list[str] = []
     radius = mean_of(f"rollers' axes of {part.name}, in m from its axle,", radii, path, spoken)
-    complaint = _complaint(axis, radial, np.array([roller.hinge.axis for roller in rollers]), spoken)
-    if complaint:
-        raise InvalidValueError("path", str(path), f"has {part.name}, a wheel {complaint}")
-    plain = plain_wheel(part, middle)
+    try:
+        angles = _spaced(axis, radial, spoken)
+        psi = _angle_of_axes(axis, radial, np.array([roller.hinge.axis for roller in rollers]), spoken)
+        rows, row_offset = _rows(along, radial, angles, radius)
+    except ValueError as complaint:
+        raise InvalidValueError("path", str(path), f"has {part.name}, a wheel {complaint}") from None
     reach = [radius_about(roller, roller.hinge.place, roller.hinge.axis) for roller in rollers]
     spun = [inertia_about(roller.everything(), roller.hinge.place, roller.hinge.axis) for roller in rollers]
     resisting = {
@@ -149,7 +158,9 @@ def rolling_wheel(part: Rigid, middle: np.ndarray, path: object, notes: list[str
         wheel_radius=None if known is None else radius + known,
         wheel_inertia=inertia_about(part.everything(), centre, axis) + part.hinge.armature,
         roller_inertia=mean_of(f"inertias {of}, in kg m^2,", spun, path, spoken, "roller_inertia"),
-        row_offset=float(np.abs(along).max()),
+        roller_angle=psi,
+        rows=rows,
+        row_offset=row_offset,
         is_inward=plain.is_inward,
         friction=(*plain.friction[:2], *(_of_rollers(name, of, v, spoken) for name, v in resisting.items())),
     )
@@ -164,23 +175,48 @@ def _of_rollers(name: str, of: str, values: Sequence[float], notes: list[str]) -
     return float(np.mean(values))
 
 
-def _complaint(axis: np.ndarray, radial: np.ndarray, axes: np.ndarray, notes: list[str]) -> str | None:
-    """Why a wheel cannot be modelled: its axle (3,), the places (n, 3) of its rollers from the axle, their axes."""
-    radii = np.linalg.norm(radial, axis=1)
-    slant = np.abs(axes @ axis).max()
-    if slant > NEAR:
-        angle = math.degrees(math.asin(min(slant, 1.0)))
-        return (
-            f"whose rollers' axes make {angle:.3g} degrees with its plane: only 0 is modelled, no mecanum wheel and "
-            "none with slanted rollers"
-        )
-    if (np.abs((axes * radial).sum(axis=1)) > NEAR * radii).any():
-        return "whose rollers' axes do not lie along the rim"
-    first = radial[0] / radii[0]
-    angles = np.sort(np.arctan2(np.cross(axis, first) @ radial.T, first @ radial.T) % (2 * math.pi))
-    gaps = np.degrees(np.diff(np.append(angles, angles[0] + 2 * math.pi)))
+def _spaced(axis: np.ndarray, radial: np.ndarray, notes: list[str]) -> np.ndarray:
+    """(n,) the rollers' angles about the axle from the first. Raises ValueError unless they are evenly spaced."""
+    first = radial[0] / np.linalg.norm(radial[0])
+    angles = np.arctan2(np.cross(axis, first) @ radial.T, first @ radial.T) % (2 * math.pi)
+    angles = np.where(angles > 2 * math.pi - NEAR, angles - 2 * math.pi, angles)
+    ordered = np.sort(angles)
+    gaps = np.degrees(np.diff(np.append(ordered, ordered[0] + 2 * math.pi)))
     if np.ptp(gaps) > UNEVEN * gaps.mean():
-        return f"whose rollers are not evenly spaced: neighbours are {gaps.min():.4g} to {gaps.max():.4g} degrees apart"
+        words = f"neighbours are {gaps.min():.4g} to {gaps.max():.4g} degrees apart"
+        raise ValueError(f"whose rollers are not evenly spaced: {words}")
     if np.ptp(gaps) > np.degrees(NEAR):
         notes.append(f"rollers {gaps.min():.6g} to {gaps.max():.6g} degrees apart count as evenly spaced")
-    return None
+    return angles
+
+
+def _angle_of_axes(axle: np.ndarray, radial: np.ndarray, axes: np.ndarray, notes: list[str]) -> float:
+    """psi in rad: the axle (3,) points outward, the places (n, 3) of the rollers are from it, their axes (n, 3) either
+    way. Raises ValueError where they do not lie along the rim, at one angle."""
+    outward = radial / np.linalg.norm(radial, axis=1)[:, None]
+    if (np.abs((axes * outward).sum(axis=1)) > NEAR).any():
+        raise ValueError("whose rollers' axes do not lie along the rim")
+    aside, along = axes @ axle, (axes * np.cross(axle, outward)).sum(axis=1)
+    angles = np.arctan2(aside * np.sign(along), np.abs(along))
+    if np.ptp(angles) > NEAR:
+        least, most = np.degrees([angles.min(), angles.max()])
+        raise ValueError(f"whose rollers' axes make {least:.4g} to {most:.4g} degrees with its plane: one is modelled")
+    mean = float(angles.mean())
+    if np.ptp(angles) > ROUNDED:
+        notes.append(f"rollers' axes count as {math.degrees(mean):.6g} degrees out of the wheel's plane, their mean")
+    return mean if abs(mean) > NEAR else 0.0
+
+
+def _rows(along: np.ndarray, radial: np.ndarray, angles: np.ndarray, radius: float) -> tuple[int, float]:
+    """Rows of rollers, and the place along the axle, outward, of the row whose roller is lowest.
+
+    Raises ValueError unless there is one row, or two that stand by turns."""
+    if np.abs(along).max() <= NEAR * radius:
+        return 1, 0.0
+    in_turn = along[np.argsort(angles)]
+    offset = float(np.abs(in_turn).mean())
+    signs = np.where(np.arange(len(in_turn)) % 2, -1.0, 1.0) * np.sign(in_turn[0])
+    if len(in_turn) % 2 or np.abs(in_turn - offset * signs).max() > UNEVEN * offset:
+        words = "by turns on both sides of its middle, equally far"
+        raise ValueError(f"whose rollers stand neither in one row nor in two, {words}")
+    return 2, offset * float(np.sign(along[radial[:, 2].argmin()]))
