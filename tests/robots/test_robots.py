@@ -70,7 +70,8 @@ def test_nothing_of_a_robot_looks_wrong(tmp_path, name):
     found = scene(tmp_path, f"preset = '{name}'", motor)
     assert found.vehicle == robot(name).vehicle
     assert lints(found) == []
-    omniroll.run(found)
+    if found.vehicle.has_wheels_of_the_paper:
+        omniroll.run(found)
 
 
 def test_a_scene_takes_the_motors_of_a_robot(tmp_path):

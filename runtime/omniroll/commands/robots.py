@@ -5,7 +5,7 @@ import json
 from typing import Any
 
 from omniroll.robots.catalogue import ROBOTS, robot
-from omniroll.robots.page import line, summary
+from omniroll.robots.page import axes_of, line, summary
 
 SUMMARY = "list the robots that presets name; with a name, every number with its source or what was assumed"
 EXAMPLES = (
@@ -41,7 +41,6 @@ def text(one: dict[str, Any]) -> str:
     numbers = (
         f"  {o['name']:<28}{o['value']:>12.6g} {o['unit']:<7} {o['kind']}: {o['reason']}" for o in one["numbers"]
     )
-    angles = ", ".join(f"{angle:g}" for angle in one["wheel_angles_in_degrees"])
     lines = [f"{one['name']}: {one['title']}", one["source"], ""]
-    lines += [f"  {one['wheels']} wheels of {one['rollers_per_wheel']} rollers, axles at {angles} degrees", *numbers]
+    lines += [f"  {one['wheels']} wheels of {one['rollers_per_wheel']} rollers, {axes_of(one)}", *numbers]
     return "\n".join([*lines, "", "Left out, or not agreed on", *(f"  {remark}" for remark in one["remarks"])])

@@ -1,10 +1,21 @@
 """The robots by name."""
 
 from omniroll.errors import InvalidValueError
-from omniroll.robots import open_base, robomaster, robot_soccer_kit, tigers
+from omniroll.robots import (
+    mecanum_trio,
+    open_base,
+    robomaster,
+    robomaster_hero,
+    robot_soccer_kit,
+    strafer,
+    tigers,
+    youbot,
+)
 from omniroll.robots.robot import Robot
 
-ROBOTS = {module.ROBOT.name: module.ROBOT for module in (robot_soccer_kit, open_base, robomaster, tigers)}
+OMNI = (robot_soccer_kit, open_base, robomaster, tigers)
+MECANUM = (youbot, robomaster_hero, strafer, mecanum_trio)
+ROBOTS = {module.ROBOT.name: module.ROBOT for module in OMNI + MECANUM}
 
 
 def robot(name: str) -> Robot:

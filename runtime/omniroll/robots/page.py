@@ -26,6 +26,7 @@ def summary(robot: Robot) -> dict[str, Any]:
         "wheels": vehicle.wheels,
         "rollers_per_wheel": vehicle.rollers_per_wheel,
         "wheel_angles_in_degrees": [round(math.degrees(angle), 9) for angle in vehicle.wheel_angles],
+        "roller_angles_in_degrees": [round(math.degrees(angle), 9) for angle in vehicle.roller_angle],
         "vehicle": vehicle.as_dict(),
         "has_motor": bool(robot.motor_numbers),
         "assumed": sum(number["kind"] == ASSUMED for number in numbers),
@@ -49,18 +50,26 @@ def line(one: dict[str, Any]) -> str:
     return f"{one['name']:<22}{one['wheels']:>8}{one['rollers_per_wheel']:>9}{sizes}  {motor:<7}{counts}"
 
 
+def axes_of(one: dict[str, Any]) -> str:
+    """Where axles point, and how rollers stand on their wheels, in words."""
+    angles, slants = (one[f"{name}_angles_in_degrees"] for name in ("wheel", "roller"))
+    words = f"axles at {', '.join(f'{angle:g}' for angle in angles)}"
+    if not any(slants):
+        return f"{words} degrees"
+    return f"{words} and rollers at {', '.join(f'{slant:g}' for slant in slants)} degrees"
+
+
 def tables() -> str:
     """The section of each robot as Markdown."""
     return "\n\n".join(_section(summary(robot)) for robot in ROBOTS.values())
 
 
 def _section(one: dict[str, Any]) -> str:
-    angles = ", ".join(f"{angle:g}" for angle in one["wheel_angles_in_degrees"])
     lines = [
         f"### {one['title']}",
         "",
-        f'`preset = "{one["name"]}"`: {one["wheels"]} wheels of {one["rollers_per_wheel"]} rollers, axles at {angles} '
-        f"degrees. {one['source']}.",
+        f'`preset = "{one["name"]}"`: {one["wheels"]} wheels of {one["rollers_per_wheel"]} rollers, '
+        f"{axes_of(one)}. {one['source']}.",
         "",
         "| number | value | unit | | |",
         "| --- | --- | --- | --- | --- |",

@@ -52,6 +52,7 @@ class Robot:
     motor_numbers      Stated by name: arguments of Motor, without the voltage; none where nothing is known
     bearing_numbers    Stated by name: arguments of Bearings
     row_offset         in m, how far the two rows of rollers lie from the wheel's middle along the axle; 0 for one row
+    more               further arguments of Vehicle, not numbers of their own: places, centre of mass, roller_angle
     remarks            what the model leaves out or sources disagree on
     """
 
@@ -65,13 +66,14 @@ class Robot:
     motor_numbers: Mapping[str, Stated] = field(default_factory=dict)
     bearing_numbers: Mapping[str, Stated] = field(default_factory=dict)
     row_offset: float = 0.0
+    more: Mapping[str, Any] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
     @cached_property
     def vehicle(self) -> Vehicle:
         """The vehicle; its origins say of each number where it comes from."""
         values = {name: stated.value for name, stated in self.numbers.items()}
-        layout = {name: getattr(self, name) for name in ("wheels", "rollers_per_wheel", "wheel_angles")}
+        layout = {name: getattr(self, name) for name in ("wheels", "rollers_per_wheel", "wheel_angles")} | self.more
         if "mass" in values:
             return Vehicle(**layout, **values, origins=self._origins(self.numbers))
         made = Vehicle.from_parts(**layout, **values)
