@@ -1,5 +1,7 @@
 // The picture where there is no WebGL: the vehicle from above, and each wheel from outside with its rollers.
 
+import { halfWidth } from "./shapes.js";
+
 const TURN = 2 * Math.PI;
 
 export class FlatStage {
@@ -86,11 +88,33 @@ export class FlatStage {
       context.save();
       context.translate(...place);
       context.rotate(vehicle.angles[wheel]);
-      const thick = 2 * (vehicle.wheel_radius - vehicle.roller_axis_radius);
+      const slant = this.runs[k].slant(wheel);
+      const radius = vehicle.wheel_radius;
+      const half = halfWidth(vehicle, slant) + 0.5 * (radius - vehicle.roller_axis_radius);
       context.fillStyle = look.vehicle.roller;
-      context.fillRect(-thick / 2, -vehicle.wheel_radius, thick, 2 * vehicle.wheel_radius);
+      context.fillRect(-half, -radius, 2 * half, 2 * radius);
+      if (slant) this.#slanted(half, radius, slant);
       context.restore();
     });
+    context.restore();
+  }
+
+  /** The rollers on top of a wheel, as lines: on the ground they lie the other way. */
+  #slanted(half, radius, slant) {
+    const { context } = this;
+    context.save();
+    context.beginPath();
+    context.rect(-half, -radius, 2 * half, 2 * radius);
+    context.clip();
+    context.lineWidth = 0.08 * radius;
+    context.strokeStyle = this.look.ground;
+    context.beginPath();
+    const rise = half / Math.tan(slant);
+    for (let y = -2.5; y <= 2.5; y += 0.5) {
+      context.moveTo(-half, y * radius + rise);
+      context.lineTo(half, y * radius - rise);
+    }
+    context.stroke();
     context.restore();
   }
 

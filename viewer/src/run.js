@@ -96,6 +96,22 @@ export class Run {
     return state.chi[wheel] + (TURN * (roller - state.contact[wheel])) / this.rollers;
   }
 
+  /** The angle of a wheel's rollers out of its plane: its hand is the sign. */
+  slant(wheel) {
+    return this.vehicle.roller_angles?.[wheel] ?? 0;
+  }
+
+  /** How far a roller's row is outside of the middle of its wheel. */
+  row(roller) {
+    return (roller % 2 ? -1 : 1) * (this.vehicle.row_offset ?? 0);
+  }
+
+  /** How far the contact is outside of the middle of its wheel. */
+  contactSide(state, wheel) {
+    const slanted = this.vehicle.roller_axis_radius * Math.tan(this.slant(wheel)) * Math.tan(state.chi[wheel]);
+    return this.row(state.contact[wheel]) - slanted;
+  }
+
   // Spins of the rollers: integrated here, for display only
 
   /** Angles (N n) by which the rollers have turned about their own axes, in rad, but for whole turns. */
@@ -136,9 +152,23 @@ export class Run {
           const place = wheel * rollers + roller;
           const first = axial[2 * place * this.pieces + state.piece];
           const last = axial[(2 * place + 1) * this.pieces + state.piece];
-          const inclined = between.yawRate * Math.sin(this.rollerAngle(between, wheel, roller));
+          const slant = this.slant(wheel);
+          const inclined = between.yawRate * Math.cos(slant) * Math.sin(this.rollerAngle(between, wheel, roller));
           angles[place] += weight * elapsed * (first + (last - first) * x - inclined);
         }
+      }
+    }
+    this.#addDisks(state, angles);
+  }
+
+  /** A wheel takes rollers at an angle along as it turns: their spin is what is left of the axial speed. */
+  #addDisks(state, angles) {
+    const start = this.state(state.piece, 0);
+    for (let wheel = 0; wheel < this.wheels; wheel++) {
+      const taken = Math.sin(this.slant(wheel)) * (state.chi[wheel] - start.chi[wheel]);
+      if (!taken) continue;
+      for (let roller = 0; roller < this.rollers; roller++) {
+        if (roller !== state.contact[wheel]) angles[wheel * this.rollers + roller] -= taken;
       }
     }
   }

@@ -4,22 +4,42 @@ import { BufferAttribute, LatheGeometry, Shape, Vector2 } from "three";
 
 const GAP = 0.03; // of a roller's length, drawn between two of them so that they can be told apart
 
-/** A roller about the y-axis. Where it touches the ground its outline is the wheel's circle: rho = l cos b - r. */
-export function barrel({ wheel_radius: radius, roller_axis_radius: axis, rollers }, around) {
-  const joint = ((1 - GAP) * Math.PI) / rollers;
+/** How far from its middle a roller whose axis has the angle `slant` to the wheel's plane touches the ground, where the
+    wheel has the angle `chi`. */
+export function along({ wheel_radius: radius, roller_axis_radius: axis }, slant, chi) {
+  return radius * Math.cos(slant) * Math.sin(chi) + (axis * Math.sin(slant) ** 2 * Math.tan(chi)) / Math.cos(slant);
+}
+
+/** The angle of the wheel up to which a drawn roller reaches, with a gap to its neighbour. */
+function end(vehicle) {
+  return ((1 - GAP) * Math.PI) / vehicle.rollers;
+}
+
+/** Half of the width of a wheel: of its rollers, from end to end, and of its rows. */
+export function halfWidth(vehicle, slant) {
+  const { wheel_radius: radius, roller_axis_radius: axis, row_offset: side = 0 } = vehicle;
+  const slanted = along(vehicle, slant, end(vehicle)) * Math.abs(Math.sin(slant));
+  return Math.abs(side) + Math.max(slanted, 0.5 * (radius - axis));
+}
+
+/** A roller about the y-axis. In the wheel's plane its outline is the wheel's circle where it touches the ground. */
+export function barrel(vehicle, slant, around) {
+  const { wheel_radius: radius, roller_axis_radius: axis, rollers } = vehicle;
+  const joint = end(vehicle);
   const rings = rollers > 8 ? 5 : 9;
   const outline = [];
   for (let k = 0; k < rings; k++) {
     const angle = joint * ((2 * k) / (rings - 1) - 1);
-    outline.push(new Vector2(radius * Math.cos(angle) - axis, radius * Math.sin(angle)));
+    const thick = Math.hypot(1, Math.sin(slant) * Math.tan(angle)) * (radius * Math.cos(angle) - axis);
+    outline.push(new Vector2(thick, along(vehicle, slant, angle)));
   }
-  const end = outline[rings - 1];
+  const last = outline[rings - 1];
   const points = [
-    new Vector2(0, -end.y),
-    new Vector2(0.98 * end.x, -end.y),
+    new Vector2(0, -last.y),
+    new Vector2(0.98 * last.x, -last.y),
     ...outline,
-    new Vector2(0.98 * end.x, end.y),
-    new Vector2(0, end.y),
+    new Vector2(0.98 * last.x, last.y),
+    new Vector2(0, last.y),
   ];
   const geometry = new LatheGeometry(points, around);
   const colours = new Float32Array(3 * geometry.attributes.position.count);

@@ -17,10 +17,11 @@ import {
   Vector3,
 } from "three";
 import { Arrow } from "./arrow.js";
-import { arrowShape, barrel, circle, convexHull, inner, rounded } from "./shapes.js";
+import { along, arrowShape, barrel, circle, convexHull, halfWidth, inner, rounded } from "./shapes.js";
 
 const FADED = 0.4; // opacity of a vehicle that stands over another one
 const MANY = 400; // rollers, beyond which each is drawn with fewer corners
+const PLATE = 0.04; // thickness of a plate at the side of a mecanum wheel, over the radius of its rollers' axes
 const ALONG = new Vector3();
 
 export class VehicleModel {
@@ -31,7 +32,7 @@ export class VehicleModel {
     this.colours = colours;
     this.group = new Group();
     this.materials = [];
-    this.wheels = this.vehicle.places.map((place, k) => this.#wheel(place, this.vehicle.angles[k]));
+    this.wheels = this.vehicle.places.map((place, k) => this.#wheel(place, this.vehicle.angles[k], run.slant(k)));
     this.body = new Group(); // on springs it heaves and tilts over the ground
     this.body.add(this.#platform(), ...this.wheels.map((wheel) => wheel.group));
     this.group.add(this.body);
@@ -44,31 +45,33 @@ export class VehicleModel {
     return material;
   }
 
-  #wheel(place, angle) {
+  #wheel(place, angle, slant) {
     const { wheel_radius: radius } = this.vehicle;
     const group = new Group();
     group.position.set(place[0], place[1], radius);
     group.rotation.z = angle;
-    const disk = this.#disk();
-    const rollers = this.#rollers();
+    const disk = this.#disk(slant);
+    const rollers = this.#rollers(slant);
     const width = 0.26 * radius;
     const patch = new Mesh(
       new RingGeometry(0.6 * width, 0.85 * width, 40),
       new MeshBasicMaterial({ color: this.colours.contact, transparent: true, opacity: 0.85, depthWrite: false }),
     );
     patch.position.z = 0.004 * radius - radius;
-    group.add(disk, rollers, patch, this.#motor());
-    return { group, disk, rollers, marked: -1 };
+    group.add(disk, rollers, patch, this.#motor(slant));
+    return { group, disk, rollers, patch, marked: -1 };
   }
 
   /** What turns with the wheel but its rollers: a hub, brackets between the rollers, bolts of which one is coloured. */
-  #disk() {
-    const { wheel_radius: radius, roller_axis_radius: axis, rollers } = this.vehicle;
+  #disk(slant) {
+    const { wheel_radius: radius, roller_axis_radius: axis, row_offset: side = 0, rollers } = this.vehicle;
     const thick = radius - axis;
+    const width = slant ? 2 * halfWidth(this.vehicle, slant) : 1.1 * thick + 2 * Math.abs(side);
+    const bolted = slant ? 2 * PLATE * axis : 0;
     const hub = Math.max(axis - 1.02 * thick, 0.3 * radius);
     const disk = new Group();
     const metal = this.#material(this.colours.metal);
-    const body = shadowed(new Mesh(new CylinderGeometry(hub, hub, 1.1 * thick, 48).rotateZ(Math.PI / 2), metal));
+    const body = shadowed(new Mesh(new CylinderGeometry(hub, hub, width, 48).rotateZ(Math.PI / 2), metal));
     const joint = axis / Math.cos(Math.PI / rollers);
     const brackets = new InstancedMesh(
       new BoxGeometry(0.5 * thick, Math.min(0.05 * radius, (0.5 * axis) / rollers), joint - 0.9 * hub),
@@ -76,28 +79,42 @@ export class VehicleModel {
       rollers,
     );
     const bolts = new InstancedMesh(
-      new CylinderGeometry(0.07 * radius, 0.07 * radius, 1.22 * thick, 16).rotateZ(Math.PI / 2),
+      new CylinderGeometry(0.07 * radius, 0.07 * radius, width + 0.12 * thick + bolted, 16).rotateZ(Math.PI / 2),
       this.#material("#ffffff"),
       5,
     );
     const matrix = new Matrix4();
     for (let k = 0; k < rollers; k++) {
-      const middle = new Matrix4().makeTranslation(0, 0, -(joint + 0.9 * hub) / 2);
-      brackets.setMatrixAt(k, matrix.makeRotationX(((2 * k + 1) * Math.PI) / rollers).multiply(middle));
+      // between two rollers of a row: of two rows, where the other row has a roller
+      const middle = new Matrix4().makeTranslation(-this.run.row(k), 0, -(joint + 0.9 * hub) / 2);
+      brackets.setMatrixAt(k, matrix.makeRotationX(((2 * k + (side ? 0 : 1)) * Math.PI) / rollers).multiply(middle));
     }
     for (let k = 0; k < 5; k++) {
       const middle = new Matrix4().makeTranslation(0, 0, -0.66 * hub);
       bolts.setMatrixAt(k, matrix.makeRotationX((2 * k * Math.PI) / 5).multiply(middle));
       bolts.setColorAt(k, new Color(k ? this.colours.bolt : this.colours.accent));
     }
-    disk.add(body, shadowed(brackets), bolts);
+    disk.add(body, slant ? this.#plates(slant, metal) : shadowed(brackets), bolts);
     return disk;
   }
 
-  #rollers() {
+  /** The two plates that hold slanted rollers at their ends. */
+  #plates(slant, metal) {
+    const { roller_axis_radius: axis, rollers } = this.vehicle;
+    const reach = Math.hypot(axis, along(this.vehicle, slant, Math.PI / rollers) * Math.cos(slant));
+    const plates = new Group();
+    for (const side of [-1, 1]) {
+      const plate = new CylinderGeometry(reach, reach, PLATE * axis, 48).rotateZ(Math.PI / 2);
+      plate.translate(side * halfWidth(this.vehicle, slant), 0, 0);
+      plates.add(shadowed(new Mesh(plate, metal)));
+    }
+    return plates;
+  }
+
+  #rollers(slant) {
     const { rollers, wheels } = this.vehicle;
     const instances = new InstancedMesh(
-      barrel(this.vehicle, rollers * wheels > MANY ? 10 : 20),
+      barrel(this.vehicle, slant, rollers * wheels > MANY ? 10 : 20),
       this.#material("#ffffff", { vertexColors: true }),
       rollers,
     );
@@ -112,19 +129,19 @@ export class VehicleModel {
     return new Color(this.colours.roller).multiplyScalar(roller % 2 ? 0.72 : 1.15);
   }
 
-  #motor() {
-    const { wheel_radius: radius, roller_axis_radius: axis } = this.vehicle;
+  #motor(slant) {
+    const { wheel_radius: radius } = this.vehicle;
     const length = 0.9 * radius;
     const motor = new CylinderGeometry(0.3 * radius, 0.3 * radius, length, 32).rotateZ(Math.PI / 2);
-    motor.translate(-length / 2 - 0.5 * (radius - axis), 0, 0);
+    motor.translate(-length / 2 - halfWidth(this.vehicle, slant), 0, 0);
     return shadowed(new Mesh(motor, this.#material(this.colours.motor)));
   }
 
   /** A plate whose edges face the wheels, with an arrow ahead. */
   #platform() {
     const { wheel_radius: radius, roller_axis_radius: axis, places, angles } = this.vehicle;
-    const inset = 1.1 * (radius - axis) + 0.12 * radius;
     const corners = places.flatMap((place, k) => {
+      const inset = 0.6 * (radius - axis) + halfWidth(this.vehicle, this.run.slant(k)) + 0.12 * radius;
       const [c, s] = [Math.cos(angles[k]), Math.sin(angles[k])];
       return [-1, 1].map((side) => [
         place[0] - inset * c - side * 0.55 * radius * s,
@@ -200,7 +217,10 @@ export class VehicleModel {
       wheel.disk.rotation.x = run.rollerAngle(state, k, 0) % (2 * Math.PI);
       this.#placeRollers(wheel.rollers, state, k, spins);
       this.#mark(wheel, state.contact[k]);
+      const side = run.contactSide(state, k);
+      wheel.patch.position.x = side;
       if (!forces) return;
+      for (const arrow of [wheel.along, wheel.load, wheel.slip]) if (arrow) arrow.group.position.x = side;
       wheel.along.set(ALONG.set(forces[3 * k], forces[3 * k + 1], 0), showForces);
       wheel.load.set(ALONG.set(0, 0, forces[3 * k + 2]), showForces);
       if (slip) wheel.slip.set(ALONG.set(slip[2 * k], slip[2 * k + 1], 0), showForces);
@@ -218,12 +238,16 @@ export class VehicleModel {
   #placeRollers(rollers, state, wheel, spins) {
     const { rollers: count, roller_axis_radius: axis } = this.vehicle;
     const target = rollers.instanceMatrix.array;
+    const [cp, sp] = [Math.cos(this.run.slant(wheel)), Math.sin(this.run.slant(wheel))];
     for (let k = 0; k < count; k++) {
       const angle = this.run.rollerAngle(state, wheel, k);
       const spin = spins[wheel * count + k];
       const [c, s, cs, ss] = [Math.cos(angle), Math.sin(angle), Math.cos(spin), Math.sin(spin)];
-      // about x by the angle, then down to the axis, then about y by the spin; columns one after the other
-      target.set([cs, s * ss, -c * ss, 0, 0, c, s, 0, ss, -s * cs, c * cs, 0, 0, s * axis, -c * axis, 1], 16 * k);
+      // about x by the angle, then down to the axis and out to the row, then about z by the slant, then about y by the
+      // spin; columns one after the other
+      target.set([cp * cs, s * ss - c * sp * cs, -c * ss - s * sp * cs, 0, sp, c * cp, s * cp, 0], 16 * k);
+      target.set([cp * ss, -s * cs - c * sp * ss, c * cs - s * sp * ss, 0], 16 * k + 8);
+      target.set([this.run.row(k), s * axis, -c * axis, 1], 16 * k + 12);
     }
     rollers.instanceMatrix.needsUpdate = true;
   }
@@ -235,6 +259,15 @@ export class VehicleModel {
     wheel.rollers.setColorAt(contact, new Color(this.colours.contact));
     wheel.rollers.instanceColor.needsUpdate = true;
     wheel.marked = contact;
+  }
+
+  /** The picture's rollers of a wheel, read off what is drawn: their axes, and their places along the axle. */
+  drawnAxes(wheel) {
+    const matrix = this.wheels[wheel].rollers.instanceMatrix.array;
+    return Array.from({ length: this.vehicle.rollers }, (_, k) => ({
+      axis: Array.from(matrix.subarray(16 * k + 4, 16 * k + 7)),
+      row: matrix[16 * k + 12],
+    }));
   }
 
   /** Where the picture has a wheel's rollers: their angles from straight down, read off what is drawn. */

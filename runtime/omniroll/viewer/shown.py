@@ -10,6 +10,7 @@ from omniroll.results.ledger import WORDS
 from omniroll.results.pictures import rows_between
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_roller
+from omniroll.vehicles.vehicle import Vehicle
 from omniroll.viewer.pieces import Pieces, pieces_of
 
 MOST_SPINS = 4_000_000  # numbers; beyond them the rollers off the ground are drawn at rest on their disks
@@ -55,6 +56,7 @@ class Shown:
                 "roller_axis_radius": vehicle.roller_axis_radius,
                 "yaw_scale": vehicle.yaw_scale,
                 "center_of_mass": vehicle.center_of_mass,
+                **_kind_of_wheels(vehicle),
             },
         }
 
@@ -105,6 +107,13 @@ class Shown:
         switched = (run.contact[1:] != run.contact[:-1]).any(axis=1)
         jumps = np.append(0.0, np.where(switched, np.diff(run.energy), 0.0))
         return run.contributions() | {"switches": np.cumsum(jumps)}
+
+
+def _kind_of_wheels(vehicle: Vehicle) -> dict[str, Any]:
+    """What the page does not take for granted of rollers: their angles by wheel, and how far their rows are apart."""
+    if vehicle.has_wheels_of_the_paper:
+        return {}
+    return {"roller_angles": vehicle.roller_angle, "row_offset": vehicle.row_offset}
 
 
 def _axial(run: Trajectory, pieces: Pieces) -> np.ndarray:
