@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import omniroll
+from omniroll.viewer import shown
 from viewing.runs import layout, locked, massless, slipping, soccer_kit, times
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is missing: make test-viewer installs it")
@@ -21,6 +22,7 @@ pytestmark = [
 QUIET = ("--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
 SIZES = {"desk": {"width": 900, "height": 560}, "phone": {"width": 390, "height": 780}}
 DRIVER = "GL Driver Message"  # the browser's own word on a machine without a GPU, of every page with WebGL
+SLANTS, ROW = (0.6, -0.6, 0.3), 0.012  # rad by wheel; m
 SET_TIME = """(slider, time) => {
     slider.value = time;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
@@ -49,6 +51,10 @@ def files(tmp_path_factory):
     omniroll.view(layout()).save(folder / "layout.html")
     omniroll.view(massless(), locked()).save(folder / "two.html")
     omniroll.view(slipping()).save(folder / "slipping.html")
+    with pytest.MonkeyPatch.context() as patch:  # a page draws the angles and rows that it is told of
+        kind = {"roller_angles": SLANTS, "row_offset": ROW}
+        patch.setattr(shown, "_kind_of_wheels", lambda vehicle: kind)
+        omniroll.view(massless()).save(folder / "kind.html")
     return folder
 
 
@@ -105,6 +111,23 @@ def test_the_slider_puts_rollers_where_the_run_has_them(opened, name, run_of):
         assert seen["time"] == pytest.approx(elapsed, abs=1e-9)
         assert apart(seen["drawn"], places(run, seen["time"])) < 1e-6
         assert seen["marked"] == run.sample(run.start_time + seen["time"]).contact.tolist()
+
+
+def test_rollers_are_drawn_at_their_angle_and_in_their_rows(opened):
+    """Axes of wheels: x along the axle outward, y across it, z up."""
+    page, run = opened("kind"), massless()
+    elapsed = page.locator("#time").evaluate(SET_TIME, 3.21)
+    drawn = page.evaluate(DRAWN.replace("drawnAngles", "drawnAxes"))[0]
+    radius = run.vehicle.roller_axis_radius
+    for slant, angles, rollers in zip(SLANTS, places(run, elapsed), drawn, strict=True):
+        for k, (angle, roller) in enumerate(zip(angles, rollers, strict=True)):
+            rim = np.cos(slant) * np.array([0, np.cos(angle), np.sin(angle)])
+            assert roller["axis"] == pytest.approx(rim + [np.sin(slant), 0, 0], abs=1e-6)
+            assert roller["row"] == pytest.approx(-ROW if k % 2 else ROW, rel=1e-6)
+    patches = page.evaluate("omniroll.page.stage.parts[0].model.wheels.map(({ patch }) => patch.position.x)")
+    sample = run.sample(run.start_time + elapsed)
+    rows = np.where(sample.contact % 2, -ROW, ROW)
+    assert patches == pytest.approx(rows - radius * np.tan(SLANTS) * np.tan(sample.chi), abs=1e-6)
 
 
 def test_slip_is_an_arrow_along_the_slip(opened):
