@@ -10,8 +10,10 @@ import omniroll
 from omniroll import cli
 from omniroll.robots.catalogue import ROBOTS, robot
 from omniroll.robots.page import page
+from omniroll.robots.wheels import WHEEL_NAMES, wheel_numbers
 from omniroll.scenes.explanation import origins_of
 from omniroll.scenes.lints import lints
+from omniroll.scenes.lints_of_wheels import of_wheels
 
 REST = "[start]\nnu = [0, 0, 0]\n[run]\nduration = 0.01\n"
 
@@ -130,3 +132,24 @@ def test_wheels_stand_where_the_robots_have_them():
     assert math.cos(kit.wheel_angles[0]) > 0 > math.sin(kit.wheel_angles[0])
     front = robot("tigers-2020").vehicle.wheel_angles[0]
     assert math.degrees(math.pi / 2 - front) == pytest.approx(31)
+
+
+@pytest.mark.parametrize("name", WHEEL_NAMES)
+def test_a_scene_with_a_wheel_of_the_catalogue(tmp_path, name):
+    path = tmp_path / "new.toml"
+    assert cli.main(["new", str(path), "--wheel", name]) == 0
+    found, numbers = omniroll.load_scene(path).vehicle, wheel_numbers(name)
+    assert found.wheel_radius == numbers["wheel_radius"] and found.rollers_per_wheel == numbers["rollers_per_wheel"]
+    assert found.roller_angle == (numbers.get("roller_angle", 0.0),) * found.wheels
+
+
+def test_wheels_on_sale_have_sources_and_are_no_alarm(capsys):
+    assert cli.main(["robots", "--wheels", "--json"]) == 0
+    for wheel in json.loads(capsys.readouterr().out):
+        kinds = {number["name"]: number["kind"] for number in wheel["numbers"]}
+        assert kinds["wheel_radius"] == "published" and all(number["reason"] for number in wheel["numbers"])
+        numbers = wheel_numbers(wheel["name"]) | {"roller_angle": [s * math.pi / 4 for s in (1, -1, -1, 1)]}
+        layout = {"wheel_angles": [s * math.pi / 2 for s in (1, -1, 1, -1)], "platform_radius": 0.3}
+        places = [(0.2, 0.15), (0.2, -0.15), (-0.2, 0.15), (-0.2, -0.15)]
+        base = omniroll.Vehicle.paper(4).replace(mass=20.0, yaw_inertia=0.8, **layout, wheel_places=places)
+        assert list(of_wheels({}, base.replace(**numbers))) == []

@@ -6,7 +6,7 @@ from pathlib import Path
 from shtab import FILE
 
 from omniroll.errors import OmnirollError
-from omniroll.robots.catalogue import ROBOTS
+from omniroll.robots.wheels import WHEEL_NAMES
 from omniroll.scenes.template import template
 
 SUMMARY = "write a commented scene to start from: every table and key, with units and defaults"
@@ -20,8 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", nargs="?", type=Path, default=Path("scene.toml"), metavar="FILE", help="default: %(default)s"
     ).complete = FILE
-    text = "a robot of the catalogue whose wheels are assumed: radii, rollers and inertias"
-    parser.add_argument("--wheel", choices=tuple(ROBOTS), help=text)
+    text = "a wheel on sale, or a robot of the catalogue whose wheels are assumed: radii, rollers and inertias"
+    parser.add_argument("--wheel", choices=WHEEL_NAMES, help=text)
 
 
 def run(arguments: argparse.Namespace) -> int:

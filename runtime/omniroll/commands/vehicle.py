@@ -11,7 +11,7 @@ from shtab import FILE
 
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.importing import Imported, import_vehicle
-from omniroll.robots.catalogue import ROBOTS
+from omniroll.robots.wheels import WHEEL_NAMES
 
 SUMMARY = "read a vehicle from a URDF or MJCF file; print it as tables of a scene, with what was assumed"
 EXAMPLES = (
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "between rollers' axes and the wheel's plane, such as 45deg, of wheels that are one body each"
     parser.add_argument("--roller-angle", type=_angle, metavar="ANGLE", help=text)
     parser.add_argument("--rows", type=int, choices=(1, 2), help="1: take two rows of rollers as one in the middle")
-    parser.add_argument("--wheel", choices=tuple(ROBOTS), help="a robot that has these wheels")
+    parser.add_argument("--wheel", choices=WHEEL_NAMES, help="a wheel on sale, or a robot that has these wheels")
     parser.add_argument("--wheel-names", metavar="A,B,C", help="names of the bodies that are wheels")
     parser.add_argument("--robot", metavar="NAME", help="the robot's first body, of a file with several robots")
 

@@ -83,7 +83,7 @@ def import_vehicle(
     path     of the file, str or path
     robot    name of the robot's first body, of a file with several robots
     wheel_names   names of the bodies that are wheels; None: all that look like wheels
-    wheel    name of the robot of omniroll.robots.catalogue whose wheels these are, where they are one body each
+    wheel    one of omniroll.robots.wheels.WHEEL_NAMES, whose wheels these are, where they are one body each
     numbers  fields of Vehicle by name that stand in place of what the file says, or for what it does not say; of
              wheels of one body also roller_radius, roller_length and roller_mass. One roller_angle for such wheels, at
              the corners of a robot, is that of an X; rows = 1 takes two rows as one

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.errors import InvalidValueError
-from omniroll.robots.catalogue import ROBOTS, robot
+from omniroll.robots.wheels import WHEEL_NAMES, wheel_numbers
 from omniroll.vehicles import parts, wheel_kind
 from omniroll.vehicles.data_sheet import DENSITY
 
@@ -33,7 +33,7 @@ def rollers_of_numbers(
     missing += [] if {"roller_radius", "roller_axis_radius"} & set(given) else ["roller_radius"]
     if missing and not (axis_angle and missing == ["roller_radius"]):
         bound = f"must be given{' with ' + missing[1] if missing[1:] else ''}: the file has wheels of one body each"
-        raise InvalidValueError(missing[0], None, f"{bound}; or name a wheel of {', '.join(ROBOTS)}")
+        raise InvalidValueError(missing[0], None, f"{bound}; or name a wheel of {', '.join(WHEEL_NAMES)}")
     count = given["rollers_per_wheel"]
     if missing[:1] == ["roller_radius"]:
         axis = wheel_kind.axis_by_neighbours(wheel_radius, count, axis_angle)
@@ -66,20 +66,19 @@ def rollers_of_catalogue(name: str, wheel_radius: float | None, assumed: list[st
 
     Raises InvalidValueError for another name, and where the file's wheel has another radius.
     """
-    wheel = robot(validation.choice("wheel", name, tuple(ROBOTS))).vehicle
-    if wheel_radius is not None and abs(wheel_radius - wheel.wheel_radius) > SAME_WHEEL * wheel.wheel_radius:
-        bound = f"has a radius of {wheel.wheel_radius:.6g} m, and the file's wheels have {wheel_radius:.6g} m"
+    wheel = wheel_numbers(name)
+    radius = wheel["wheel_radius"]
+    if wheel_radius is not None and abs(wheel_radius - radius) > SAME_WHEEL * radius:
+        bound = f"has a radius of {radius:.6g} m, and the file's wheels have {wheel_radius:.6g} m"
         raise InvalidValueError("wheel", name, bound)
-    assumed.append(f"assumed: rollers and radius of the wheels are those of {name} in the catalogue of robots")
-    return {key: getattr(wheel, key) for key in (*OF_WHEEL, "wheel_radius")}
+    assumed.append(f"assumed: rollers and radius of the wheels are those of {name} in the catalogue")
+    return {key: wheel[key] for key in (*OF_WHEEL, "wheel_radius")}
 
 
 def kind_of_catalogue(name: str | None) -> dict[str, Any]:
-    """roller_angle, rows and row_offset of a wheel of the catalogue; nothing for no robot, and for omni-wheels."""
-    if name not in ROBOTS or robot(name).vehicle.has_wheels_of_the_paper:
-        return {}
-    wheel = robot(name).vehicle
-    return {"roller_angle": wheel_kind.size_of(wheel.roller_angle), "rows": wheel.rows, "row_offset": wheel.row_offset}
+    """roller_angle, rows and row_offset of a wheel of the catalogue; nothing for no wheel, and for omni-wheels."""
+    wheel = wheel_numbers(name) if name is not None else {}
+    return {key: wheel[key] for key in ("roller_angle", "rows", "row_offset") if key in wheel}
 
 
 def hands_of(roller_angle: ArrayLike, places: np.ndarray, assumed: list[str]) -> list[float]:

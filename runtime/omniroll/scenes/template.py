@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 
 from omniroll.kinds import Choice, Word
-from omniroll.robots.catalogue import robot
+from omniroll.robots.wheels import wheel_numbers
 from omniroll.scenes.page import WAYS
 from omniroll.scenes.schema import SCENE, Table
 from omniroll.vocabulary import Entry
@@ -18,7 +18,6 @@ GIVEN = {  # what the scene says; all the rest is a comment
     ("rollers", "model"): '"free"',
     ("switching", "law"): '"impact"',
 }
-WHEEL = ("rollers_per_wheel", "wheel_radius", "roller_axis_radius", "wheel_inertia", "roller_inertia")
 HEAD = """\
 # A scene: what is simulated, and what is wanted back. Run it, look at it, or ask what it leaves out:
 #     omniroll run {name} --plot
@@ -34,7 +33,7 @@ def template(name: str, wheel: str | None = None) -> str:
     """The text of a scene file.
 
     name   of the file, for the commands in its first lines
-    wheel  name of a robot of the catalogue whose wheels are assumed; None: those of the paper
+    wheel  one of omniroll.robots.wheels.WHEEL_NAMES whose wheels are assumed; None: those of the paper
 
     Raises InvalidValueError for a wheel that is not in the catalogue.
     """
@@ -43,9 +42,8 @@ def template(name: str, wheel: str | None = None) -> str:
 
 
 def _of_wheel(name: str) -> dict[tuple[str, str], str]:
-    """The numbers of the wheels of a robot, as a scene says them."""
-    vehicle = robot(name).vehicle
-    return {("vehicle", key): repr(getattr(vehicle, key)) for key in WHEEL}
+    """The numbers of the wheels of a robot, or of one on sale, as a scene says them."""
+    return {("vehicle", key): repr(value) for key, value in wheel_numbers(name).items()}
 
 
 def _table(table: Table, of_wheel: Mapping[tuple[str, str], str], wheel: str | None) -> str:
