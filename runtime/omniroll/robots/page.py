@@ -37,8 +37,9 @@ def summary(robot: Robot) -> dict[str, Any]:
 
 def _of_rows(robot: Robot) -> str:
     return (
-        f"Two rows of rollers, {1e3 * robot.row_offset:g} mm to each side, count as one at their mean distance. The "
-        f"lever of yaw alternates by {100 * robot.lever_change:.2g} % from contact to contact, which is left out."
+        f"Two rows of rollers, {1e3 * robot.row_offset:g} mm to each side, count as one at their mean distance: the "
+        f"lever of yaw alternates by {100 * robot.lever_change:.2g} % from contact to contact. `rows = 2` and "
+        f"`row_offset = {robot.row_offset:g}` beside the preset have both; the inertias are the same."
     )
 
 
