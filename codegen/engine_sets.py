@@ -22,8 +22,9 @@ CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 SPINS = "spins"  # the core has these in the place of the axial speeds, where wheels roll
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta")
-IMPACT = "impact"  # the same; which has more inputs where wheels have two rows of rollers
-ROWS = "row_constants"  # of such wheels: what of the constants changes with the row that carries
+IMPACT = "impact"  # the same; which has more inputs where a switch changes the wheels' rates
+EXCESS = {"turn_excess": "rate_excess"}  # such inputs, and what the engine calls them
+ROWS = "row_constants"  # of wheels with two rows of rollers: what of the constants changes with the row that carries
 OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call beside these
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 STANDS = "standing_dynamics"  # instead of these where axles may stick beside them
@@ -123,6 +124,7 @@ class EngineSet:
         moments = self.stands and (self.disks_stick or self.in_series)  # of massless rollers 0
         self.inputs += MOMENT_INPUTS if moments else ()
         self.heading = "heading" in asked
+        self.chi_feeds_back = any(array.name == "chi" for array in self.function("wheel_speeds").inputs)
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.rows = effects.function(ROWS) is not None
         self.acted = bool(present or self.inputs or self.heading or self.rows)  # wheels that stand have guards
@@ -167,6 +169,12 @@ class EngineSet:
     def place(self, base: str, state: str) -> str:
         offset = self.offset(state)
         return f"{base} + {offset}" if offset else base
+
+    @property
+    def impact_arguments(self) -> list[str]:
+        """What the engine gives to the impact, and what that gives."""
+        assert self.impact is not None
+        return [EXCESS.get(a.name, a.name) for a in (*self.impact.inputs, *self.impact.outputs)]
 
     @property
     def own_rates(self) -> tuple[str, ...]:

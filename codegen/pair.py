@@ -274,6 +274,8 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
         return {}
     if any(a.name == GIVEN_TO_EACH for f in functions for a in f.inputs) or CHANGES in named:
         return {}
+    if any(a.name == "chi" for a in named["wheel_speeds"].inputs):  # the template's steps know rates of nu alone
+        return {}
     dynamics = named["forward_dynamics"]
     carried = next((what for name, what in CARRIED.items() if name in named), "")
     per_wheel = {"": 0, "momenta": "2*model->wheels", "axial": "model->wheels*(model->rollers_per_wheel - 1)"}[carried]

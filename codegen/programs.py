@@ -229,9 +229,12 @@ def _declared(body: list) -> Iterator[str]:
 
 
 def _arguments(data: dict, table: Mapping[str, dict], where: str, has_model: bool) -> tuple[Array, ...]:
-    """The inputs, then the outputs. Only where there is a model do they belong to effects."""
-    roles = [(name, "in") for name in data["inputs"]] + [(name, "out") for name in data["outputs"]]
-    arrays = (read_array(name, table, role, where) for name, role in roles)
+    """The inputs, then the outputs. Only where there is a model do they belong to effects. An input that the function
+    takes beside an effect alone is [name, effect]."""
+    given = [(name, "") if isinstance(name, str) else tuple(name) for name in data["inputs"]]
+    arrays = [read_array(name, table, "in", where) for name, _ in given]
+    arrays = [replace(a, effect=effect or a.effect) for a, (_, effect) in zip(arrays, given, strict=True)]
+    arrays += [read_array(name, table, "out", where) for name in data["outputs"]]
     return tuple(arrays if has_model else (replace(array, effect="") for array in arrays))
 
 

@@ -13,8 +13,8 @@
  * Of free.c: axial_speeds, spins_from_axial, momenta.
  */
 
-/* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). Steps: yaw,
- * wheel_rate (maxima/forms/rolling.mac). */
+/* Rates of the wheels alone; of the paper's they do not depend on the wheels' angles. Equations: (2.2).
+ * Steps: yaw, wheel_rate (maxima/forms/rolling.mac). */
 void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu, omniroll_real *chi_dot)
 {
     const int wheels = model->wheels;

@@ -17,7 +17,7 @@ from .free import axial_speeds, momenta, spins_from_axial
 
 
 def wheel_speeds(model, nu):
-    """Rates of the wheels alone; they do not depend on the wheels' angles.
+    """Rates of the wheels alone; of the paper's they do not depend on the wheels' angles.
 
     Equations: (2.2). Steps: yaw, wheel_rate (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.

@@ -156,7 +156,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
 
 
 def wheel_speeds(model, nu):
-    """Rates of the wheels alone; they do not depend on the wheels' angles.
+    """Rates of the wheels alone; of the paper's they do not depend on the wheels' angles.
 
     Equations: (2.2). Steps: yaw, wheel_rate (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.

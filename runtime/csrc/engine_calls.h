@@ -184,7 +184,8 @@ enum {
     OMNIROLL_RUN_ASK = 4,           /* the caller takes the samples that have come; or, where it gives the inputs: a
                                      * guard is passed or next_time has come. Then call again                  */
     OMNIROLL_RUN_WHEELS = 5,        /* the library is compiled for another number of wheels                 */
-    OMNIROLL_RUN_UNLAWFUL = 6       /* what sticks takes more than it can: a fault of the engine              */
+    OMNIROLL_RUN_UNLAWFUL = 6,      /* what sticks takes more than it can: a fault of the engine              */
+    OMNIROLL_RUN_PIVOTS = 7         /* both rollers at a joint push their wheel back to it: hardest_part is which */
 };
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */

@@ -109,7 +109,7 @@ ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
 NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, lanes_t *core)
 {
     lanes_t rates[MOST_WHEELS];
-    set_wheel_speeds(wheels, s->vehicle, nu, rates);
+    rolling_wheels(wheels, s->vehicle, nu, 0, rates);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
             core[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : rates[i];

@@ -119,7 +119,7 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
         nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);
-    set_wheel_speeds(run->wheels, &work->vehicle, nu, speeds);
+    rolling_wheels(run->wheels, &work->vehicle, nu, 0, speeds);
     for (int i = 0; i < run->wheels; i++)
         if (sticking ? run->grips[i].sticks : run->grips[i].resting)
             run->core[rates_at(run->wheels) + i] = speeds[i][0];

@@ -7,7 +7,7 @@ static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector
     for (int k = 0; k < 3; k++) {
         const lanes_t nu[3] = {lanes_of(k == 0), lanes_of(k == 1), lanes_of(k == 2)};
         lanes_t speeds[MOST_WHEELS];
-        set_wheel_speeds(run->wheels, &work->vehicle, nu, speeds);
+        rolling_wheels(run->wheels, &work->vehicle, nu, 0, speeds);
         for (int i = 0; i < run->wheels; i++)
             rows[i][k] = speeds[i][0];
     }

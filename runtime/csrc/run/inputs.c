@@ -25,19 +25,27 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
 {
     const double time = (double)sampler->samples*sampler->sample_time;
     double wanted[3], slope[3], errors[MOST_WHEELS], sums[MOST_WHEELS], outputs[MOST_WHEELS];
-    lanes_t lacking[3], in_lanes[MOST_WHEELS];
+    lanes_t lacking[3], middle[MOST_WHEELS], in_lanes[MOST_WHEELS];
     pass_knots(&sampler->target, time);
     curve_after(&sampler->target, time, 0, wanted, slope);
     for (int k = 0; k < 3; k++)
-        lacking[k] = lanes_of(SET_SLIPS || SET_HAS_ROWS ? wanted[k] : wanted[k] - run->nu[k]);
+        lacking[k] = lanes_of(SET_SLIPS || SET_HAS_ROWS || SET_CHI_FEEDS_BACK ? wanted[k] : wanted[k] - run->nu[k]);
+    for (int i = 0; i < run->wheels; i++)
+        middle[i] = lanes_of(0);
     if (SET_HAS_ROWS)
         rates_in_the_middle(run, work, lacking, in_lanes);
     else
-        set_wheel_speeds(run->wheels, &work->vehicle, lacking, in_lanes);
+        rolling_wheels(run->wheels, &work->vehicle, lacking, middle, in_lanes);
     for (int i = 0; i < run->wheels; i++)
         errors[i] = in_lanes[i][0] - (SET_HAS_ROWS ? rate_by(run->wheel_rows + 3*i, run->nu) : 0);
     for (int i = 0; SET_SLIPS && i < run->wheels; i++)
         errors[i] -= run->core[rates_at(run->wheels) + i];
+    if (SET_CHI_FEEDS_BACK) {       /* which a controller does not know: to it rollers stand at their middle   */
+        const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
+        wheel_rates_now(run, work, nu, in_lanes);
+        for (int i = 0; i < run->wheels; i++)
+            errors[i] -= in_lanes[i][0];
+    }
     omniroll_controller_sample(run->wheels, errors, sampler->sum, sampler->proportional, sampler->integral,
                                sampler->sample_time, sums, outputs);
     for (int i = 0; i < run->wheels; i++) {

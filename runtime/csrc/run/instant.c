@@ -112,7 +112,21 @@ ALWAYS_INLINE void wheel_rates_now(const omniroll_run_t *run, const work_t *work
             work->core_here[c] = lanes_of(run->core[c]);
         core = work->core_here;
     }
-    rates_of_wheels(run->wheels, &work->vehicle, nu, core, chi_dot);
+    lanes_t chi[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+    rates_of_wheels(run->wheels, &work->vehicle, nu, chi, core, chi_dot);
+}
+
+/* Their accelerations, from the rates of nu and of the rest of the core. */
+ALWAYS_INLINE void accelerations_now(const omniroll_run_t *run, const work_t *work, const lanes_t *nu_dot,
+                                     lanes_t *chi_ddot)
+{
+    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
+    lanes_t chi[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+    accelerations_of_wheels(run->wheels, &work->vehicle, nu, chi, nu_dot, work->core_dot, chi_ddot);
 }
 
 /* The rates of the core at this instant, in all lanes. */

@@ -71,12 +71,12 @@ static void change_rows(omniroll_run_t *run, const work_t *work, const int *dire
                         const lanes_t *nu, lanes_t *excess)
 {
     lanes_t demanded[MOST_WHEELS];
-    set_wheel_speeds(run->wheels, &work->vehicle, nu, excess);
+    rolling_wheels(run->wheels, &work->vehicle, nu, 0, excess);
     for (int i = 0; i < run->wheels; i++)
         if (!directions[i])
             run->contact[i] += stance[i]*run->rollers_per_wheel;
     carry_rows(run, work);
-    set_wheel_speeds(run->wheels, &work->vehicle, nu, demanded);
+    rolling_wheels(run->wheels, &work->vehicle, nu, 0, demanded);
     for (int i = 0; i < run->wheels; i++)
         excess[i] -= demanded[i];
 }

@@ -27,7 +27,7 @@ static void rows_of_rates(const omniroll_run_t *run, const work_t *work, double 
     for (int k = 0; k < 3; k++) {
         const lanes_t nu[3] = {lanes_of(k == 0), lanes_of(k == 1), lanes_of(k == 2)};
         lanes_t rates[MOST_WHEELS];
-        set_wheel_speeds(run->wheels, &work->vehicle, nu, rates);
+        rolling_wheels(run->wheels, &work->vehicle, nu, 0, rates);
         for (int i = 0; i < run->wheels; i++)
             rows[3*i + k] = rates[i][0];
     }
@@ -44,7 +44,7 @@ static void carry_rows(omniroll_run_t *run, const work_t *work)
 static void rates_in_the_middle(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, lanes_t *rates)
 {
     put_rows(run, work, 0, 1);
-    set_wheel_speeds(run->wheels, &work->vehicle, nu, rates);
+    rolling_wheels(run->wheels, &work->vehicle, nu, 0, rates);
     put_rows(run, work, 1, 0);
 }
 

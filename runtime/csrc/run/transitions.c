@@ -47,6 +47,17 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
         keep_contacts_at_rest(run, rested);
 }
 
+/* The wheels' rates beyond those that the rollers that come demand of them, where rates depend on the angles. */
+static void rates_that_jump(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, const lanes_t *before,
+                            const lanes_t *after, lanes_t *excess)
+{
+    lanes_t demanded[MOST_WHEELS];
+    rolling_wheels(run->wheels, &work->vehicle, nu, before, excess);
+    rolling_wheels(run->wheels, &work->vehicle, nu, after, demanded);
+    for (int i = 0; i < run->wheels; i++)
+        excess[i] -= demanded[i];
+}
+
 /* The impact of the rollers that enter on those that leave, and of wheels whose rate changes, where the law of the run is
  * that; else rollers go where they go alone. before, after: the wheel angles; excess: of the wheels' rates. */
 static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const lanes_t *nu,
@@ -104,6 +115,8 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     }
     if (SET_HAS_ROWS)
         change_rows(run, work, directions, stance, nu, excess);
+    if (SET_CHI_FEEDS_BACK)
+        rates_that_jump(run, work, nu, before, after, excess);
     if (SET_SLIPS)
         exchange_rollers(run, work, directions);
     else if (SET_HAS_IMPACT)
@@ -126,7 +139,7 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
     if (SET_HAS_MOMENTA)
         wheel_momenta(run, work);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-    rates_of_wheels(run->wheels, &work->vehicle, nu_dot, work->core_dot, chi_ddot);
+    accelerations_now(run, work, nu_dot, chi_ddot);
 }
 
 /* Whether the run is at its end. A pause is none: a later call goes on as if it had not been. */
@@ -199,6 +212,23 @@ static int has_progress(omniroll_run_t *run, int at_guard)
     return ++run->idle_switches <= run->patience;
 }
 
+/* Where the wheels' rates depend on their angles: a wheel that would pass on, and that the next roller would send back
+ * at once, or -1. */
+static int pivoting_wheel(const omniroll_run_t *run, const work_t *work, const int *directions)
+{
+    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
+    lanes_t chi[MOST_WHEELS], chi_dot[MOST_WHEELS];
+    if (!SET_CHI_FEEDS_BACK)
+        return -1;
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(directions[i] ? -directions[i]*run->joint : run->chi[i]);
+    rates_of_wheels(run->wheels, &work->vehicle, nu, chi, 0, chi_dot);
+    for (int i = 0; i < run->wheels; i++)
+        if (directions[i]*chi_dot[i][0] < 0)
+            return i;
+    return -1;
+}
+
 /* A guard's value at this instant, and what counts as its rounding. */
 static double guard_value(const omniroll_run_t *run, const double *guard, double *noise)
 {
@@ -265,6 +295,11 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
             return OMNIROLL_RUN_FULL;
         if (!has_progress(run, 0))
             return OMNIROLL_RUN_STUCK;
+        const int sent_back = pivoting_wheel(run, work, directions);
+        if (sent_back >= 0) {
+            run->hardest_part = sent_back;
+            return OMNIROLL_RUN_PIVOTS;
+        }
         apply_switch(run, work, directions, stance);
         if (SET_HAS_ROWS && run->modal_count)
             renew_inputs(run);                  /* guards of drives read the wheels' rates                  */

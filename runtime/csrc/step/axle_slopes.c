@@ -5,7 +5,7 @@
  * evaluation in the place of three. Whether axles alone make the slopes is looked at wherever three differences have
  * told them. */
 /* For how many wheels axles' friction tells the slopes of nu'; what else follows nu makes it stiff as well. */
-#define AXLES (SET_SLIPS || SET_CORE_PARTS ? 0 : 3)
+#define AXLES (SET_SLIPS || SET_CORE_PARTS || SET_CHI_FEEDS_BACK ? 0 : 3)
 #define OF_AXLES 0.2                            /* h times what it leaves of a slope, at most                 */
 
 /* The rows of the wheels' rates in nu. */
@@ -32,7 +32,7 @@ ALWAYS_INLINE void find_axles(const step_t *s, const int wheels, axles_t *axles)
         return;
     for (int l = 0; l < 3; l++) {
         lanes_t nu[3] = {lanes_of(l == 0), lanes_of(l == 1), lanes_of(l == 2)}, rate[MOST_WHEELS];
-        set_wheel_speeds(wheels, s->vehicle, nu, rate);
+        rolling_wheels(wheels, s->vehicle, nu, 0, rate);
         for (int i = 0; i < AXLES; i++)
             axles->row[3*i + l] = rate[i][0];
     }

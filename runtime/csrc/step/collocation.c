@@ -77,6 +77,19 @@ ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
         rate->lanes[b] *= s->approach.stretch.lanes[b];
 }
 
+/* The same where these depend on the wheels' angles: with those of the last sweep. */
+ALWAYS_INLINE void wheels_by_angles(step_t *s, const int wheels, int b, const lanes_t *nu)
+{
+    lanes_t chi[MOST_WHEELS], chi_dot[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+    rolling_wheels(wheels, s->vehicle, nu, chi, chi_dot);
+    for (int i = 0; i < wheels; i++) {
+        s->turning_moved = lanes_max(s->turning_moved, lanes_abs(chi_dot[i] - s->rate_chi[i].lanes[b]));
+        s->rate_chi[i].lanes[b] = chi_dot[i];
+    }
+}
+
 /* The wheels' rates in vector b of the nodes. */
 ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lanes_t *nu)
 {
@@ -87,8 +100,12 @@ ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lan
             s->rate_chi[i].lanes[b] = core_at(s, b)[rates_at(wheels) + i];
     if (SET_SLIPS && !only_rolls(s, wheels))
         return;
+    if (SET_CHI_FEEDS_BACK) {
+        wheels_by_angles(s, wheels, b, nu);
+        return;
+    }
     lanes_t chi_dot[MOST_WHEELS];
-    set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
+    rolling_wheels(wheels, s->vehicle, nu, 0, chi_dot);
     for (int i = 0; i < wheels; i++)
         s->rate_chi[i].lanes[b] = chi_dot[i]*turns(s, i);
 }
@@ -102,6 +119,8 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
         for (int c = 0; c < s->core; c++)
             if (!follows_nu(s, wheels, c))
                 integrate_core(s, c);
+    if (SET_CHI_FEEDS_BACK)
+        s->turning_moved = lanes_of(0);
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         wheels_at_nodes(s, wheels, b, nu);
@@ -340,6 +359,9 @@ ALWAYS_INLINE double missed(const step_t *s)
             largest = larger(largest, s->weight[c]*tail(&s->rate_core[c]));
         tails += largest;
     }
+    if (SET_CHI_FEEDS_BACK)
+        for (int i = 0; i < s->wheels; i++)
+            tails += s->size*tail(&s->rate_chi[i]);
     if (SET_HOLDS) {
         for (int k = 0; s->held && k < 3; k++) {    /* beyond its rounding, as the nu' that the force would give */
             const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->force_size[k]);

@@ -291,7 +291,9 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
     int stiff_since = 0;
     for (int k = 0; k < MOST_SWEEPS; k++) {
-        const double change = sweep(s, wheels, !(ratio < RENEW));
+        double change = sweep(s, wheels, !(ratio < RENEW));
+        if (SET_CHI_FEEDS_BACK && change < s->h*s->size*lanes_largest(s->turning_moved))
+            change = s->h*s->size*lanes_largest(s->turning_moved);
         s->early = k < TELL_SLIPS;
         end_of_step(s, wheels);
         const double found = length_to_event(s, wheels, most);

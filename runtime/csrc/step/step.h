@@ -206,6 +206,8 @@ typedef struct {
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
     int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
     double size;                                /* of nu                                         */
+    lanes_t turning_moved;                      /* how far the last sweep has moved the wheels' rates, where these */
+                                                /* depend on the angles                          */
     stiff_t stiff;
     sprung_t sprung;
     int early;                                  /* whether the first sweeps have not told yet how slips begin   */

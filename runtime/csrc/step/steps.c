@@ -112,7 +112,7 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
                 s->weight[c] = of_part > 0 ? size/of_part : 0;
         }
     }
-    if (SET_IS_ACTED_ON)
+    if (SET_IS_ACTED_ON || SET_CHI_FEEDS_BACK)
         s->size = size;
     (void)run, (void)work, (void)nu_dot;
     return size;
@@ -144,7 +144,7 @@ static double longest_before_bend(const omniroll_run_t *run, const work_t *work,
     double time = INFINITY;
     lanes_t chi_ddot[MOST_WHEELS];
     s->bend_in = INFINITY;
-    rates_of_wheels(run->wheels, &work->vehicle, nu_dot, work->core_dot, chi_ddot);
+    accelerations_now(run, work, nu_dot, chi_ddot);
     for (int i = 0; i < run->wheels; i++) {
         const double rate = fabs(chi_dot[i][0]), rest_in = -chi_dot[i][0]/chi_ddot[i][0];
         const double part = fmin(1 - NEAR_BEND*run->bend_rate/rate, PART_TO_BEND);
@@ -252,6 +252,12 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
         for (int c = 0; c < work->core; c++)
             for (int b = 0; b < BLOCKS; b++)
                 s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
+    if (SET_CHI_FEEDS_BACK)
+        for (int i = 0; i < wheels; i++)
+            for (int b = 0; b < BLOCKS; b++) {
+                s->rate_chi[i].lanes[b] = chi_dot[i];
+                s->at_chi[i].lanes[b] = s->chi[i] + (s->h*chi_dot[i])*gauss_node.lanes[b];
+            }
     if (SET_LOADS_FOLLOW)
         guess_tilt(s, wheels);
     return size_of_state(run, work, s, nu_dot);

@@ -72,7 +72,7 @@ class Measured:
 
     @cached_property
     def wheel_speeds(self) -> np.ndarray:
-        return self.kernel.wheel_speeds(self.nu) if self.rates is None else self.rates
+        return self.kernel.wheel_speeds(self.nu, self.chi) if self.rates is None else self.rates
 
 
 @documented(*FUNCTION_CONTROLLER)

@@ -22,6 +22,7 @@ from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.kernel import kernel as kernel_of
 from omniroll.kernels.neutral_kernel import best_backend, kernel_by
+from omniroll.vehicles.checks import refuse_mecanum
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import PATH, documented
@@ -56,6 +57,7 @@ class PathFollower(Drive):
         object.__setattr__(self, "poses", poses)
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
+        refuse_mecanum(vehicle, "poses", self.poses, "give a Controller the speeds of the path")
         rank = np.linalg.matrix_rank(kernel_of(vehicle, "massless", "python").wheel_speeds(np.eye(3)))
         if rank < 3:
             raise InvalidValueError("poses", self.poses, "needs wheels that can drive the vehicle in every direction")

@@ -44,12 +44,14 @@ from omniroll.vehicles.state import State
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
-DONE, FULL, STUCK, NO_STEP, ASK, _, UNLAWFUL = range(7)  # engine.h
-TOO_LONG, ENDED, HOPELESS = 7, 8, 9  # beside those of engine_calls.h
+DONE, FULL, STUCK, NO_STEP, ASK, _, UNLAWFUL, PIVOTS = range(8)  # engine.h
+TOO_LONG, ENDED, HOPELESS = 8, 9, 10  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
     UNLAWFUL: "what sticks takes more than it can: this is a fault of omniroll; please report the scene",
+    PIVOTS: "a mecanum wheel reverses while the vehicle turns, and both rollers at its joint push it back to that: "
+    "rolling without slip has no motion from here",
     TOO_LONG: TOO_MANY_ROWS,
 }
 
@@ -468,7 +470,7 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
-        elif self.status == UNLAWFUL:
+        elif self.status in (UNLAWFUL, PIVOTS):
             wheel = int(self.run.hardest_part)
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:

@@ -288,7 +288,7 @@ class Session:
     def wheel_speeds(self) -> np.ndarray:
         """(N,) in rad/s, the rates of chi: (2.2), or where wheels may slip their own."""
         contacts = self._contacts
-        return self._phase_kernel.wheel_speeds(self._nu) if contacts is None else contacts.rates
+        return self._phase_kernel.wheel_speeds(self._nu, self._chi) if contacts is None else contacts.rates
 
     @property
     def contact_spin(self) -> np.ndarray:

@@ -131,6 +131,8 @@ def checked_task(
     ROLLER_MODEL.checked(roller_model)
     SWITCHING.checked(switching)
     ENTRIES["engine"].checked(engine)
+    if engine == "python":
+        states.refuse_mecanum(vehicle, "engine", engine, "take engine='compiled'")
     memory = ENTRIES["memory"].checked(memory)
     _check_memory(vehicle, roller_model, memory)
     if progress is not None:
@@ -276,4 +278,4 @@ def _rates(task: Task, free: np.ndarray | None) -> np.ndarray:
         return flow(0.0, y)
     momenta = () if free is None else (bound.momenta(free),)
     nu_dot = bound.forward_dynamics(state.nu, state.chi, *momenta)
-    return np.concatenate([nu_dot, bound.wheel_speeds(state.nu), bound.pose_rates(state.nu, state.pose[2])])
+    return np.concatenate([nu_dot, bound.wheel_speeds(state.nu, state.chi), bound.pose_rates(state.nu, state.pose[2])])

@@ -33,18 +33,19 @@ VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
 # stands beside the one that sticks, each at a torque of zero where the other acts.
 DAMPED, SMOOTH, STICKING = ("roller_viscous",), ("roller_viscous", "roller_coulomb"), ("roller_sticking",)
 GROUND, STICKY_GROUND = ("contact", "contact_viscous", "contact_regularised"), ("contact", "contact_coulomb")
+MECANUM = ("mecanum",)
 SPRINGS = tuple(("contact", law, "contact_springs") for law in ("contact_regularised", "contact_coulomb"))
 ROWS = ("rows",)  # rollers in two rows
 CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
-    "locked": ((*SMOOTH, *STICKING), (*SMOOTH, *ROWS)),
+    "locked": ((*SMOOTH, *STICKING), (*SMOOTH, *ROWS), MECANUM),
     "massless": (
         (*SMOOTH, *STICKING), (*SMOOTH, *GROUND), (*SMOOTH, *STICKY_GROUND), (*STICKING, *STICKY_GROUND), *SPRINGS,
         *((*DAMPED, *STICKING, "contact", law) for law in GROUND[1:]),  # in series with a bearing
-        (*SMOOTH, *ROWS),
+        (*SMOOTH, *ROWS), MECANUM,
     ),
     "free": (
         *((*rollers, *ground) for ground in ((), STICKY_GROUND) for rollers in ((), DAMPED, (*SMOOTH, *STICKING))),
-        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, (*DAMPED, *ROWS),
+        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, (*DAMPED, *ROWS), MECANUM,
     ),
 }  # fmt: skip
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from

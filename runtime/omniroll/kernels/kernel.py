@@ -45,10 +45,18 @@ VEHICLE_SCALARS = (
     "roller_axis_radius",
 )
 
-OF_THE_VEHICLE = ("wheel_places", "center_of_mass", "row_offset", "sides", "turns")  # constants of the layout, of rows
+OF_THE_VEHICLE = (
+    "wheel_places",
+    "center_of_mass",
+    "roller_angle",
+    "row_offset",
+    "sides",
+    "turns",
+)  # constants of these
 IN_THE_MIDDLE = 0.0  # of sides: wheels as if they had one row in their middle, as controllers know them
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
+MECANUM = "mecanum"  # the effect that a vehicle with rollers at an angle brings
 DERIVATIVES = "derivatives"  # the effect that brings derivatives by state and inputs
 SHARP_SUFFIX = "_sharp"  # of the name of a function for sharp tips, which stands beside the usual form
 
@@ -150,6 +158,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     them the numbers by which there are derivatives, and whether there are second ones."""
     refuse_unmodelled(vehicle)
     of_vehicle = ["layout"] * vehicle.has_layout + ["rows", *sets.needs()["rows"]] * (vehicle.rows > 1)
+    of_vehicle += [MECANUM] * any(vehicle.roller_angle)
     if not effects and not of_vehicle:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
@@ -160,11 +169,27 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     needed = (other for effect in own for other in sets.needs()[effect])
     present = {*own, *needed, *of_vehicle}
     found = tuple(effect for effect in optional_effects() if effect in present)
+    if MECANUM in found:
+        _refuse_beside_mecanum(vehicle, roller_model, found)
     if asked:
         numbers = [a.name for a in signatures(roller_model, found, 3, 3)["prepare"].inputs]
         for request in asked:
             choice("effects", request, [REQUEST + name for name in numbers])
     return (*found, *asked, *second)
+
+
+def _refuse_beside_mecanum(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> None:
+    """Raise InvalidValueError for what is not derived for mecanum wheels."""
+    entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
+    beside = [entries[name]["meaning"] for name in entries[MECANUM]["excludes"] if name in effects]
+    if beside:
+        bound = f"is not derived beside this: {beside[0]}; leave that out, or take omni-wheels (roller_angle = 0)"
+        raise InvalidValueError("roller_angle", vehicle.roller_angle, bound)
+    if is_sharp(vehicle, roller_model):
+        bound = (
+            "takes no rollers with sharp tips under this roller model: make roller_axis_radius less, or take massless"
+        )
+        raise InvalidValueError("roller_angle", vehicle.roller_angle, bound)
 
 
 def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants) -> dict[str, ArrayLike]:
@@ -174,6 +199,8 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
         own |= {"wheel_places": vehicle.places(), "center_of_mass": vehicle.center_of_mass}
     if "rows" in effects:
         own |= {"row_offset": vehicle.row_offset, "sides": IN_THE_MIDDLE, "turns": 1.0}
+    if MECANUM in effects:
+        own |= {"roller_angle": vehicle.roller_angle}
     return own | dict(constants)
 
 
@@ -276,9 +303,14 @@ class Kernel:
         """
         raise NotImplementedError
 
-    def wheel_speeds(self, nu: ArrayLike) -> np.ndarray:
-        """chi' (..., N), (2.2)."""
-        return self.call("wheel_speeds", nu)
+    def wheel_speeds(self, nu: ArrayLike, chi: ArrayLike | None = None) -> np.ndarray:
+        """chi' (..., N), (2.2). Of mecanum wheels it depends on chi (..., N); without chi it is that in the middle of
+        the rollers, which the usual kinematics have."""
+        return self.call("wheel_speeds", nu, *self.angles_or_nothing(chi))
+
+    def angles_or_nothing(self, chi: ArrayLike | None) -> tuple[ArrayLike, ...]:
+        """The arguments after nu of wheel_speeds, drive_power, axle_loss and motor_margins."""
+        return () if MECANUM not in self.effects else (np.zeros(self.wheels) if chi is None else chi,)
 
     def wheel_rates(self, nu: ArrayLike, chi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """chi' (..., N) and the contact rollers' spins (..., N), (2.2) and (2.1)."""
@@ -359,7 +391,7 @@ class Kernel:
         return self.call("potential", pose)
 
     def drive_power(self, nu: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
-        """Power (...,) of drives: torque (..., N), and damping (..., N) of motors."""
+        """Power (...,) of drives: of mecanum wheels chi (..., N); torque (..., N), and damping (..., N) of motors."""
         return self.call("drive_power", nu, *inputs)
 
     def motor_torques(self, voltage: ArrayLike, modes: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -486,7 +518,7 @@ class PythonKernel(Kernel):
             nu, chi, theta = state[:3], state[3:chi_end], state[-1]
             try:
                 nu_dot = dynamics(model, nu, chi, *constants)
-                chi_dot = module.wheel_speeds(model, nu)
+                chi_dot = module.wheel_speeds(model, nu, *self.angles_or_nothing(chi))
                 return np.array([*nu_dot, *chi_dot, *module.pose_rates(model, nu, theta)], float)
             except (ZeroDivisionError, OverflowError):  # Python's floats raise where C gives inf or nan
                 return np.full(len(state), np.nan)
@@ -633,11 +665,12 @@ class CompiledKernel(Kernel):
         dynamics, wheel_speeds, pose_rates = map(self._function, ("forward_dynamics", "wheel_speeds", "pose_rates"))
         model, nu, chi = self._model, y, y + 3
         nu_dot, chi_dot, pose_dot = dy, dy + 3, dy + 3 + wheels
+        angles = self.angles_or_nothing(chi)
 
         def flow(_: float, values: np.ndarray) -> np.ndarray:
             state[:] = values
             dynamics(model, nu, chi, *constants, nu_dot)
-            wheel_speeds(model, nu, chi_dot)
+            wheel_speeds(model, nu, *angles, chi_dot)
             pose_rates(model, nu, state[-1], pose_dot)
             return rates.astype(float)
 

@@ -90,7 +90,7 @@ class NeutralKernel(Kernel):
         def rates(_: float, y: np.ndarray) -> np.ndarray:
             nu, chi = y[:3], y[3 : 3 + self.wheels]
             nu_dot = self.forward_dynamics(nu, chi, *constants)
-            return np.concatenate([nu_dot, self.wheel_speeds(nu), self.pose_rates(nu, y[-1])])
+            return np.concatenate([nu_dot, self.wheel_speeds(nu, chi), self.pose_rates(nu, y[-1])])
 
         return rates
 

@@ -166,7 +166,7 @@ def true_values(
     if "accelerometer" in wanted:
         refuse_two_rows(vehicle, "names", "accelerometer", "ask for other readings, or take rows = 1")
     bound = bound or measuring_kernel(vehicle, roller_model, effects, wanted)
-    rate = bound.wheel_speeds(moments.nu) if moments.rates is None else moments.rates
+    rate = bound.wheel_speeds(moments.nu, moments.chi) if moments.rates is None else moments.rates
     angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)
     found = {"wheel_angle": angle, "wheel_rate": rate}
     if "encoder_count" in wanted:
@@ -248,7 +248,7 @@ def _felt(bound: Kernel, effects: EffectSet, moments: Moments, place: tuple[floa
 
 def axles_tell_all(bound: Kernel) -> bool:
     """Whether the wheels' rates determine nu, so that there is odometry."""
-    return np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) == 3
+    return "nu_from_wheels" in bound.signatures and np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) == 3
 
 
 def reckoned(vehicle: Vehicle, start: np.ndarray, counts: np.ndarray, instruments: Instruments) -> np.ndarray | None:

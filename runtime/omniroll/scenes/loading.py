@@ -131,8 +131,8 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
         _check_instruments(tables, findings)
     said = replay_logs(tables, path.parent, findings)
     whole = vehicle
-    if vehicle is not None and any(vehicle.roller_angle):  # no motion is derived for them: what else the scene says
-        vehicle = vehicle.with_wheels_of_the_paper()  # is checked all the same
+    if vehicle is not None and vehicle.rows > 1 and any(vehicle.roller_angle):  # no motion: what else the scene says is
+        vehicle = vehicle.with_wheels_of_the_paper()  # checked all the same
     said += speeds_as_nu(tables, vehicle, findings)
     options = {
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})

@@ -88,6 +88,7 @@ def linearise(
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("what", what, "must be a Vehicle or a Scene")
     refuse_two_rows(vehicle, "what", "Vehicle", "linearise it with rows = 1, the middle of the wheels")
+    checks.refuse_mecanum(vehicle, "what", "Vehicle", "compare runs from changed starts")
     if vehicle.wheels > MOST_WHEELS:
         raise InvalidValueError(
             "wheels", vehicle.wheels, f"must be at most {MOST_WHEELS}: the model's matrices are dense"

@@ -14,15 +14,21 @@ FLOAT = np.dtype(float)
 
 def refuse_unmodelled(vehicle: Vehicle) -> None:
     """Raise InvalidValueError for wheels that the equations of motion do not have."""
-    if any(vehicle.roller_angle):
-        bound = "has no equations of motion yet: vehicles with rollers at an angle (mecanum) are described, shown and "
-        raise InvalidValueError("roller_angle", vehicle.roller_angle, bound + "exported only")
+    if any(vehicle.roller_angle) and vehicle.rows > 1:
+        bound = "has no equations of motion with rows = 2: mecanum wheels have one row"
+        raise InvalidValueError("roller_angle", vehicle.roller_angle, bound)
 
 
 def refuse_two_rows(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
     """Raise InvalidValueError for what wheels with two rows of rollers do not have."""
     if vehicle.rows > 1:
         raise InvalidValueError(name, value, f"does not go with two rows of rollers: {instead}")
+
+
+def refuse_mecanum(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
+    """Raise InvalidValueError for what mecanum wheels do not have."""
+    if any(vehicle.roller_angle):
+        raise InvalidValueError(name, value, f"does not go with mecanum wheels: {instead}")
 
 
 def joint_angle(rollers_per_wheel: int) -> float:

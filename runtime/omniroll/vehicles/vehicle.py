@@ -288,7 +288,8 @@ def _symbols_of(vehicle: Vehicle) -> dict[str, float]:
     values |= {f"center_of_mass[{k}]": number for k, number in enumerate(vehicle.center_of_mass)}
     known = generated_data.code_names().items()
     numbers = {symbol: values[code] for symbol, code in known if isinstance(values.get(code), (int, float))}
-    return numbers | {"axis_angle": max(map(abs, vehicle.roller_angle))}
+    axis_angle = max(map(abs, vehicle.roller_angle))
+    return numbers | {"axis_angle": axis_angle, "sin_psi": math.sin(axis_angle)}
 
 
 def _check_bounds(vehicle: Vehicle) -> None:

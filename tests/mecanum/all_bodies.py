@@ -1,0 +1,154 @@
+"""A mecanum vehicle as what it is: rigid bodies, in all coordinates, with points that touch the ground without slip.
+
+Nothing here comes from the derivation. A roller is the envelope of the spheres on its axis that touch the ground while
+the wheel's centre stays at its height; the contact is the lowest point of these. Kinetic energy is that of the bodies,
+derivatives are taken along an imaginary step and are exact to rounding.
+
+Coordinates: x, y, heading, then for each wheel its angle chi and the angles of its n rollers about their axes; roller 0
+touches the ground.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+UP = np.array([0.0, 0.0, 1.0])
+STEP = 1e-30
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Masses in kg, lengths in m, inertias in kg m^2; places, angles and angles of rollers by wheel."""
+
+    places: np.ndarray
+    axles: np.ndarray
+    roller_angles: np.ndarray
+    rollers: int
+    wheel_radius: float
+    axis_radius: float
+    platform: tuple[float, float] = (9.0, 0.35)
+    hub: tuple[float, float, float] = (0.4, 9e-4, 5e-4)
+    roller: tuple[float, float, float] = (0.03, 2.5e-6, 4e-6)
+
+    @property
+    def wheels(self) -> int:
+        return len(self.places)
+
+    @property
+    def size(self) -> int:
+        return 3 + self.wheels * (1 + self.rollers)
+
+    def place(self, wheel: int, roller: int = -1) -> int:
+        """Where a wheel's angle, or that of one of its rollers, stands among the coordinates."""
+        return 3 + wheel * (1 + self.rollers) + 1 + roller
+
+
+def _frame(bodies: Bodies, q: np.ndarray, wheel: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The axle, the direction across it and the wheel's centre over the ground point of the platform, in fixed axes."""
+    angle = bodies.axles[wheel] + q[2]
+    x, y = bodies.places[wheel]
+    axle = np.array([np.cos(angle), np.sin(angle), 0])
+    across = np.array([-np.sin(angle), np.cos(angle), 0])
+    turned = np.array([x * np.cos(q[2]) - y * np.sin(q[2]), x * np.sin(q[2]) + y * np.cos(q[2]), bodies.wheel_radius])
+    return axle, across, turned
+
+
+def _roller(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> tuple[np.ndarray, np.ndarray]:
+    """The axis of a roller and its middle, from the wheel's centre."""
+    axle, across, _ = _frame(bodies, q, wheel)
+    beta, psi = q[bodies.place(wheel)] + 2 * np.pi * j / bodies.rollers, bodies.roller_angles[wheel]
+    axis = np.cos(psi) * (np.cos(beta) * across + np.sin(beta) * UP) + np.sin(psi) * axle
+    return axis, -bodies.axis_radius * (np.cos(beta) * UP - np.sin(beta) * across)
+
+
+def _moving(bodies: Bodies, arm: np.ndarray, axle: np.ndarray, wheel: int, own: np.ndarray) -> np.ndarray:
+    """(3, size) velocity, by the coordinates' rates, of a point that the wheel carries at `own` from its centre."""
+    jacobian = np.zeros((3, bodies.size), complex)
+    jacobian[0, 0] = jacobian[1, 1] = 1
+    jacobian[:, 2] = np.cross(UP, arm + own)
+    jacobian[:, bodies.place(wheel)] = np.cross(axle, own)
+    return jacobian
+
+
+def mass_matrix(bodies: Bodies, q: np.ndarray) -> np.ndarray:
+    mass = np.zeros((bodies.size, bodies.size), complex)
+    mass[0, 0] = mass[1, 1] = bodies.platform[0]
+    mass[2, 2] = bodies.platform[1]
+
+    def add(weight: float, axial: float, transverse: float, moving: np.ndarray, turning: np.ndarray, axis: np.ndarray):
+        along = axis @ turning
+        mass[:] += weight * moving.T @ moving + transverse * turning.T @ turning
+        mass[:] += (axial - transverse) * np.outer(along, along)
+
+    for wheel in range(bodies.wheels):
+        axle, _, arm = _frame(bodies, q, wheel)
+        turning = np.zeros((3, bodies.size), complex)
+        turning[:, 2], turning[:, bodies.place(wheel)] = UP, axle
+        weight, axial, transverse = bodies.hub
+        psi = bodies.roller_angles[wheel]  # a vehicle has one wheel_inertia: the hubs make up for the rollers' angles
+        axial -= bodies.rollers * (bodies.roller[1] * np.sin(psi) ** 2 + bodies.roller[2] * np.cos(psi) ** 2)
+        add(weight, axial, transverse, _moving(bodies, arm, axle, wheel, np.zeros(3)), turning, axle)
+        for j in range(bodies.rollers):
+            axis, middle = _roller(bodies, q, wheel, j)
+            spinning = turning.copy()
+            spinning[:, bodies.place(wheel, j)] = axis
+            add(*bodies.roller, _moving(bodies, arm, axle, wheel, middle), spinning, axis)
+    return mass
+
+
+def constraints(bodies: Bodies, q: np.ndarray) -> np.ndarray:
+    """(2N, size): velocities of the material points that touch the ground, along the axle and across it."""
+    rows = []
+    for wheel in range(bodies.wheels):
+        axle, across, arm = _frame(bodies, q, wheel)
+        axis, middle = _roller(bodies, q, wheel, 0)
+        chi, cosine = q[bodies.place(wheel)], np.cos(bodies.roller_angles[wheel])
+        along = -bodies.axis_radius * np.tan(chi) / cosine  # to the centre of the sphere that touches the ground
+        radius = bodies.wheel_radius - np.sqrt(bodies.axis_radius**2 + (along * cosine) ** 2)
+        touching = middle + along * axis - radius * UP
+        jacobian = _moving(bodies, arm, axle, wheel, touching)
+        jacobian[:, bodies.place(wheel, 0)] = np.cross(axis, touching - middle)
+        rows += [axle @ jacobian, across @ jacobian]
+    return np.array(rows)
+
+
+def height_of_contact(bodies: Bodies, q: np.ndarray, wheel: int) -> float:
+    """The height over the ground of the lowest point of the roller that carries, by looking at all its spheres."""
+    axis, middle = _roller(bodies, q, wheel, 0)
+    s = np.linspace(-1, 1, 200001) * bodies.wheel_radius
+    cosine = np.cos(bodies.roller_angles[wheel])
+    radius = bodies.wheel_radius - np.sqrt(bodies.axis_radius**2 + (s * cosine) ** 2)
+    return float(np.min(bodies.wheel_radius + middle[2] + s * axis[2] - radius))
+
+
+def along_motion(function, q: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """The derivative in time of a function of the coordinates."""
+    return function(q + 1j * STEP * rates).imag / STEP
+
+
+def inertial_force(bodies: Bodies, q: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """d/dt(M) rates - d(rates . M rates/2)/dq."""
+    found = along_motion(lambda q: mass_matrix(bodies, q), q, rates) @ rates
+    for k in range(2, bodies.size):  # nothing depends on x and y
+        unit = np.eye(bodies.size)[k]
+        if k == 2 or (k - 3) % (1 + bodies.rollers) == 0:  # nor on the angles of the rollers about their axes
+            found[k] -= rates @ along_motion(lambda q: mass_matrix(bodies, q), q, unit) @ rates / 2
+    return found
+
+
+def accelerations(bodies: Bodies, q: np.ndarray, rates: np.ndarray, force: np.ndarray, held: list[int]) -> np.ndarray:
+    """Accelerations of all coordinates under a generalised force; `held` do not turn."""
+    rows = np.vstack([constraints(bodies, q).real, np.eye(bodies.size)[held]])
+    drift = np.concatenate([along_motion(lambda q: constraints(bodies, q), q, rates) @ rates, np.zeros(len(held))])
+    mass, count = mass_matrix(bodies, q).real, len(rows)
+    whole = np.block([[mass, rows.T], [rows, np.zeros((count, count))]])
+    asked = np.concatenate([force - inertial_force(bodies, q, rates), -drift])
+    return np.linalg.solve(whole, asked)[: bodies.size]
+
+
+def after_impact(bodies: Bodies, q: np.ndarray, rates: np.ndarray, held: list[int]) -> np.ndarray:
+    """Rates after the constraints at q, and those that hold some coordinates, are imposed perfectly inelastically."""
+    rows = np.vstack([constraints(bodies, q).real, np.eye(bodies.size)[held]])
+    mass, count = mass_matrix(bodies, q).real, len(rows)
+    whole = np.block([[mass, rows.T], [rows, np.zeros((count, count))]])
+    return np.linalg.solve(whole, np.concatenate([mass @ rates, np.zeros(count)]))[: bodies.size]

@@ -1,0 +1,154 @@
+"""Motions of mecanum vehicles."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import omniroll
+from omniroll import InvalidValueError, SimulationStopped, Vehicle
+from omniroll.kernels.kernel import kernel
+
+MODELS = ("massless", "locked", "free")
+HANDS = np.array([1, -1, -1, 1])
+
+
+def usual(psi: float = math.pi / 4, **changes) -> Vehicle:
+    """Four wheels, front left, front right, rear left, rear right, whose axles point outward."""
+    numbers = {
+        "wheels": 4, "rollers_per_wheel": 9, "mass": 20.0, "yaw_inertia": 0.9, "wheel_inertia": 3e-3,
+        "roller_inertia": 3e-6, "platform_radius": 0.3, "wheel_radius": 0.05, "roller_axis_radius": 0.037,
+        "wheel_angles": (math.pi / 2, -math.pi / 2, math.pi / 2, -math.pi / 2),
+        "wheel_places": ((0.2, 0.15), (0.2, -0.15), (-0.2, 0.15), (-0.2, -0.15)),
+        "roller_angle": tuple(psi * HANDS),
+    }  # fmt: skip
+    return Vehicle(**numbers | changes)
+
+
+def run(vehicle: Vehicle, nu=(0.5, 0.8, 0.6), duration=1.0, **options):
+    options = {"accuracy": 1e-12, "control": False} | options
+    return omniroll.simulate(vehicle, nu=nu, duration=duration, **options)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("law", ["impact", "smooth"])
+def test_energy_changes_at_switches_alone(model, law):
+    found = run(usual(), roller_model=model, switching=law, accuracy=1e-13)
+    jumps = found.switches.energy_jump
+    assert len(jumps) > 20
+    assert abs(found.energy[-1] - found.energy[0] - jumps.sum()) < 1e-13 * found.energy[0] * len(jumps)
+    if law == "impact":
+        assert jumps.max() < 1e-14 * found.energy[0]
+
+
+@pytest.mark.parametrize("model", ["massless", "locked"])
+def test_a_phase_is_that_of_a_general_integrator(model):
+    vehicle, nu, chi = usual(), np.array([0.5, 0.8, 0.6]), np.array([0.1, -0.2, 0.05, 0.0])
+    found = run(vehicle, nu, 0.012, chi=chi, roller_model=model)
+    assert len(found.switches) == 0
+    bound = kernel(vehicle, model, "python")
+
+    def rates(_, y):
+        return np.concatenate([bound.forward_dynamics(y[:3], y[3:7]), bound.wheel_speeds(y[:3], y[3:7]),
+                               bound.pose_rates(y[:3], y[9])])  # fmt: skip
+
+    exact = solve_ivp(rates, (0, 0.012), [*nu, *chi, 0, 0, 0], method="DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    np.testing.assert_allclose([*found.nu[-1], *found.chi[-1], *found.pose[-1]], exact, rtol=1e-12, atol=1e-12)
+
+
+def heavy(psi: float, rollers: int) -> Vehicle:
+    """So heavy that its speed is constant to rounding."""
+    return usual(psi, rollers_per_wheel=rollers, roller_axis_radius=0.02 if rollers < 5 else 0.037, mass=1e16,
+                 yaw_inertia=1e15)  # fmt: skip
+
+
+@pytest.mark.parametrize("rollers", [3, 6, 9, 16])
+@pytest.mark.parametrize("psi", [0.4, math.pi / 4, 1.2])
+def test_strafing_turns_wheels_as_closed_forms_say(rollers, psi):
+    vehicle, speed = heavy(psi, rollers), 0.3
+    joint, radius = math.pi / rollers, vehicle.wheel_radius
+    passing = 2 * radius * math.sin(joint) / (math.tan(psi) * speed)
+    found = run(vehicle, (0, speed / vehicle.platform_radius, 0), 3.2 * passing, roller_model="massless")
+    times = np.unique(found.switches.t)
+    np.testing.assert_allclose(np.diff(times), passing, rtol=1e-11)
+    classical = math.tan(psi) * speed / radius
+    assert 2 * joint / passing / classical == pytest.approx(joint / math.sin(joint), rel=1e-15)
+    rate = np.abs(kernel(vehicle, "massless").wheel_speeds(found.nu, found.chi))
+    assert rate.max() == pytest.approx(classical / math.cos(joint), rel=1e-12)
+
+
+def test_going_ahead_turns_wheels_evenly():
+    vehicle = heavy(math.pi / 4, 9)
+    found = run(vehicle, (1, 0, 0), 1.0, roller_model="massless")
+    rates = kernel(vehicle, "massless").wheel_speeds(found.nu, found.chi)
+    np.testing.assert_allclose(np.abs(rates), vehicle.platform_radius / vehicle.wheel_radius, rtol=1e-12)
+
+
+def test_a_roller_spins_faster_at_the_joint():
+    vehicle = usual()
+    middle, joint = (kernel(vehicle, "free").wheel_rates((0, 1, 0), (angle,) * 4)[1][0] for angle in (0, math.pi / 9))
+    radius, axis = vehicle.wheel_radius, vehicle.roller_axis_radius
+    assert joint / middle == pytest.approx((radius - axis) / (radius * math.cos(math.pi / 9) - axis), rel=1e-13)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_small_angle_changes_the_motion_in_proportion(model):
+    options = {"nu": (0.5, 0.8, 0.6), "duration": 0.3, "roller_model": model, "chi": (0.02, -0.11, 0.2, -0.27)}
+    plain = run(usual(0.0), **options).pose[-1]
+    changes = [np.abs(run(usual(psi), **options).pose[-1] - plain).max() for psi in (1e-5, 1e-6)]
+    assert changes[0] / changes[1] == pytest.approx(10, rel=0.02) and changes[1] > 0
+
+
+def test_a_wheel_that_both_rollers_push_back_is_named():
+    vehicle = usual()
+    ahead = 0.35 * 1.5 / vehicle.platform_radius  # where the front left wheel stands while the vehicle turns
+    with pytest.raises(SimulationStopped, match="both rollers at its joint push it back") as stopped:
+        run(vehicle, (ahead, 0.0, 1.5), 20.0, chi=(0.1, 0.0, 0.0, 0.0), roller_model="massless")
+    assert stopped.value.wheel in range(4) and 0 < stopped.value.t < 20
+
+
+EFFECTS = {
+    "torque": [omniroll.Torque([0.1, 0.1, -0.1, 0.2])],
+    "slope": [omniroll.Slope(angle=0.05)],
+    "viscous": [omniroll.Bearings(wheel_viscous=0.01)],
+}
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("name", EFFECTS)
+def test_what_acts_is_in_the_account_of_energy(name, model):
+    found = run(usual(), (1.5, 0.1, 0.1), 0.5, roller_model=model, effects=EFFECTS[name])
+    assert len(found.switches) > 5 and abs(found.ledger.residual) < 1e-11 * found.ledger.scale
+
+
+def test_a_session_goes_as_a_run_does():
+    options = {"nu": (1.5, 0.1, 0.1), "roller_model": "free", "accuracy": 1e-10}
+    whole = omniroll.simulate(usual(), duration=0.4, **options)
+    session = omniroll.Session(usual(), **options)
+    for _ in range(4):
+        session.step(0.1)
+    np.testing.assert_allclose(session.pose, whole.pose[-1], atol=1e-9)
+    np.testing.assert_allclose(session.wheel_speeds, whole.kernel.wheel_speeds(whole.nu[-1], whole.chi[-1]), atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "effects, words",
+    [
+        ([omniroll.Contact(coefficient=50.0)], "roller_angle = .*wheels that may slip"),
+        ([omniroll.Bearings(roller_viscous=1e-5)], "roller_angle = .*rollers' bearings"),
+        ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks"),
+    ],
+)
+def test_what_is_not_derived_is_refused(effects, words):
+    with pytest.raises(InvalidValueError, match=words):
+        run(usual(), effects=effects)
+
+
+def test_other_refusals():
+    with pytest.raises(InvalidValueError, match="engine = 'python'.*mecanum"):
+        run(usual(), engine="python")
+    with pytest.raises(InvalidValueError, match="sharp tips"):
+        run(usual(roller_axis_radius=0.05 * math.cos(math.pi / 9) * (1 - 1e-6)), roller_model="free")
+    with pytest.raises(InvalidValueError, match="wheel_inertia = .*sin"):
+        usual(wheel_inertia=1e-6, roller_inertia=1e-6)

@@ -1,0 +1,64 @@
+"""Random mecanum vehicles, as bodies and as Vehicle, with states of both."""
+
+import numpy as np
+
+from omniroll import Vehicle
+
+from .all_bodies import Bodies, constraints, mass_matrix
+
+
+def random_bodies(seed: int, wheels: int, rollers: int, is_massless: bool = False) -> Bodies:
+    draw = np.random.default_rng(seed)
+    angles = draw.uniform(0.3, 1.2, wheels) * draw.choice([-1, 1], wheels)
+    angles[seed % wheels] = 0.0  # an omni-wheel among them
+    radius = draw.uniform(0.04, 0.1)
+    axis = radius * draw.uniform(0.6, 0.9) * np.cos(np.pi / rollers)
+    return Bodies(
+        draw.uniform(-0.4, 0.4, (wheels, 2)), draw.uniform(-np.pi, np.pi, wheels), angles, rollers, radius, axis,
+        roller=(0.03, 0.0 if is_massless else 2.5e-6, 4e-6),
+    )  # fmt: skip
+
+
+def vehicle_of(bodies: Bodies, roller_inertia: float | None = None) -> Vehicle:
+    """Its numbers are entries of the mass matrix of the bodies."""
+    mass = mass_matrix(bodies, np.zeros(bodies.size)).real
+    axial = bodies.roller[1] if roller_inertia is None else roller_inertia
+    return Vehicle(
+        wheels=bodies.wheels, rollers_per_wheel=bodies.rollers, mass=mass[0, 0], yaw_inertia=mass[2, 2],
+        wheel_inertia=mass[bodies.place(0), bodies.place(0)], roller_inertia=axial, platform_radius=0.3,
+        wheel_radius=bodies.wheel_radius, roller_axis_radius=bodies.axis_radius, yaw_scale=1.7,
+        wheel_angles=tuple(bodies.axles), wheel_places=tuple(map(tuple, bodies.places)),
+        center_of_mass=(mass[1, 2] / mass[0, 0], -mass[0, 2] / mass[0, 0]), roller_angle=tuple(bodies.roller_angles),
+    )  # fmt: skip
+
+
+def platform_rates(vehicle: Vehicle, nu: np.ndarray) -> np.ndarray:
+    """x', y' and the heading's rate, at the heading 0."""
+    radius = vehicle.platform_radius
+    return np.array([radius * nu[0], radius * nu[1], nu[2] / vehicle.yaw_scale])
+
+
+def coordinates(bodies: Bodies, chi: np.ndarray) -> np.ndarray:
+    q = np.zeros(bodies.size)
+    q[[bodies.place(i) for i in range(bodies.wheels)]] = chi
+    return q
+
+
+def own(bodies: Bodies) -> list[int]:
+    """The places of what the constraints give: the wheels' angles, then those of the rollers in contact."""
+    wheels = range(bodies.wheels)
+    return [bodies.place(i) for i in wheels] + [bodies.place(i, 0) for i in wheels]
+
+
+def free_places(bodies: Bodies) -> list[int]:
+    return [bodies.place(i, j) for i in range(bodies.wheels) for j in range(1, bodies.rollers)]
+
+
+def rolling_rates(bodies: Bodies, vehicle: Vehicle, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray) -> np.ndarray:
+    """The rates of all coordinates of a motion without slip."""
+    rates, place = np.zeros(bodies.size), own(bodies)
+    rates[:3] = platform_rates(vehicle, nu)
+    rates[free_places(bodies)] = spins.ravel()
+    rows = constraints(bodies, coordinates(bodies, chi)).real
+    rates[place] = np.linalg.solve(rows[:, place], -rows @ rates)
+    return rates
