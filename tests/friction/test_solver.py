@@ -110,6 +110,16 @@ def test_a_strip_alone(built):
             assert np.allclose(found.force, -np.array(push) / np.hypot(*push), rtol=0, atol=1e-15)
 
 
+def test_a_light_bearing_is_decided_in_few_rounds(built):
+    """Pulled 2000 times as hard as it holds, beside a contact that sticks: a corrector behind a predictor's step that
+    was cut short swung its force from bound to bound, for 60 rounds."""
+    matrix = np.array([[244.0, -0.007, -0.035], [-0.007, 9.56, 3.85], [-0.035, 3.85, 2.49e7]])
+    elements = [Element(ELLIPSE, (1.3, 1.3)), Element(INTERVAL, (1.8e-6,))]
+    problem = Problem(elements, matrix, np.array([-2.45, 6.13, -9.54e4]))
+    found = solve(built, problem)
+    assert found.iterations <= 12 and law(problem, found.force) < 2e-14
+
+
 def test_numbers_that_are_none_are_refused(built):
     for value in (np.nan, np.inf, -np.inf):
         for name in ("matrix", "given", "apart_given", "mobility"):

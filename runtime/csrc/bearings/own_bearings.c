@@ -212,6 +212,8 @@ static void put_own_to_rest(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < count_in_core(run, work); k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double rate = bearing->resting ? 0 : own_rate(run, work, k);
+        if (SET_GRIPS && bearing->resting && bearing->mode && k < work->own.rollers_at + run->wheels)
+            run->grips[k%run->wheels].keeps = 0;        /* the direction of a slip that changes now                  */
         put_own_rate(run, work, k, rate);
         bearing->mode = may_hold(bearing) ? (rate > 0) - (rate < 0) : 1;
         if (SET_IN_SERIES && !bearing->mode)

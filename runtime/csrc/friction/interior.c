@@ -111,8 +111,8 @@ static void put_blocks(friction_balls_t *b)
 }
 
 /* A step towards products of size `target`. The corrector knows the predictor's step, and by how much the products and
- * slopes behind it miss what is linear. */
-static void find_step(friction_balls_t *b, double target, int corrects)
+ * slopes behind it miss what is linear, of which it takes the part `corrects`. */
+static void find_step(friction_balls_t *b, double target, double corrects)
 {
     for (int k = 0; k < b->rows; k++)
         b->right[k] = -b->slope[k];
@@ -125,12 +125,12 @@ static void find_step(friction_balls_t *b, double target, int corrects)
         for (int strip = 0; strip < 2; strip++) {
             const int c = 2*i + strip;
             double product = target*b->unit;
-            if (corrects)
-                product += b->pull[c]*half_product(b->ball + i, strip, b->step, b->step)
-                    - b->slack_step[c]*b->pull_step[c];
+            if (corrects > 0)
+                product += corrects*(b->pull[c]*half_product(b->ball + i, strip, b->step, b->step)
+                    - b->slack_step[c]*b->pull_step[c]);
             for (int k = 0; k < b->ball[i].rows; k++) {     /* p + dp without what dx adds is product/slack     */
                 const int row = b->ball[i].first + k;
-                const double bends = corrects ? b->pull_step[c]*b->step[row] : 0;
+                const double bends = corrects > 0 ? corrects*b->pull_step[c]*b->step[row] : 0;
                 b->right[row] -= weight_in(b->ball + i, strip, k)*(product/b->slack[c]*b->force[row] + bends);
             }
             b->product[c] = product;
@@ -216,9 +216,11 @@ FRICTION_LINKAGE int friction_go_inside(friction_balls_t *b, double target, int 
         friction_factor_step(b, 0);
         find_step(b, 0, 0);
         tell_active(b);
-        const double left = predicted(b, part_inside(b));
-        find_step(b, left*left*left*mean, 1);
         double part = part_inside(b);
+        const double left = predicted(b, part);
+        /* equalities next to what can be fulfilled need the whole of it */
+        find_step(b, left*left*left*mean, b->equalities ? 1 : part*part);
+        part = part_inside(b);
         if (!(part >= SHORT)) {                 /* products have come apart: once more towards their mean     */
             find_step(b, RECENTRES*mean, 0);
             part = part_inside(b);

@@ -264,7 +264,8 @@ ALWAYS_INLINE int solve_columns(nodes_t *column, const int sorting, nodes_t *fou
     return !any;
 }
 
-/* What turns of a contact's directions at the nodes take away across them, and what is across. */
+/* What turns of a contact's directions at the nodes take away across them, and what is across. Where an iterate slips
+ * against its direction, forces alone turn the slip: the slip itself would turn it the wrong way. */
 ALWAYS_INLINE void columns_of_turns(const step_t *s, int i, const nodes_t *response, const nodes_t *along,
                                     const nodes_t *across, nodes_t *column)
 {
@@ -274,7 +275,7 @@ ALWAYS_INLINE void columns_of_turns(const step_t *s, int i, const nodes_t *respo
         for (int b = 0; b < BLOCKS; b++)
             column[j].lanes[b] = gauss_integral[j].lanes[b]
                 *(x*s->toward[2*i].lanes[b] + y*s->toward[2*i + 1].lanes[b]);
-        column[j].node[j] += along->node[j];
+        column[j].node[j] += fmax(along->node[j], 0);
     }
     column[NODES] = *across;
 }
@@ -400,20 +401,6 @@ ALWAYS_INLINE void turn_forward(const step_t *s, int i, nodes_t *turn)
         turn->lanes[b] = s->toward[2*i].lanes[b]/s->toward[2*i + 1].lanes[b];
 }
 
-/* A slip that has just begun, and at a node goes against its direction, which the iteration has turned around there: it
- * looks for another one from that of the start. */
-static void turn_back(step_t *s, int i, const nodes_t *along)
-{
-    nodes_t *const x = s->toward + 2*i, *const y = x + 1;
-    const double *const start = s->begun + 2*i;
-    if (fabs(s->slip_start[2*i]) > s->slip_noise[i] || fabs(s->slip_start[2*i + 1]) > s->slip_noise[i])
-        return;
-    for (int m = 0; m < NODES; m++)
-        if (along->node[m] < 0 || start[0]*x->node[m] + start[1]*y->node[m] < 0)
-            x->node[m] = start[0], y->node[m] = start[1];
-    force_in_direction(s, i);
-}
-
 /* The direction with which a slip begins the step, at all nodes. */
 static void begin_direction(step_t *s, int i)
 {
@@ -432,10 +419,6 @@ static void find_direction(step_t *s, const int wheels, int i)
         begin_direction(s, i);
         force_in_direction(s, i);
         return;
-    }
-    if (SET_LOADS_FOLLOW && smallest_of(&along) < 0) {
-        turn_back(s, i, &along);
-        along_and_across(s, i, &along, &across);
     }
     response_to_turn(s, i, i, response);
     const int is_near = is_near_rest(s, response, &along);

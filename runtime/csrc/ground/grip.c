@@ -253,7 +253,8 @@ static void contacts_have_switched(omniroll_run_t *run, const int *directions)
     run->ground.undecided = 1;
 }
 
-/* Whether the mode of a contact ends at the end of a step that ends where a contact's does. */
+/* Whether the mode of a contact ends at the end of a step that ends where a contact's does. A slip that has kept its
+ * direction up to there rests with no more than may be left across it. */
 static int ends_mode(const step_t *s, int i)
 {
     double rate;
@@ -262,7 +263,8 @@ static int ends_mode(const step_t *s, int i)
     const double value = change_at_end(s, i, &rate);
     if (s->landing == s->wheels + s->guards + i)
         return 1;
-    return rate > 0 && value > -(s->slides[i] ? s->slip_noise[i] : grip_noise(s, value, GRIP_PASSED));
+    const double left = s->keeps[i] ? s->left_over[i] : s->slip_noise[i];
+    return rate > 0 && value > -(s->slides[i] ? left : grip_noise(s, value, GRIP_PASSED));
 }
 
 /* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,),

@@ -363,8 +363,11 @@ static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
     }
     for (int k = 0; k < run->own_count; k++)
         released |= own_bearings(run)[k].released != 0;
-    if (released)
+    if (released) {
+        stand(run, work);
+        let_go_together(run, work);
         decide_at_rest(run, work);
+    }
     for (int turn = 0; turn <= 2*run->wheels; turn++) {
         lanes_t nu_dot[3];
         stand(run, work);

@@ -158,11 +158,13 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
         length = length_to_change(s, wheels, length);
     if (SET_HOLDS || SET_STANDS)
         length = length_to_use(s, wheels, length);
+    if (SET_DECIDES)
+        s->unsure = fmax(s->unsure, s->tick);
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
 
 /* Whether the event is as near as it can be located. In a step that is short enough rounding alone moves it farther than
- * a part of the step. */
+ * a part of the step, and the run's time knows no part of a tick. */
 ALWAYS_INLINE int is_near(const step_t *s, double moved)
 {
     return fabs(moved) <= fmax(s->reach*s->h, s->unsure);

@@ -148,6 +148,7 @@ typedef struct {
     double late;                                /* the event comes this much later than h,       */
     double reach;                               /* at most this part of h                        */
     double unsure;                              /* rounding hides the event's instant for so long */
+    double tick;                                /* what the run's time is rounded to             */
     long long sweeps;
     double heading;                             /* at the start                                  */
     nodes_t at_heading;

@@ -467,6 +467,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     s->reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+    s->tick = EPS*limit_of_step(run);
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &of.most, run, work);
         if (SET_GRIPS)

@@ -477,11 +477,13 @@ class CompiledRun:
             part = self.run.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
-        chatters = to_and_fro(self.space.switches[:count]) if self.status == HOPELESS else None
+        chatters = to_and_fro(self.space.switches[:count]) if self.status in (STUCK, HOPELESS) else None
         if chatters is not None:
             wheel, reason = chatters[0], f"{reason}: {chatters[1]}"
         elif self.status in (NO_STEP, HOPELESS):
             reason += blamed(self.task, self.end())
+        if self.status == NO_STEP:
+            reason += "; change the accuracy or the start"
         return self._stopped(reason, wheel)
 
     def _stopped(self, reason: str, wheel: int | None) -> SimulationStopped:
