@@ -97,6 +97,25 @@ def test_a_wheel_stands_while_both_rows_push_it_back(model):
 
 
 @pytest.mark.parametrize("model", reversals.MODELS)
+@pytest.mark.parametrize("law", ["impact", "smooth"])
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_two_wheels_stand_together(model, law, turn):
+    """Both at rest in their middle, at the joint to which both rows push them; at the opposite joint neither."""
+    vehicle = omniroll.Vehicle.paper(wheels=4, rollers_per_wheel=6).replace(yaw_scale=1.0, rows=2, row_offset=0.01)
+    angles = np.array(vehicle.wheel_angles[:2])
+    across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)
+    nu = [*np.linalg.solve(across, [-turn, -turn]), turn]
+    joint = np.pi / 6
+    for sign, stands in ((-turn, 1), (turn, 0)):
+        run = omniroll.simulate(vehicle, nu=nu, chi=(sign * joint, sign * joint, 0.1, -0.2), duration=0.5,
+                                roller_model=model, switching=law, control=False)  # fmt: skip
+        start = run.step_rows[0]
+        assert run.pivots[start].tolist() == [stands, stands, 0, 0]
+        assert (run.times_on_joints()[:2] > 0.01).all() == stands
+        assert reversals.most_at_once(run) <= 2
+
+
+@pytest.mark.parametrize("model", reversals.MODELS)
 def test_random_vehicles_reverse(model):
     """What tests/hard/pivots.py asks of a thousand."""
     for seed in (0, 1, 4, 7):
@@ -136,10 +155,11 @@ def test_a_session_a_table_and_a_file_know_the_rows(tmp_path):
         assert (session.contact == sample.contact).all()
         rates = run.measure([session.time], names=("wheel_rate",))["wheel_rate"][0]
         np.testing.assert_allclose(session.wheel_speeds, rates, atol=1e-6)
-    run.save(tmp_path / "run.npz")
-    again = omniroll.Trajectory.load(tmp_path / "run.npz")
-    assert (again.pivots == run.pivots).all()
-    np.testing.assert_array_equal(again.sample([0.5, 1.5]).energy, run.sample([0.5, 1.5]).energy)
+    for name in ("run.npz", "run.csv"):
+        run.save(tmp_path / name)
+        again = omniroll.Trajectory.load(tmp_path / name)
+        assert (again.pivots == run.pivots).all()
+        np.testing.assert_array_equal(again.sample([0.5, 1.5]).energy, run.sample([0.5, 1.5]).energy)
 
 
 def test_controllers_know_the_middle_of_the_wheels():

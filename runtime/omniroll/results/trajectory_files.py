@@ -141,6 +141,7 @@ def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
         "energy",
     ]
     names += [f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else []
+    names += [f"pivot_{i}" for i in wheels] if stored.has_rows else []
     inputs = stored.description.get("drive_names", DRIVES)[:drives]
     names += [f"{name}_{i}" for name in inputs for i in wheels]
     return names + [f"added_{k}" for k in range(1, added + 1)]
@@ -149,7 +150,7 @@ def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
 def _write_csv(stored: Stored, file: TextIO) -> None:
     arrays = stored.arrays
     rows, end = len(arrays["t"]), 5 + stored.wheels + 3
-    optional = [arrays[name] for name in ("spins", "drive", "added") if arrays[name] is not None]
+    optional = [arrays[name] for name in ("spins", "pivots", "drive", "added") if arrays[name] is not None]
     added = 0 if arrays["added"] is None else arrays["added"].shape[1]
     drives = 0 if arrays["drive"] is None else arrays["drive"].shape[1]
     names = _names(stored, arrays["spins"] is not None, drives, added)
@@ -205,6 +206,7 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
     widths = dict(zip(COLUMNS, (0, 0, 3, wheels, 3, wheels, wheels, 0), strict=True))  # 0: one column, no axis
     arrays: dict[str, Any] = {
         "spins": None,
+        "pivots": None,
         "dense": None,
         "step_rows": np.array(layout["step_rows"], int),
         "added": None,
@@ -219,6 +221,9 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
         width = wheels * (rollers - 1)
         arrays["spins"] = numbers[:, place : place + width].reshape(rows, wheels, rollers - 1)
         place += width
+    if stored.has_rows:
+        arrays["pivots"] = numbers[:, place : place + wheels].astype(int)
+        place += wheels
     if drives:
         width = wheels * drives
         arrays["drive"] = numbers[:, place : place + width].reshape(rows, drives, wheels)
