@@ -12,13 +12,13 @@ import omniroll
 from omniroll.effects.named import KINDS
 from omniroll.results.trajectory_content import ARRAYS, AXES, Stored
 
-PAPER = omniroll.Vehicle.paper()
+VEHICLE = omniroll.Vehicle.paper(rollers_per_wheel=6).replace(rows=2, row_offset=0.01)  # has every array
 DRIVEN = [omniroll.Torque((1e-3, 0, 0)), omniroll.Bearings(wheel_viscous=1e-5)]
 
 
 @pytest.fixture(scope="module")
 def run():
-    return omniroll.simulate(PAPER, nu=(1, 0, 1), spins=0.1, duration=0.5, effects=DRIVEN, control=False)
+    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), spins=0.1, duration=0.5, effects=DRIVEN, control=False)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_an_array_that_is_wrong_is_named(name, saved, tmp_path):
 
 @pytest.mark.parametrize(
     "name, number",
-    [("contact", 5), ("contact", -1), ("step_rows", 10**6), ("elapsed", -1.0), ("switches", (0.1, 3, 1, 0.0))],
+    [("contact", 6), ("contact", -1), ("step_rows", 10**6), ("elapsed", -1.0), ("switches", (0.1, 3, 1, 0.0))],
 )
 def test_numbers_that_cannot_be_are_refused(name, number, saved, tmp_path):
     arrays = arrays_of(saved["npz"])
@@ -144,7 +144,7 @@ def registry():
 
 @pytest.mark.parametrize("ending", ["npz", "csv"])
 def test_an_effect_of_ones_own_is_kept_under_its_name_or_refused_when_it_is_saved(ending, registry, tmp_path):
-    run = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.1, effects=[Push(1e-3)], control=False)
+    run = omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.1, effects=[Push(1e-3)], control=False)
     path = tmp_path / f"a.{ending}"
     with pytest.raises(omniroll.InvalidValueError, match="'Push'.*register_effect"):
         run.save(path)
@@ -159,7 +159,7 @@ def test_an_effect_of_ones_own_is_kept_under_its_name_or_refused_when_it_is_save
 
 def test_an_effect_that_no_file_can_keep_is_refused_when_it_is_saved(registry, tmp_path):
     omniroll.register_effect("held")(Held)
-    run = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.1, effects=[Held(1e-3, memory={1j})], control=False)
+    run = omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.1, effects=[Held(1e-3, memory={1j})], control=False)
     with pytest.raises(omniroll.InvalidValueError, match="cannot be kept in a file"):
         run.save(tmp_path / "a.npz")
     assert not any(tmp_path.iterdir())

@@ -127,7 +127,7 @@ def test_a_run_of_very_many_evaluations_goes_on_and_its_term_is_named():
     """A named speed far too low in the bearings of rollers whose wheels slip: minutes of the compiled engine."""
     bearings = omniroll.Bearings(roller_coulomb=1e-2, roller_speed=1e-7)
     ground = omniroll.Contact(law="coulomb", friction=0.3)
-    options = {"nu": (0.5, -0.2, 1), "duration": 600, "roller_model": "free"}
+    options = {"nu": (0.5, -0.2, 1), "duration": 600, "roller_model": "free", "memory": 1e12}
     task = checked_task(PAPER, effects=[bearings, ground], **options)
     with pytest.warns(
         RuntimeWarning, match=r"more evaluations of the accelerations: Bearings.* time constant of"

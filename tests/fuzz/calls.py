@@ -226,6 +226,7 @@ CALLS = (
     Call("to_mjcf", omniroll.to_mjcf, {
         "vehicle": VEHICLE, "step": 1e-3, "friction": 1.0, "spheres": 3, "gravity": (0, 0, -9.8), "armature": 0.0,
         "roller_damping": 0.0, "bodies": None}),
+    Call("to_urdf", omniroll.to_urdf, {"vehicle": VEHICLE, "spheres": 3, "bodies": None}),
     Call("import_vehicle", omniroll.import_vehicle, {"path": "robot.urdf"}),
     Call("register_effect", lambda name, kind: omniroll.register_effect(name)(kind), {"name": "fuzzed", "kind": Odd}),
     Call("Instruments", omniroll.Instruments, {

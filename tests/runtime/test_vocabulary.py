@@ -80,7 +80,7 @@ def test_a_name_means_one_thing():
 def test_the_schema_takes_its_keys_from_the_table():
     known = {(e.unit, e.meaning) for table in TABLES.values() for e in table}
     of_scenes = {"preset", "step", "times", "platform_disk_radius", "hub_radius", "hub_width", "roller_radius",
-                 "roller_length", "log", "log_columns", "twist", "wheel_rate"}  # fmt: skip
+                 "roller_length", "log", "log_columns", "twist", "wheel_rate", "handedness"}  # fmt: skip
     assert {key.name for _, key in keys() if (key.unit, key.meaning) not in known} <= of_scenes
 
 

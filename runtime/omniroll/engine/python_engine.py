@@ -360,7 +360,6 @@ class Run:
             elapsed=np.array(record.elapsed[first:]),
             y=y,
             contact=np.array(record.contact[first:]),
-            pivots=None,
             axial=lambda some: np.array(record.axial[first:])[some],
             dense=lambda some: np.array(dense).reshape(len(dense), -1, y.shape[1])[some],
             step_rows=np.array(record.step_rows[step:], int) - first,

@@ -80,7 +80,6 @@ class Rows:
     elapsed      (T,) time since the start of the run
     y            (T, 6 + N + E) nu, chi, pose, and E numbers that the effects integrate
     contact      (T, N) physical roller in contact
-    pivots       (T, N) 1 for a wheel with two rows that stands on its joint; None of other vehicles
     axial        a function that gives the axial speeds of the free rollers by place, (..., N, n-1), in some rows
     dense        a function that gives the (..., d + 1, 6 + N + E) Bernstein coefficients of y on some steps
     step_rows    (S,) the row at which a step starts
@@ -88,18 +87,19 @@ class Rows:
                  goes on from there to the side from which it came
     switch_rows  (K,) the row after a switch
     drive        (T, D, N) inputs of the drives, or None
+    pivots       (T, N) 1 for a wheel with two rows that stands on its joint; None of other vehicles
     """
 
     elapsed: np.ndarray
     y: np.ndarray
     contact: np.ndarray
-    pivots: np.ndarray | None
     axial: Callable[[Places], np.ndarray]
     dense: Callable[[Places], np.ndarray]
     step_rows: np.ndarray
     directions: np.ndarray
     switch_rows: np.ndarray
     drive: np.ndarray | None = None
+    pivots: np.ndarray | None = None
 
 
 def speed_scale(task: Task) -> float:

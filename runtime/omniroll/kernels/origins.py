@@ -478,7 +478,8 @@ def _functions_that_read(names: set[str]) -> tuple[str, ...]:
 def _read_by(form: dict) -> set[str]:
     """The inputs of a function and the symbols of their elements."""
     arguments = generated_data.load("arguments")["arguments"]
-    return {*form["inputs"], *(symbol for name in form["inputs"] for symbol in arguments[name]["elements"])}
+    inputs = [name if isinstance(name, str) else name[0] for name in form["inputs"]]  # [name, effect] with that alone
+    return {*inputs, *(symbol for name in inputs for symbol in arguments[name]["elements"])}
 
 
 def _engine(functions: tuple[str, ...]) -> list[Place]:
