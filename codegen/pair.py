@@ -12,7 +12,7 @@ from itertools import chain
 from math import prod
 
 from .c import CFunction, Model, prototype, times
-from .expressions import ZERO, Call, Canonical, Expression, symbols
+from .expressions import ZERO, Call, Canonical, Expression, Symbol, symbols
 from .filling import template
 from .infix import Infix
 from .operations import called_functions
@@ -259,10 +259,11 @@ def _margins(prepare: Function, bounds: Sequence[dict], names: dict[str, str], p
             continue
         expression = canonical.read(bound["positive"])
         absent = {name: ZERO for name in symbols(expression) - texts.keys()}
-        if bound["field"] in given:
+        margin = canonical.substituted(expression, absent)
+        if bound["field"] in given and not isinstance(margin, Symbol):
             zero = sorted({names[name].partition("[")[0] for name in absent if name in names})
             reason = "; ".join([bound["reason"], *(f"{name} is 0 here" for name in zero)])
-            text = Margin(texts, prefix).expression(canonical.substituted(expression, absent))
+            text = Margin(texts, prefix).expression(margin)
             margins.append({"field": bound["field"], "reason": reason, "margin": text})
     return margins
 

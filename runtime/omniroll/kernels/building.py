@@ -45,7 +45,8 @@ CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "free": (
         *((*rollers, *ground) for ground in ((), STICKY_GROUND) for rollers in ((), DAMPED, (*SMOOTH, *STICKING))),
-        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, (*DAMPED, *ROWS), MECANUM,
+        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, (*DAMPED, *ROWS), (*SMOOTH, *ROWS),
+        MECANUM,
     ),
 }  # fmt: skip
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from

@@ -138,8 +138,9 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
     }
     effects = effects_of(tables, findings)
-    if vehicle is not None:
-        whole, vehicle = (with_layout(one, tables, findings) for one in (whole, vehicle))
+    if whole is not None:
+        placed = with_layout(whole, tables, findings)
+        whole, vehicle = placed, placed if vehicle is whole else placed.with_wheels_of_the_paper()
     stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
     if stand_in is not None:
         check_together(effects, stand_in, findings)
