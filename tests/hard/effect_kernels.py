@@ -27,7 +27,7 @@ def effect_sets(scale: Scale) -> list[str]:
 
 
 def every_effect() -> tuple[str, ...]:
-    # roller_sticking stands in the place of roller_coulomb; wheels of other kinds than the paper's have tests of their own
+    # roller_sticking stands in the place of roller_coulomb; other wheels have tests of their own
     left_out = ("contact", "derivatives", "roller_sticking", "rows", "mecanum")
     return tuple(effect for effect in optional_effects() if not effect.startswith(left_out))
 

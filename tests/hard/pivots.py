@@ -37,8 +37,8 @@ def turned(scale: Scale) -> list[Measurement]:
             found.append(said("transitions at one instant, for each wheel", at_once, 4))
             if law == "impact":
                 found.append(said("rise of energy at a transition / largest energy", rise, ROUNDING))
-            most = 2 if count > 99 else count  # of a few vehicles at least one wheel
-            found.append(said("vehicles for each wheel that comes to stand", count / max(stands, 0.5), most))
+            if count > 99:  # of a few vehicles it is chance whether one comes to stand
+                found.append(said("vehicles for each wheel that comes to stand", count / max(stands, 1), 2))
     return found
 
 
