@@ -38,9 +38,11 @@ def lost(vehicle: omniroll.Vehicle, degrees: float, model: str = "free") -> np.n
 
 
 def coasting() -> tuple[list[str], dict[str, np.ndarray]]:
-    """The rows of the table, and the losses by direction of every robot."""
+    """The rows of the table, and the losses by direction of every robot on omni-wheels."""
     rows, curves = [], {}
     for name, robot in ROBOTS.items():
+        if not robot.vehicle.has_wheels_of_the_paper:
+            continue
         free, locked = (
             100 * np.array([lost(robot.vehicle, degrees, model) for degrees in DIRECTIONS])
             for model in ("free", "locked")
