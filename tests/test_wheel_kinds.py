@@ -173,8 +173,18 @@ def test_a_mecanum_wheel_from_its_diameter_and_rollers():
     ]  # fmt: skip
     least = distance_along(vehicle.roller_axis_radius, 0.07625, ANGLE, math.pi / 16)
     assert origins["roller_length"].value == pytest.approx(2 * least, rel=1e-12)
+    whole = {"yaw_inertia": 0.6, "wheel_inertia": 2.7e-3, "roller_inertia": 1.5e-6, "wheel_radius": 0.07625}
+    counts = {name: sheet[name] for name in ("wheels", "rollers_per_wheel", "mass", "platform_radius")}
+    assert Vehicle(**counts, **whole, roller_angle=ANGLE).roller_axis_radius == vehicle.roller_axis_radius
     with pytest.raises(InvalidValueError, match="roller_angle.*must have one size"):
         Vehicle.from_parts(**sheet, roller_angle=[0.7, 0.7, 0.7, 0.8])
+
+
+def test_rollers_at_a_small_angle_are_truncated_before_they_touch_their_neighbours():
+    counts = {"wheels": 3, "rollers_per_wheel": 10, "mass": 3.0, "platform_radius": 0.1, "wheel_radius": 0.05}
+    inertias = {"yaw_inertia": 0.1, "wheel_inertia": 1e-4, "roller_inertia": 1e-7}
+    small = Vehicle(**counts, **inertias, roller_angle=0.02)
+    assert small.roller_axis_radius == Vehicle(**counts, **inertias).roller_axis_radius
 
 
 def distance_along(r, radius, psi, chi):

@@ -115,12 +115,9 @@ def _roller_axis(sheet: Sheet) -> None:
         if value <= 0:
             raise InvalidValueError("roller_radius", known["roller_radius"], "must be below wheel_radius")
         sheet.put("roller_axis_radius", value, DERIVED, "wheel_radius less roller_radius")
-    elif sheet.axis_angle:
-        value = wheel_kind.axis_by_neighbours(wheel_radius, sheet.rollers_per_wheel, sheet.axis_angle)
-        sheet.put("roller_axis_radius", value, ASSUMED, "rollers touch their neighbours: makers fill the room")
     else:
-        value = parts.truncated_axis_radius(wheel_radius, sheet.rollers_per_wheel)
-        sheet.put("roller_axis_radius", value, ASSUMED, "truncated rollers, section 4")
+        value, reason = wheel_kind.assumed_axis_radius(wheel_radius, sheet.rollers_per_wheel, sheet.axis_angle)
+        sheet.put("roller_axis_radius", value, ASSUMED, reason)
 
 
 def _slanted_rollers(sheet: Sheet) -> None:

@@ -60,8 +60,12 @@ class Vehicle:
         for name in ("wheels", "rollers_per_wheel", "wheel_radius"):  # the others need these
             put(name, ENTRIES[name].checked(getattr(self, name)))
         put("wheel_angles", _wheel_angles(self.wheel_angles, self.wheels))
+        kind = {name: getattr(self, name) for name in wheel_kind.ENTRIES}
+        for name, value in wheel_kind.checked(self.wheels, self.rollers_per_wheel, **kind).items():
+            put(name, value)
         if self.roller_axis_radius is None:
-            put("roller_axis_radius", parts.truncated_axis_radius(self.wheel_radius, self.rollers_per_wheel))
+            sizes = self.wheel_radius, self.rollers_per_wheel, wheel_kind.size_of(self.roller_angle)
+            put("roller_axis_radius", wheel_kind.assumed_axis_radius(*sizes)[0])
         for entry in vocabulary.VEHICLE:
             if entry.kind == vocabulary.POSITIVE:
                 put(entry.name, entry.checked(getattr(self, entry.name)))
@@ -70,9 +74,6 @@ class Vehicle:
             put("wheel_places", tuple(map(tuple, _in_range("wheel_places", places).tolist())))
         center = validation.real_array("center_of_mass", self.center_of_mass, (2,))
         put("center_of_mass", tuple(_in_range("center_of_mass", center).tolist()))
-        kind = {name: getattr(self, name) for name in wheel_kind.ENTRIES}
-        for name, value in wheel_kind.checked(self.wheels, self.rollers_per_wheel, **kind).items():
-            put(name, value)
         _check_bounds(self)
         if not math.isfinite(self.sharpness()):
             bound = "roller axis too close to the ground at the joint: 1/rho^2 leaves the number range"

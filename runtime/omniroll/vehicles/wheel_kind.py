@@ -71,6 +71,18 @@ def inertias_beyond(
     return dict(zip(("yaw_inertia", "wheel_inertia"), more, strict=True))
 
 
+def assumed_axis_radius(wheel_radius: float, rollers_per_wheel: int, axis_angle: float) -> tuple[float, str]:
+    """roller_axis_radius in m where nobody gives it, and why it is that."""
+    found = []
+    if axis_angle:
+        by_neighbours = axis_by_neighbours(wheel_radius, rollers_per_wheel, axis_angle)
+        found.append((by_neighbours, "rollers touch their neighbours: makers fill the room"))
+    if not axis_angle or rollers_per_wheel > 3:  # rollers at a small angle touch their neighbours' ends first
+        truncated = parts.truncated_axis_radius(wheel_radius, rollers_per_wheel)
+        found.append((truncated, "truncated rollers, section 4"))
+    return min(found)
+
+
 def axis_by_neighbours(wheel_radius: float, rollers_per_wheel: int, axis_angle: float) -> float:
     """roller_axis_radius in m of a wheel whose rollers touch their neighbours in their middles."""
     lengths = {"wheel_radius": wheel_radius, "axis_angle": axis_angle}
