@@ -15,7 +15,7 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parents[1]
 NAMES = (  # those that take longest stand first
     "ground_contact", "view", "robots", "urdf_mjcf", "motion_3", "fitting", "fitting_mujoco",
-    "path_following", "conventions", "sweep",
+    "path_following", "conventions", "sweep", "mecanum",
 )  # fmt: skip
 MEASURED = (
     "accuracy-motion-3",
