@@ -128,13 +128,13 @@ def draw(folder: Path) -> None:
 
 def main() -> None:
     lines = [
-        "| robot | rollers | way sideways per turn | ripple of the rate | contact aside | leap of the lever, wheel radii "
-        "| spin at the joint | scrub |",
+        "| robot | rollers | way sideways per turn | ripple of the rate | contact aside "
+        "| leap of the lever over the wheel radius | spin at the joint | scrub |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
         *closed_forms(),
         "",
-        f"What changes of rollers take from a robot that coasts, over a radian at {YAW_RATE:g} rad/s on the spot and over "
-        f"a metre to the left from {SPEED:g} m/s:",
+        f"What changes of rollers take from a robot that coasts, over a radian at {YAW_RATE:g} rad/s on the spot and "
+        f"over a metre to the left from {SPEED:g} m/s:",
         "",
         "| robot | a radian, massless | locked | free | a metre, massless | locked | free |",
         "| --- | --- | --- | --- | --- | --- | --- |",
