@@ -310,6 +310,47 @@ def accelerometer(wheels, rollers_per_wheel, platform_radius, yaw_scale, nu, nu_
     return specific_force
 
 
+def tilt_felt(wheels, rollers_per_wheel, yaw_scale, nu, nu_dot, tilt, tilt_rate, tilt_rate_dot, place_height,
+              tilt_gravity):
+    """What an accelerometer on a platform on springs feels beside the level motion.
+
+    Equations: section 2. Steps: tilt_felt (maxima/effects/sensors.mac).
+    yaw_scale [1]: nu_3 per yaw rate.
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    nu_dot[3] [1/s^2]: quasi-accelerations.
+    tilt[3] [m, rad, rad]: heave of the centre of mass, and small turns about xi and eta.
+    tilt_rate[3] [m/s, rad/s, rad/s]: their rates.
+    tilt_rate_dot[3] [m/s^2, rad/s^2, rad/s^2]: accelerations of heave and tilt.
+    place_height [m]: height of an instrument above the ground.
+    tilt_gravity [m/s^2]: gravity across the plane.
+    Returns:
+      tilt_felt[2] [m/s^2]: what the tilt adds to it.
+    Operations: once 10 add, 12 mul, 1 div. Intermediates: 9.
+    """
+    tilt_felt = [None] * 2
+    Lambda = yaw_scale
+    nu_3 = nu[2]
+    nu_dot_3 = nu_dot[2]
+    tilt_xi = tilt[1]
+    tilt_eta = tilt[2]
+    tilt_xi_rate = tilt_rate[1]
+    tilt_eta_rate = tilt_rate[2]
+    tilt_xi_turn = tilt_rate_dot[1]
+    tilt_eta_turn = tilt_rate_dot[2]
+    inv_Lambda = 1/Lambda
+    turning = nu_3*inv_Lambda
+    turning_rate = nu_dot_3*inv_Lambda
+    lean_rate_1 = tilt_xi_rate - tilt_eta*turning
+    lean_rate_2 = tilt_xi*turning + tilt_eta_rate
+    sway_1 = tilt_xi*turning_rate + tilt_eta_turn + turning*(tilt_xi_rate + lean_rate_1)
+    sway_2 = tilt_xi_turn - tilt_eta*turning_rate - turning*(tilt_eta_rate + lean_rate_2)
+    tilt_felt_1 = place_height*sway_1 - tilt_gravity*tilt_eta
+    tilt_felt_2 = tilt_gravity*tilt_xi - place_height*sway_2
+    tilt_felt[0] = tilt_felt_1
+    tilt_felt[1] = tilt_felt_2
+    return tilt_felt
+
+
 def tracking_wheel(wheels, rollers_per_wheel, platform_radius, yaw_scale, nu, place, tracking_direction,
                    tracking_radius):
     """The rate of a tracking wheel, which rolls along one direction and slides freely across it.

@@ -425,3 +425,43 @@ def test_what_springs_do_not_go_with_is_said():
     ):
         with pytest.raises(omniroll.InvalidValueError, match=message):
             run(*effects, **options)
+
+
+@pytest.mark.parametrize("law", ["regularised", "coulomb"])
+def test_an_accelerometer_feels_the_tilt(law):
+    """Of a place that sways: differences of where it is, and the weight along the axes that the platform has there."""
+    place, height = np.array([0.03, -0.02]), 0.12
+    fading = {"speed": 0.02} if law == "regularised" else {}
+    run = omniroll.simulate(
+        omniroll.Vehicle.paper(), nu=(0.5, 0.2, 1.0), duration=0.3, accuracy=1e-10,
+        effects=[
+            omniroll.Torque((0.3, -0.3, 0.05)), omniroll.Springs(height=0.05, deflection=5e-3),
+            omniroll.Contact(law=law, friction=0.4, wheel_rates=0, contact_spins=0, **fading),
+        ],
+    )  # fmt: skip
+    vector = run.effects.state_vector(run.effects.kernel(run.vehicle, "free", "python"))
+
+    def along(vectors, heading):
+        cosine, sine = np.cos(heading), np.sin(heading)
+        x, y = vectors.T
+        return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
+
+    def there(times):
+        """Where the place is in the plane, the heading and the tilt; and the rows before the times."""
+        y, rows = run.state_and_row(times)
+        pose, tilt = vector.view(y, "pose"), vector.view(y, "tilt")
+        aside = place + height * np.stack([tilt[:, 2], -tilt[:, 1]], axis=-1)
+        return pose[:, :2] + along(aside, pose[:, 2]), pose[:, 2], tilt, rows
+
+    step, times = 2e-5, np.array([0.011, 0.043, 0.087, 0.135, 0.211, 0.262])
+    (before, _, _, first), (now, heading, tilt, _), (after, _, _, last) = (
+        there(times + way) for way in (-step, 0.0, step)
+    )
+    assert np.array_equal(first, last), "no event lies between"
+    moving = along((before - 2 * now + after) / step**2, -heading)
+    weight = 9.80665 * np.stack([-tilt[:, 2], tilt[:, 1]], axis=-1)
+    read = run.measure(times, omniroll.Instruments(place=place, place_height=height))["accelerometer"]
+    assert np.abs(read - moving - weight).max() < 1e-4 * np.abs(read).max()
+    assert np.abs(weight).max() > 0.02 * np.abs(read).max()
+    lower = run.measure(times, omniroll.Instruments(place=place))["accelerometer"]
+    assert np.abs(lower - read).max() > 1e-2 * np.abs(read).max()

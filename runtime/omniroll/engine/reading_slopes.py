@@ -62,7 +62,7 @@ class _Slopes:
         drives = {
             name: with_tangent(value, self._moved(k, name)) for k, (name, value) in enumerate(self.drives.items())
         }
-        slipping = (view(self.carrying, "rates"), lambda: self._nu_dot(spins)) if self.motion.plain.slips else ()
+        slipping = (view(self.carrying, "rates"), lambda: self._accelerations(spins)) if self.motion.plain.slips else ()
         moments = Moments(nu, chi, pose, passes, spins, drives, passes, *slipping, ways=self._ways)
         asked = {ANGLE_OF.get(name, name) for name in names} - {"pose"}
         plain = measuring_kernel(run.vehicle, run.roller_model, run.effects, tuple(asked))
@@ -98,8 +98,8 @@ class _Slopes:
         found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives | turning)
         return found if contacts is None else contacts.headed(self.y, found, self.row)
 
-    def _nu_dot(self, spins: np.ndarray | None) -> np.ndarray:
-        """(1 + P, T, 3) nu' of wheels that may slip, carrying its deviations as the free rollers' spins do."""
+    def _accelerations(self, spins: np.ndarray | None) -> dict[str, np.ndarray]:
+        """nu_dot (1 + P, T, 3) of wheels that may slip, by name; it carries deviations as the rollers' spins do."""
         motion, bound = self.motion, self._bound(self.motion.plain)
         deviations, contacts = motion.deviations, motion.contacts
         given, nu, chi = deviations.views(self.inputs), *(motion.vector.view(self.carrying, n) for n in ("nu", "chi"))
@@ -113,7 +113,7 @@ class _Slopes:
         if contacts is not None and contacts.turns:
             given["slip_heading"] = self._headings(bound, given["slip_heading"])
         inputs = deviations.joined(given) if given else self.inputs
-        return deviations.rates_of(bound, self.carrying, inputs, held)[..., deviations.places["nu"]]
+        return {"nu_dot": deviations.rates_of(bound, self.carrying, inputs, held)[..., deviations.places["nu"]]}
 
     def _headings(self, bound: TangentKernel, headings: np.ndarray) -> np.ndarray:
         """(1 + P, T, N) the directions of slips (T, N), carrying how the slips turn them."""

@@ -42,6 +42,7 @@ class Instruments:
 
     counts_per_turn: float = 4096.0
     place: tuple[float, float] = (0.0, 0.0)
+    place_height: float | None = None
     seed: int = 0
     resolution: Mapping[str, float] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
@@ -127,8 +128,9 @@ class Moments:
     the accelerometer needs, the inputs of the drives (T, N) by name, and how often each wheel has passed a joint since
     the start, (T, N).
 
-    Of wheels that may slip also their rates (T, N), and what makes nu' (T, 3). What makes nu integrated since the start
-    (T, 3), for tracking wheels; None where that is not known."""
+    Of wheels that may slip also their rates (T, N), and what makes the accelerations by name: nu_dot (T, 3), and on
+    springs beside tilt_rate_dot (T, 3) also tilt and tilt_rate. What makes nu integrated since the start (T, 3), for
+    tracking wheels; None where that is not known."""
 
     nu: np.ndarray
     chi: np.ndarray
@@ -138,7 +140,7 @@ class Moments:
     drives: Mapping[str, np.ndarray]
     passes: np.ndarray
     rates: np.ndarray | None = None
-    nu_dot: Callable[[], np.ndarray] | None = None
+    accelerations: Callable[[], Mapping[str, np.ndarray]] | None = None
     ways: Callable[[], np.ndarray] | None = None
 
 
@@ -174,7 +176,7 @@ def true_values(
     found |= _of_drives(bound, effects, moments.drives, rate)
     found["gyro"] = moments.nu[..., 2] / bound.constant("yaw_scale")
     if "accelerometer" in wanted:
-        found["accelerometer"] = _felt(bound, effects, moments, instruments.place)
+        found["accelerometer"] = _felt(bound, effects, moments, instruments)
     found["contact_roller"] = moments.contact
     if (wheels := tracking_of(instruments)) is not None:
         found |= _tracked(bound, moments, wheels, wanted)
@@ -225,25 +227,38 @@ def _smooth_friction(bound: Kernel, rate: np.ndarray) -> np.ndarray:
     return torque
 
 
-def _felt(bound: Kernel, effects: EffectSet, moments: Moments, place: tuple[float, float]) -> np.ndarray:
-    """(T, 2) the accelerometer, by the generated function."""
+def _felt(bound: Kernel, effects: EffectSet, moments: Moments, instruments: Instruments) -> np.ndarray:
+    """(T, 2) the accelerometer, by the generated functions."""
     heading = moments.pose[..., 2]
     values = {"nu": moments.nu, "chi": moments.chi, "heading": heading, "spins": moments.spins}
-    if moments.nu_dot is not None:
-        nu_dot = moments.nu_dot()
+    if moments.accelerations is not None:
+        values |= moments.accelerations()
     else:
         values |= moments.drives
         if "roller_sticking" in effects.names() and moments.spins is not None:
             modes = turning(bound.constant("yaw_scale"), moments.nu, moments.spins)
             values |= torques_of_free_rollers(bound, effects, values, modes)
-        nu_dot = with_accelerations(bound, values)["nu_dot"]
+        values = with_accelerations(bound, values)
     tilted = any(isinstance(effect, Slope) for effect in effects.effects)
     plane = map(bound.constant, Slope.numbers.values()) if tilted else Slope(0.0).constants(bound.vehicle).values()
+    counts, motion = (bound.wheels, bound.rollers_per_wheel), [_axis_first(values, name) for name in ("nu", "nu_dot")]
     felt = parts.accelerometer(
-        bound.wheels, bound.rollers_per_wheel, bound.constant("platform_radius"), bound.constant("yaw_scale"),
-        list(np.moveaxis(moments.nu, -1, 0)), list(np.moveaxis(nu_dot, -1, 0)), list(place), heading, *plane,
+        *counts, bound.constant("platform_radius"), bound.constant("yaw_scale"), *motion, list(instruments.place),
+        heading, *plane,
     )  # fmt: skip
+    if "tilt" in values:
+        height = instruments.place_height
+        height = bound.constant("tilt_height") if height is None else height
+        tilt = [_axis_first(values, name) for name in ("tilt", "tilt_rate", "tilt_rate_dot")]
+        by_tilt = parts.tilt_felt(
+            *counts, bound.constant("yaw_scale"), *motion, *tilt, height, bound.constant("tilt_gravity")
+        )
+        felt = [level + more for level, more in zip(felt, by_tilt, strict=True)]
     return np.stack(np.broadcast_arrays(*felt), axis=-1)
+
+
+def _axis_first(values: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]:
+    return list(np.moveaxis(values[name], -1, 0))
 
 
 def axles_tell_all(bound: Kernel) -> bool:

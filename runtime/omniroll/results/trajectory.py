@@ -285,15 +285,15 @@ class Trajectory(MadeOnDemand):
         return {name: value for name, value in read.items() if name in names}
 
     def _rates_at(self, times: np.ndarray) -> tuple:
-        """The rates (T, N) of wheels that may slip, and what makes nu' (T, 3) of the motion; of wheels with two rows
-        their rates; nothing elsewhere."""
+        """The rates (T, N) of wheels that may slip, and what makes the motion's accelerations by name; of wheels with
+        two rows their rates; nothing elsewhere."""
         y, row = self.state_and_row(times)
         if self.vehicle.rows > 1:
             return (call_in_phases(self.kernel, "wheel_speeds", Carry(self.contact, self.pivots).at(row), y[:, :3]),)
         if not self.effects.slips:
             return ()
         contacts, end = self._contacts_in(y, partial(self._beside, times, y, row)), 3 + self.vehicle.wheels
-        return contacts.rates, lambda: contacts.accelerations(y[:, :3], y[:, 3:end])["nu_dot"]
+        return contacts.rates, lambda: contacts.accelerations(y[:, :3], y[:, 3:end])
 
     def _ways(self, times: np.ndarray) -> np.ndarray:
         return ways_at(self.elapsed, self.step_rows, self.dense, times - self.start_time)

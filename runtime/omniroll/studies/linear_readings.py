@@ -41,7 +41,7 @@ def readings_near(
     moments = Moments(
         carried["nu"], carried["chi"], carried["pose"], no_roller, None,
         {name: carried[name] for name in DRIVES if name in carried}, no_roller, carried.get("rates"),
-        nu_dot=lambda: carried["nu_dot"],
+        accelerations=lambda: {"nu_dot": carried["nu_dot"]},
     )  # fmt: skip
     asked = tuple(name for name in names if name != POSE)
     plain = measuring_kernel(bound.vehicle, bound.roller_model, acting, ())
