@@ -161,8 +161,9 @@ typedef struct {
                                  * where a law is broken: the wheel                                     */
     double turned;              /* how far wheels have turned since the last switch with progress        */
 
-    /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, inputs (7 + 2 N numbers and what the
-     * set adds); a row for each end of a step, and one after each transition that changes one of these. Steps: for
+    /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, modes of bearings, inputs (7 + 2 N numbers
+     * and what the set adds); a row for each end of a step, and one after each transition that changes a number before
+     * the modes or an input. Modes are those of the step that starts at a row, else of the phase that ends. Steps: for
      * the step that starts at a row, the length of its polynomials, 0 if none starts there, how much later it ends,
      * and the Legendre coefficients of the rates of nu, chi, pose and so on (2 + 16 (6 + N) numbers and more). */
     double *rows, *steps;       /* steps may be null                                                    */
@@ -222,6 +223,9 @@ double omniroll_distance(const omniroll_course_t *coarse, const omniroll_course_
 
 /* Doubles that run->work needs. */
 long long omniroll_run_work_size(int wheels, int rollers_per_wheel);
+
+/* How many bearings have a mode in each row: those of run->bearings, in their order. */
+long long omniroll_run_modes(int wheels, int rollers_per_wheel);
 
 /* The names of the numbers that the set adds to a row, in their order, with spaces between. */
 const char *omniroll_run_states(void);

@@ -195,6 +195,11 @@ long long omniroll_run_work_size(int wheels, int rollers_per_wheel)
     return LANES*lay_out(&work, (lanes_t *)0, wheels, rollers_per_wheel);
 }
 
+long long omniroll_run_modes(int wheels, int rollers_per_wheel)
+{
+    return most_bearings(wheels, rollers_per_wheel);
+}
+
 const char *omniroll_run_states(void)
 {
     return SET_STATE_NAMES;

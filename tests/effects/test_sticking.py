@@ -9,6 +9,7 @@ from scipy.optimize import linprog
 
 from omniroll import (
     Bearings,
+    Contact,
     Controller,
     InvalidValueError,
     Motor,
@@ -152,6 +153,22 @@ def test_reactions_and_files_have_the_bearings_torques(tmp_path):
         again = Trajectory.load(tmp_path / f"run{ending}")
         assert (again.drive == run.drive).all() and again.effects == run.effects
     assert "bearing_torque_1" in (tmp_path / "run.csv").read_text()
+
+
+@pytest.mark.parametrize("ground", [[], [Contact(20.0)], [Contact(law="coulomb", friction=0.3)]])
+def test_modes_are_the_signs_of_the_rates_and_files_keep_them(tmp_path, ground):
+    """Of axles, then of rollers wheel by wheel, that in contact first; while one sticks its rate is rounding."""
+    rubbing = Bearings(wheel_coulomb=0.05, roller_coulomb=2e-4)
+    run = simulate(PAPER, nu=(0.5, 0.1, 0.3), spins=0.2, duration=1.5, control=False, effects=[rubbing, *ground])
+    rates = run.quantity("rates") if ground else kernel(PAPER, "free").wheel_speeds(run.nu)
+    of_rollers = np.concatenate([run.contact_spin[..., None], run.spins], axis=-1).reshape(len(run), -1)
+    rates = np.concatenate([rates, of_rollers], axis=1)
+    turns = np.abs(rates) > 1e-7
+    assert run.modes.shape == rates.shape and turns.any(axis=0).all() and (run.modes == 0).any()
+    assert (run.modes[turns] == np.sign(rates[turns])).all()
+    for ending in (".npz", ".csv"):
+        run.save(tmp_path / f"run{ending}")
+        assert (Trajectory.load(tmp_path / f"run{ending}").modes == run.modes).all()
 
 
 @pytest.mark.parametrize(

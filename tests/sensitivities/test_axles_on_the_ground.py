@@ -5,7 +5,6 @@ import pytest
 
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
-from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import Case, derivative
 
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
@@ -30,7 +29,7 @@ CASES = {
 
 def modes(run):
     """Of the axles, 0 where one sticks, in all rows."""
-    return {"".join("01"[int(mode != 0)] for mode in row) for row in Motion(run).axles.modes}
+    return {"".join("01"[int(mode != 0)] for mode in row) for row in run.modes}
 
 
 def test_a_speed_of_a_start_at_which_axles_stick_does_nothing():

@@ -56,9 +56,9 @@ UNDETERMINED = {
 
 def kinds(run):
     """How many contacts stick in the rows, and how many rollers, axles."""
-    motion = Motion(run)
-    counts = [own.modes.reshape(len(run), -1) == 0 for own in (motion.rollers, motion.axles) if own is not None]
-    return {tuple(map(int, row)) for row in np.stack([own.sum(axis=1) for own in (motion.contacts.sticks, *counts)]).T}
+    of_axles, of_rollers = Motion(run).bearings.split(run.modes == 0)
+    counts = [own for own in (run.sticks, of_rollers.reshape(len(run), -1), of_axles) if own.size]
+    return {tuple(map(int, row)) for row in np.stack([own.sum(axis=1) for own in counts]).T}
 
 
 @pytest.mark.long

@@ -9,7 +9,6 @@ import pytest
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine import compiled_variations
-from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import (
     Case,
     derivative,
@@ -64,8 +63,8 @@ CASES = {
 
 def ways(run):
     """How contacts and their rollers change their modes in the rows."""
-    motion = Motion(run)
-    modes = np.where(motion.contacts.sticks, "s", "m").astype(object) + np.where(motion.massless.modes == 0, "s", "m")
+    of_rollers = run.modes[:, -run.vehicle.wheels :]
+    modes = np.where(run.sticks, "s", "m").astype(object) + np.where(of_rollers == 0, "s", "m")
     return {f"{a} {b}" for a, b in zip(modes[:-1].ravel(), modes[1:].ravel(), strict=True) if a != b}
 
 
@@ -84,8 +83,7 @@ def test_numbers_that_do_nothing():
     case = Case("massless", effects=(SKID_HELD, firm), duration=0.004)
     nothing = ("roller_coulomb", "roller_break_away", "static_friction")
     run = case.run(sensitivities=(*nothing, "mass"), accuracy=1e-10)
-    motion = Motion(run)
-    assert not motion.massless.modes.any() and not motion.contacts.sticks.any()
+    assert not run.modes.any() and not run.sticks.any()
     assert not any(derivative(run, name).any() for name in nothing)
     assert derivative(run, "mass").any()
 
@@ -126,7 +124,7 @@ def test_a_roller_that_only_just_stops_has_none(monkeypatch):
 def test_a_contact_that_begins_to_slip_from_rest_has_none_by_a_speed():
     pushed = replace(PUSHED, effects=(FLAT, RIGID, omniroll.Torque((3.0, 0.0, 0.0))), duration=0.001)
     run = pushed.run(sensitivities=("mass",), accuracy=1e-9)
-    assert not Motion(run).contacts.sticks[0].all() and derivative(run, "mass").any()
+    assert not run.sticks[0].all() and derivative(run, "mass").any()
     with pytest.raises(NoDerivativeError, match="begins to slip from rest") as error:
         pushed.run(sensitivities=("nu[0]",), accuracy=1e-9)
     assert error.value.t == 0

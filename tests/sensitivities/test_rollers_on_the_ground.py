@@ -8,7 +8,6 @@ import pytest
 
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
-from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import (
     SPINS,
     VEHICLE,
@@ -48,7 +47,7 @@ def test_numbers_that_do_nothing_while_all_rollers_stick():
     effects = Contact(5.0, contact_spins=0.0), Bearings(roller_coulomb=1.0, roller_break_away=2.0)
     case = Case("free", effects=effects, start={"spins": np.zeros_like(SPINS).tolist()}, duration=0.1)
     run = case.run(sensitivities=names)
-    assert not Motion(run).rollers.modes.any()
+    assert not run.modes.any()
     assert not any(derivative(run, name).any() for name in names[:2])
     assert np.abs(run.sensitivity("spins[1][2]").spins).max() <= 1e-15
     assert run.sensitivity("spins[1][2]").nu[0, 2] != 0
@@ -93,7 +92,7 @@ def test_a_roller_that_begins_to_turn_from_rest_has_one_by_all_but_its_own_spin(
     ground = Contact(20.0, contact_spins=0.0)
     case = Case("free", effects=(ground, HELD_LONGER), start={"spins": FREE["spins"]}, duration=0.004)
     run = case.run(sensitivities=("chi[0]",), accuracy=1e-13)
-    assert Motion(run).rollers.modes[0, :, 0].all()
+    assert run.modes[0, :: run.vehicle.rollers_per_wheel].all()
     wanted = differenced(case, "chi[0]", 1e-4, accuracy=1e-13)
     assert np.abs(derivative(run, "chi[0]") - wanted).max() <= 1e-9 * np.abs(wanted).max()
     with pytest.raises(NoDerivativeError, match="begins to turn from rest") as error:

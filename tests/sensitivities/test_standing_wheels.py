@@ -4,7 +4,6 @@ there are none. test_friction.py holds CASES to differences of runs."""
 import pytest
 
 from omniroll import Bearings, Contact, NoDerivativeError, Torque, TorqueTable
-from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import Case, derivative
 from tests.sensitivities.test_axles_on_the_ground import AT_REST, HELD_LONGER, RUBBING
 
@@ -40,8 +39,7 @@ CASES = {
 
 def kinds(run):
     """How wheels are in the rows: whether the contact sticks, and the axle."""
-    motion = Motion(run)
-    pairs = zip(motion.contacts.sticks.ravel(), motion.axles.modes.ravel() == 0, strict=True)
+    pairs = zip(run.sticks.ravel(), run.modes.ravel() == 0, strict=True)
     return {(bool(contact), bool(axle)) for contact, axle in pairs}
 
 

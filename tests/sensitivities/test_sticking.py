@@ -25,7 +25,7 @@ RUBBING = Bearings(roller_coulomb=1e-4, roller_speed=0.8, wheel_coulomb=0.003)
 
 def modes(run):
     """What the sets of bearings that stick together are, as text."""
-    return {"".join(map(str, own.astype(int))) for own in Motion(run).holds.sets}
+    return {"".join(map(str, own.astype(int))) for own in Motion(run).held.sets}
 
 
 @pytest.mark.long
@@ -171,7 +171,7 @@ def test_a_step_of_a_session_that_begins_just_before_a_break_away_says_so(before
     """How fast the torque rises it can tell from the step alone; over 1e-9 s rounding takes derivatives 3e-3 off."""
     case = Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=0.5)
     run = case.run(sensitivities=("mass",))
-    sticks = Motion(run).holds.modes == 0
+    sticks = run.modes == 0
     breaks = run.t[np.flatnonzero((sticks[:-1] & ~sticks[1:]).any(axis=1))[0]]
     session = omniroll.Session(
         VEHICLE, **(START | AT_REST), effects=case.effects, roller_model="locked", accuracy=1e-13,

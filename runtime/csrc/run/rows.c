@@ -189,9 +189,16 @@ ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
     return run->guard_count + (SET_HOLDS ? run->hold.guard_count : 0) + (SET_HAS_ROWS ? run->pivot_guards : 0);
 }
 
+/* How many bearings of the set have a mode in each row. */
+ALWAYS_INLINE long long most_bearings(int wheels, int rollers)
+{
+    return (SET_HOLDS ? SET_BEARINGS*wheels : 0) + most_own_bearings(wheels, rollers);
+}
+
 static long long row_size(const omniroll_run_t *run)
 {
-    return 7 + (2 + SET_INPUTS)*run->wheels + core_size(run->wheels, run->rollers_per_wheel) + account_size(run->wheels);
+    const int wheels = run->wheels, rollers = run->rollers_per_wheel;
+    return 7 + (2 + SET_INPUTS)*wheels + core_size(wheels, rollers) + account_size(wheels) + most_bearings(wheels, rollers);
 }
 
 static long long step_size(const omniroll_run_t *run)
@@ -229,6 +236,15 @@ ALWAYS_INLINE double input_shown(const omniroll_run_t *run, int input)
     return bearing ? bearing->torque : input_now(run, input);
 }
 
+/* The bearings' modes in the last row: 0 where one sticks, else the sign of its rate; of those that a scene lacks 0. */
+static void put_bearing_modes(const omniroll_run_t *run)
+{
+    const long long most = most_bearings(run->wheels, run->rollers_per_wheel);
+    double *const mode = run->rows + row_size(run)*run->row_count - SET_INPUTS*run->wheels - most;
+    for (int k = 0; k < most; k++)
+        mode[k] = k < run->bearing_count ? run->bearings[k].mode : 0;
+}
+
 static void put_row(omniroll_run_t *run)
 {
     double *row = run->rows + row_size(run)*run->row_count++;
@@ -240,6 +256,8 @@ static void put_row(omniroll_run_t *run)
         for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->core[c];
     for (int k = 0; k < account_size(run->wheels); k++) *row++ = run->accounts[k];
     for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
+    put_bearing_modes(run);
+    row += most_bearings(run->wheels, run->rollers_per_wheel);
     if (SET_INPUTS)
         for (int k = 0; k < SET_INPUTS*run->wheels; k++)
             *row++ = input_shown(run, k);

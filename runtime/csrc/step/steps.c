@@ -600,6 +600,7 @@ ALWAYS_INLINE int asks_damping(const step_t *s, const int wheels)
 
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
 {
+    put_bearing_modes(run);                     /* of this step, where they were decided after its first row   */
     if (SET_APPROACHES && s->approach.stretched > 1)
         put_pieces(run, s);
     else

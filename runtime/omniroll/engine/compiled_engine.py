@@ -138,6 +138,7 @@ class CompiledRun:
         self.run, self.status, self.ended, self.is_named = self.struct[0], None, "", False
         self._fill()
         self.kept, self.modes, self.sampled = [], [], np.zeros(0)  # what acts, in memory that the engine writes
+        self.acts: WhatActs | None = None
         self.called: list[tuple[int, Process]] = []  # samplers whose samples are taken here
         self.forgotten = Forgotten()
         if self.task.effects:

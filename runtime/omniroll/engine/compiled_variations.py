@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from omniroll.codegen.along import SUFFIX
-from omniroll.engine.axle_modes import TORQUE
+from omniroll.engine.bearing_modes import FREE
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.deviations import Deviations
 from omniroll.engine.events_beside import (
@@ -24,9 +24,7 @@ from omniroll.engine.events_beside import (
     RESTS_ONLY_JUST,
     UNKNOWN,
 )
-from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.roller_modes import FREE, IN_CONTACT
 from omniroll.engine.sticking import Sticking
 from omniroll.engine.workspace import NODES
 from omniroll.errors import InvalidValueError, KernelsMissingError
@@ -191,7 +189,7 @@ class CompiledVariations:
         rows: np.ndarray,
         inputs: np.ndarray,
         axial: np.ndarray | None,
-        sticking: HoldDeviations | Sticking | None,
+        sticking: Sticking | None,
     ):
         self.module = module = library_of(motion)
         self.motion, self.columns = motion, columns
@@ -200,7 +198,7 @@ class CompiledVariations:
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
         # Slips along the axles decay fast within steps, and massless rollers that stick have such slips, too.
-        decays = "contact_omega" in motion.deviations.rates or motion.massless is not None
+        decays = "contact_omega" in motion.deviations.rates or "slip_contact_loss" in motion.plain.signatures
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked, self.turns = 0, np.zeros(len(rows), np.int32)
@@ -321,24 +319,19 @@ class CompiledVariations:
         noises = contacts.noises(motion.y, ends)
         return {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
 
-    def _drive(self, holds: HoldDeviations | None) -> np.ndarray:
+    def _drive(self) -> np.ndarray:
         """(T, F, N) what drives give, and modes; of bearings that may stick the torques of those that turn."""
         motion, trajectory = self.motion, self.motion.trajectory
         names, kept = _drives(motion.deviations), trajectory.effects.drives()
         if not names:
             return np.zeros(1)
         drive = trajectory.drive[:, [kept.index(name) for name in names]]
-        for name in () if holds is None else holds.holds.names:
-            drive[:, names.index(name)] = holds.drive(name)
-        if motion.axles is not None:
-            drive[:, names.index(TORQUE)] = motion.axles.torques
-        if motion.rollers is not None:
-            drive[:, names.index(IN_CONTACT)] = motion.rollers.torques[..., 0]
-        if motion.massless is not None:
-            drive[:, names.index(IN_CONTACT)] = motion.massless.torques
+        turning = {} if motion.bearings is None else motion.bearings.given(motion.bearings.torques)
+        for name in turning.keys() & set(names):
+            drive[:, names.index(name)] = turning[name]
         return drive
 
-    def _fill(self, sticking: HoldDeviations | Sticking | None) -> None:
+    def _fill(self, sticking: Sticking | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
@@ -358,37 +351,32 @@ class CompiledVariations:
         for name, array in integers.items():
             setattr(run, name, self._pointer(array, np.int32))
         whole = {"contact": trajectory.contact, "step_of": steps, "step_rows": trajectory.step_rows}
-        holds = sticking if isinstance(sticking, HoldDeviations) else None
-        bearings = sticking if holds is not None or (sticking is not None and sticking.has_bearings) else None
-        run.why = self._pointer(self._why, np.int32)
+        run.why, bearings = self._pointer(self._why, np.int32), motion.bearings
         if bearings is not None:
             self.turns[:] = bearings.alone
             whole["own_mode"], run.enters = bearings.modes, self._pointer(self.turns, np.int32)
-        if holds is not None:
-            whole["hold"] = holds.holds.which
-            run.allowed = self._pointer(holds.tables, float)
-            run.hold_row = self._pointer(holds.holds.rows, float)
-            run.hold_row_moved = self._pointer(holds.turning_rows, float)
-        if motion.standing is not None:
-            whole["hold"] = motion.standing.which
-            run.allowed = self._pointer(bearings.tables, float)
-            numbers, moved = bearings.numbers
+        if motion.held is not None:
+            whole["hold"] = motion.held.which
+            run.allowed = self._pointer(sticking.tables, float)
+        if motion.held is not None and motion.stands:
+            numbers, moved = sticking.numbers
             run.standing, run.standing_moved = self._pointer(numbers, float), self._pointer(moved, float)
+        elif motion.held is not None:
+            run.hold_row = self._pointer(motion.held.rows, float)
+            run.hold_row_moved = self._pointer(sticking.turning_rows, float)
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
-            "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(holds), "dense": dense,
+            "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(), "dense": dense,
             "moved": self.rows, "given": self.inputs, "least": NO_ANGLE / columns.sizes,
         }  # fmt: skip
         if motion.contacts is not None:
             numbers |= self._of_contacts(motion.contacts)
-        if holds is not None and holds.holds.spins is not None:
-            numbers["free_torque"] = holds.holds.spins.torques
         if bearings is not None:
             numbers |= {"own_sliding": bearings.sliding, "own_most": bearings.holding}
-            numbers |= {"own_most_moved": bearings.most_moved, "own_inertia": bearings.inertias}
-        if motion.rollers is not None:
-            numbers["free_torque"] = motion.rollers.torques[..., 1:]
+            numbers |= {"own_most_moved": sticking.torques[1], "own_inertia": sticking.inertias}
+            turning = bearings.given(bearings.torques)
+            numbers |= {"free_torque": turning[FREE]} if FREE in turning else {}
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

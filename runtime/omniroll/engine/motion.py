@@ -5,14 +5,11 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.axle_modes import AxleModes
+from omniroll.engine.bearing_modes import BearingModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.deviations import Deviations
-from omniroll.engine.holds import Holds
-from omniroll.engine.massless_modes import MasslessModes, StripModes
-from omniroll.engine.roller_modes import RollerModes
-from omniroll.engine.standing import Standing
+from omniroll.engine.directions import Directions, rows_of_standing
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
@@ -48,54 +45,45 @@ class Motion:
         return by_roller(np.concatenate([own[..., None], free], axis=-1), found.contact)
 
     @cached_property
-    def holds(self) -> Holds | None:
+    def bearings(self) -> BearingModes | None:
         """Which bearings stick; None where none may."""
-        sticking = self.deviations.sticking
-        return Holds(self.trajectory, self.plain, sticking) if sticking else None
+        return BearingModes(self.trajectory, self.plain) if self.trajectory.effects.bearings(self.plain) else None
 
     @cached_property
     def contacts(self) -> ContactModes | None:
         """Which contacts stick on the ground, and which carry; None where none has such a mode."""
         if self.deviations.inputs.keys().isdisjoint(MODES):
             return None
-        rigid = None if self.strips is None else self.massless.modes == 0
+        strips = "corner_forces" in self.plain.signatures
+        rigid = self.bearings.split(self.bearings.modes)[1][..., 0] == 0 if strips else None
         return ContactModes(self.trajectory, self.plain, self.deviations, rigid)
 
     @cached_property
-    def axles(self) -> AxleModes | None:
-        """Which axles stick where wheels may slip; None where none may."""
-        if not self.deviations.axles_stick:
+    def held(self) -> Directions | None:
+        """What bearings that stick of wheels that roll, or wheels that stand, leave to nu; None where none may."""
+        if self.bearings is None or (self.plain.slips and not self.stands):
             return None
-        return AxleModes(self.trajectory, self.plain, self.vector, self.y)
+        of_axles, of_rollers = self.bearings.split(self.bearings.modes == 0)
+        of_rollers = of_rollers[..., :1].reshape(len(of_axles), -1)
+        rows = rows_of_standing(self.plain)
+        if not self.stands:
+            parts = [k for k, own in enumerate((of_rollers, of_axles)) if own.size]
+            own = np.concatenate([rows[:, k] for k in reversed(parts)])
+            return Directions(own, np.concatenate([of_axles, of_rollers], axis=1))
+        never = np.zeros(self.contacts.sticks.shape, bool)
+        both = [own if own.size else never for own in (of_rollers, of_axles)]
+        held = self.contacts.sticks[..., None] & np.stack(both, axis=-1)
+        return Directions(rows.reshape(-1, 3), held.reshape(len(held), -1))
 
-    @cached_property
-    def rollers(self) -> RollerModes | None:
-        """Which rollers stick on their disks where wheels may slip; None where none may."""
-        if not self.deviations.rollers_stick:
-            return None
-        return RollerModes(self.trajectory, self.plain, self.vector, self.y)
-
-    @cached_property
-    def massless(self) -> MasslessModes | None:
-        """Which massless rollers stick where wheels may slip; None where none may."""
-        return MasslessModes(self.trajectory, self.plain) if "slip_contact_loss" in self.plain.signatures else None
-
-    @cached_property
-    def strips(self) -> StripModes | None:
-        """The same beside contacts that may stick; None where there are none, or no such rollers."""
-        return StripModes(self.massless) if "corner_forces" in self.plain.signatures else None
-
-    @cached_property
-    def standing(self) -> Standing | None:
-        """Which wheels stand, by contacts and bearings that stick; None where none may."""
-        if {"standing_dynamics", "bearing_dynamics"}.isdisjoint(self.plain.signatures):
-            return None
-        return Standing(self.plain, self.contacts, self.axles, self.rollers or self.strips)
+    @property
+    def stands(self) -> bool:
+        """Whether contacts and bearings of a wheel may stick together."""
+        return not {"standing_dynamics", "bearing_dynamics"}.isdisjoint(self.plain.signatures)
 
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
         found: dict[str, np.ndarray] = {}
-        for own in (self.holds, self.contacts, self.axles, self.rollers, self.massless, self.standing):
+        for own in (self.contacts, self.bearings, self.held):
             found |= {} if own is None else own.at(rows)
         return found
 
@@ -111,14 +99,8 @@ class Motion:
         if "momenta" in shapes:
             start = (own[rows] for own in (trajectory.nu, trajectory.chi, trajectory.spins))
             given["momenta"] = self.plain.momenta(self.plain.axial_speeds(*start))
-        if self.deviations.rollers_stick:
-            given |= self.rollers.given(self.rollers.torques[rows])
-        elif self.deviations.spins_stick:
-            given["free_bearing"] = self.holds.spins.torques[rows]
-        if self.massless is not None:
-            given["contact_bearing"] = self.massless.torques[rows]
-        if self.axles is not None:
-            given["bearing_torque"] = self.axles.torques[rows]
+        if self.bearings is not None:
+            given |= self.bearings.given(self.bearings.torques[rows])
         found = self.deviations.joined(given) if shapes else np.zeros((len(rows), 0))
         return found if self.contacts is None else self.contacts.headed(self.y[rows], found, rows)
 

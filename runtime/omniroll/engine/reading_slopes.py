@@ -8,10 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import columns_beside
-from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.engine.sensitivities import Followed
 from omniroll.engine.sticking import Sticking
 from omniroll.engine.way_slopes import way_slopes
@@ -90,11 +88,8 @@ class _Slopes:
         deviations, contacts = self.motion.deviations, self.motion.contacts
         if not deviations.inputs:
             return np.zeros((len(self.times), 0))
-        turning = {} if self.motion.axles is None else {TORQUE: self.motion.axles.torques[self.row]}
-        if self.motion.rollers is not None:
-            turning |= self.motion.rollers.given(self.motion.rollers.torques[self.row])
-        if self.motion.massless is not None:
-            turning |= {IN_CONTACT: self.motion.massless.torques[self.row]}
+        bearings = self.motion.bearings
+        turning = {} if bearings is None else bearings.given(bearings.torques[self.row])
         found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives | turning)
         return found if contacts is None else contacts.headed(self.y, found, self.row)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from omniroll.engine import workspace
 from omniroll.engine.runs import Places, Task
+from omniroll.engine.what_acts import WhatActs
 from omniroll.engine.workspace import NODES, Columns, Workspace
 from omniroll.kernels.kernel import Kernel
 
@@ -49,13 +50,14 @@ class Run(Protocol):
     space: Workspace
     run: Any  # omniroll_run_t
     forgotten: Forgotten
+    acts: WhatActs | None
 
 
 class Recorded:
     """What a run has left, as omniroll.engine.runs.Rows; each part is made of the engine's numbers when it is read."""
 
     def __init__(self, run: Run, first: int = 0):
-        self.task, self.columns, space = run.task, run.columns, run.space
+        self.task, self.columns, self.acts, space = run.task, run.columns, run.acts, run.space
         rows, switches = run.run.row_count, run.run.switch_count
         before = int(np.searchsorted(space.switches[:switches, 1], first, side="right")) if first else 0
         self.has_spins, self.first = run.kernel.has_spins, first
@@ -90,12 +92,16 @@ class Recorded:
         return (self._numbers >= vehicle.rollers_per_wheel).astype(int) if vehicle.rows > 1 else None
 
     @property
+    def modes(self) -> np.ndarray | None:
+        places = [] if self.acts is None else self.acts.places_of_modes()
+        return self.rows[:, np.add(self.columns.modes_at, places)].astype(int) if len(places) else None
+
+    @property
     def drive(self) -> np.ndarray | None:
         places = [self.columns.inputs.index(name) for name in self.task.effects.drives()]
         if not places:
             return None
-        wheels = self.task.vehicle.wheels
-        return self.rows[:, self.columns.end + wheels :].reshape(len(self.rows), -1, wheels)[:, places]
+        return self.rows[:, self.columns.inputs_at :].reshape(len(self.rows), -1, self.task.vehicle.wheels)[:, places]
 
     @cached_property
     def step_rows(self) -> np.ndarray:

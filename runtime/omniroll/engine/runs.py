@@ -88,6 +88,7 @@ class Rows:
     switch_rows  (K,) the row after a switch
     drive        (T, D, N) inputs of the drives, or None
     pivots       (T, N) 1 for a wheel with two rows that stands on its joint; None of other vehicles
+    modes        (T, B) of bearings that may stick, as Trajectory has them; None where none may, or they are unknown
     """
 
     elapsed: np.ndarray
@@ -100,6 +101,7 @@ class Rows:
     switch_rows: np.ndarray
     drive: np.ndarray | None = None
     pivots: np.ndarray | None = None
+    modes: np.ndarray | None = None
 
 
 def speed_scale(task: Task) -> float:
@@ -187,6 +189,7 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
             "elapsed": lambda: rows.elapsed,
             "contact": lambda: rows.contact,
             "pivots": lambda: rows.pivots,
+            "modes": lambda: rows.modes,
             "contact_spin": contact_spin,
             "spins": spins if task.kernel.has_spins else lambda: None,
             "energy": energy,

@@ -20,15 +20,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.engine.bearing_modes import FREE
 from omniroll.engine.columns import check_are_names
 from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.events_beside import TOGETHER
-from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion, columns_beside
 from omniroll.engine.passages import Instant, Passage, Phase, grazing
-from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
 from omniroll.engine.sticking import Sticking
 from omniroll.engine.switching import SwitchingModel, tau
@@ -58,11 +57,6 @@ def check_names(task: Task, names: Sequence[str]) -> None:
     check_are_names(names)
     task.effects.made(Columns, plain, tuple(names), 0)
     refuse_what_is_not_followed(task.effects.effects, plain)
-
-
-def sticking_of(motion: Motion, columns: Columns) -> HoldDeviations | Sticking | None:
-    """What C takes of contacts and bearings that may stick; None where none may."""
-    return Sticking.of(motion, columns) if motion.holds is None else HoldDeviations(motion, columns)
 
 
 @dataclass(frozen=True)
@@ -152,7 +146,7 @@ class Followed:
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations:
         if self.compiled is None:
-            sticking = sticking_of(motion, columns)
+            sticking = Sticking.of(motion, columns)
             self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, sticking)
         return self.compiled
 
@@ -174,7 +168,7 @@ class Sweep:
         plain = self.motion.plain
         shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
         self.axial = np.zeros(shape) if plain.has_spins else None
-        self.sticking = sticking_of(motion, columns)
+        self.sticking = Sticking.of(motion, columns)
         self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, self.sticking)
 
     def followed(self) -> Followed:

@@ -74,6 +74,20 @@ class WhatActs:
             for row, sliding, holding in zip(rows.tolist(), *torques, strict=True)
         ]
 
+    def places_of_modes(self) -> np.ndarray:
+        """(B,) of the bearings that may stick in the scene, among all that the engine has: of axles, then of the
+        rollers wheel by wheel, that in contact first."""
+        kernel, wheels = self.plan.acting.kernel, self.wheels
+        own, first, found = self.plan.acting.effects.bearings(kernel), 0, [np.zeros(0, int)]
+        if "axle" in self.found:
+            first = wheels
+            found += [np.arange(wheels)] * ("axle" in own)
+        if "roller" in own:
+            free = kernel.rollers_per_wheel - 1 if kernel.has_spins else 0
+            of_free = first + wheels + np.arange(wheels * free).reshape(wheels, free)
+            found.append(np.concatenate([first + np.arange(wheels)[:, None], of_free], axis=1).ravel())
+        return np.concatenate(found)
+
     def _count_bearings(self, run: Any) -> None:
         """How many of the bearings are of axles and have rates of their own, and what the engine must know of these."""
         kernel = self.plan.acting.kernel

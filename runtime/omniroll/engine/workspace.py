@@ -44,7 +44,7 @@ def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool, kind: 
 
 
 class Columns:
-    """Where a row's numbers stand: time, nu, chi, pose, what the set adds, contact, inputs.
+    """Where a row's numbers stand: time, nu, chi, pose, what the set adds, contact, modes, inputs.
 
     inputs  names of the kernel's inputs
     added   how many numbers the set integrates beside nu, chi and the pose; the last `accounts` of them are accounts
@@ -65,7 +65,10 @@ class Columns:
             self.part_sizes = self._sizes_of_parts(kernel)
         self.added = sum(self.sizes)
         self.end = 7 + kernel.wheels + self.added
-        self.width = self.end + kernel.wheels * (1 + len(self.inputs))
+        self.modes_at = self.end + kernel.wheels
+        of_bearings = engine_of(kernel).lib.omniroll_run_modes(kernel.wheels, kernel.rollers_per_wheel)
+        self.inputs_at = self.modes_at + of_bearings
+        self.width = self.inputs_at + kernel.wheels * len(self.inputs)
         self.plain = 6 + kernel.wheels
         self.guarded = [size for name, size in zip(self.states, self.sizes, strict=True) if name in GUARDED]
 

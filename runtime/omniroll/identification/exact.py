@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from omniroll.effects.effect_set import BEARINGS
 from omniroll.engine.columns import columns_of
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
-from omniroll.engine.holds import bearings_that_stick
 from omniroll.engine.reading_slopes import reading_slopes
 from omniroll.engine.sensitivities import with_sensitivities
 from omniroll.errors import InvalidValueError, NoDerivativeError
@@ -52,7 +52,7 @@ def _known(run: Trajectory, log: Log, wanted: set[str]) -> set[str] | None:
     the log has readings that feel the torques of bearings at rest: between rows these are known, not their derivatives.
     """
     plain, effects = run.effects.kernel(run.vehicle, run.roller_model, "python"), run.effects.effects
-    if bearings_that_stick(run.effects) and OF_HELD.intersection(log.fitted):
+    if not {*BEARINGS}.isdisjoint(run.effects.drives()) and OF_HELD.intersection(log.fitted):
         return None
     try:
         refuse_what_is_not_followed(effects, plain)

@@ -115,6 +115,10 @@ class Trajectory(MadeOnDemand):
     chi           (T, N) in rad, |chi| <= pi/n
     contact       (T, N) int, the physical roller in contact, 0..n-1
     pivots        (T, N) int, 1 for a wheel with two rows of rollers that stands on its joint; None of other vehicles
+    modes         (T, B) int of bearings that may stick, 0 where one does, else the sign of its rate: of axles (N,), if
+                  these may, then of rollers (N, n), if these may, by place (without spins (N,), of those in contact). A
+                  row in which a step starts has those of the step, others those with which a phase ends. None where
+                  none may, and from the Python engine
     contact_spin  (T, N) in rad/s, the spin of the roller in contact, (2.1)
     spins         (T, N, n-1) in rad/s, spins of the free rollers j = 2..n relative to their disks; None but
                   for the roller model "free"
@@ -160,6 +164,7 @@ class Trajectory(MadeOnDemand):
     chi = OnDemand()
     contact = OnDemand()
     pivots = OnDemand()
+    modes = OnDemand()
     contact_spin = OnDemand()
     spins = OnDemand()
     pose = OnDemand()

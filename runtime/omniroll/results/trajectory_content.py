@@ -10,7 +10,7 @@ import numpy as np
 
 SWITCH_FIELDS = np.dtype([("t", float), ("wheel", np.int64), ("direction", np.int64), ("energy_jump", float)])
 # The axes of each array: T rows, N wheels, n - 1 = "places", S steps, d + 1 coefficients, W numbers of a row, E of the
-# effects, D inputs of the drives, K switches.
+# effects, D inputs of the drives, B bearings that may stick, K switches.
 AXES: Mapping[str, tuple[str | int, ...]] = {
     "t": ("T",),
     "elapsed": ("T",),
@@ -18,6 +18,7 @@ AXES: Mapping[str, tuple[str | int, ...]] = {
     "chi": ("T", "N"),
     "contact": ("T", "N"),
     "pivots": ("T", "N"),
+    "modes": ("T", "B"),
     "contact_spin": ("T", "N"),
     "spins": ("T", "N", "places"),
     "pose": ("T", 3),
@@ -29,8 +30,8 @@ AXES: Mapping[str, tuple[str | int, ...]] = {
     "switches": ("K",),
 }
 ARRAYS = tuple(name for name in AXES if name != "switches")
-WHOLE = ("contact", "pivots", "step_rows")
-OPTIONAL = ("pivots", "spins", "dense", "added", "drive")
+WHOLE = ("contact", "pivots", "modes", "step_rows")
+OPTIONAL = ("pivots", "modes", "spins", "dense", "added", "drive")
 DESCRIBED = {
     "roller_model": str,
     "switching": str,

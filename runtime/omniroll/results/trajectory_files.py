@@ -28,7 +28,8 @@ from omniroll.errors import InvalidValueError
 from omniroll.results.trajectory_content import ARRAYS, AXES, SWITCH_FIELDS, Stored, check
 
 FORMAT = "omniroll trajectory 2"
-LAYOUT = ("switches", "dense", "step_rows", "added", "drives")  # what the description of a CSV file has besides
+LAYOUT = ("switches", "dense", "step_rows", "added", "drives")  # what the description of a CSV file has besides, and
+# how many "modes" there are, which older files lack
 COLUMNS = ("t", "elapsed", "nu", "chi", "pose", "contact", "contact_spin", "energy")  # of every CSV file, in this order
 
 
@@ -123,7 +124,7 @@ def _read_description(text: str) -> dict[str, Any]:
     return description
 
 
-def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
+def _names(stored: Stored, spins: bool, modes: int, drives: int, added: int) -> list[str]:
     """The names of the columns without those of the polynomials; wheels and rollers are counted from 1."""
     wheels, rollers = range(1, stored.wheels + 1), range(2, stored.rollers_per_wheel + 1)
     names = [
@@ -142,6 +143,7 @@ def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
     ]
     names += [f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else []
     names += [f"pivot_{i}" for i in wheels] if stored.has_rows else []
+    names += [f"mode_{k}" for k in range(1, modes + 1)]
     inputs = stored.description.get("drive_names", DRIVES)[:drives]
     names += [f"{name}_{i}" for name in inputs for i in wheels]
     return names + [f"added_{k}" for k in range(1, added + 1)]
@@ -150,10 +152,10 @@ def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
 def _write_csv(stored: Stored, file: TextIO) -> None:
     arrays = stored.arrays
     rows, end = len(arrays["t"]), 5 + stored.wheels + 3
-    optional = [arrays[name] for name in ("spins", "pivots", "drive", "added") if arrays[name] is not None]
-    added = 0 if arrays["added"] is None else arrays["added"].shape[1]
-    drives = 0 if arrays["drive"] is None else arrays["drive"].shape[1]
-    names = _names(stored, arrays["spins"] is not None, drives, added)
+    optional = [arrays[name] for name in ("spins", "pivots", "modes", "drive", "added") if arrays[name] is not None]
+    counted = (arrays[name] for name in ("modes", "drive", "added"))
+    modes, drives, added = (0 if array is None else array.shape[1] for array in counted)
+    names = _names(stored, arrays["spins"] is not None, modes, drives, added)
     columns = [arrays[name] for name in COLUMNS] + [array.reshape(rows, -1) for array in optional]
     # tolist() gives Python's numbers: contacts stay integers, floats print to the bit.
     table = [list(chain.from_iterable(_listed(column[k]) for column in columns)) for k in range(rows)]
@@ -167,7 +169,7 @@ def _write_csv(stored: Stored, file: TextIO) -> None:
             table[row] += coefficients[1:-1].ravel().tolist()
     description["step_rows"] = arrays["step_rows"].tolist()
     description["added"] = added if arrays["added"] is not None else None
-    description["drives"] = drives
+    description["drives"], description["modes"] = drives, modes
     file.write(f"# {FORMAT}\n# {json.dumps(description)}\n")
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(names)
@@ -183,7 +185,7 @@ def _read_csv(file: TextIO) -> Stored:
     if first != f"# {FORMAT}":
         raise ValueError(f"its first line is {first[:40]!r}")
     described = _read_description(file.readline().removeprefix("#"))
-    layout = {name: described.pop(name) for name in LAYOUT}
+    layout = {name: described.pop(name) for name in LAYOUT} | {"modes": described.pop("modes", 0)}
     reader = csv.reader(file)
     names = next(reader)
     table = list(reader)
@@ -198,8 +200,8 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
     """The arrays from the rows of a CSV file, as texts."""
     wheels, rollers, rows = stored.wheels, stored.rollers_per_wheel, len(table)
     with_spins = f"spin_{wheels}_{rollers}" in names
-    added, drives = layout["added"], layout["drives"]
-    plain = _names(stored, with_spins, drives, added or 0)
+    added, drives, modes = layout["added"], layout["drives"], layout["modes"]
+    plain = _names(stored, with_spins, modes, drives, added or 0)
     if names[: len(plain)] != plain or any(len(row) != len(names) for row in table):
         raise ValueError("columns are missing")
     numbers = np.array([[float(text) for text in row[: len(plain)]] for row in table])
@@ -207,6 +209,7 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
     arrays: dict[str, Any] = {
         "spins": None,
         "pivots": None,
+        "modes": None,
         "dense": None,
         "step_rows": np.array(layout["step_rows"], int),
         "added": None,
@@ -224,6 +227,9 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
     if stored.has_rows:
         arrays["pivots"] = numbers[:, place : place + wheels].astype(int)
         place += wheels
+    if modes:
+        arrays["modes"] = numbers[:, place : place + modes].astype(int)
+        place += modes
     if drives:
         width = wheels * drives
         arrays["drive"] = numbers[:, place : place + width].reshape(rows, drives, wheels)
