@@ -157,8 +157,8 @@ typedef struct {
     long long *passed;          /* which guards are passed, where the caller is asked; out               */
     int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
     double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */
-    int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu;
-                                 * where a law is broken: the wheel                                     */
+    int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu */
+    int stopped_wheel;          /* of the wheel that kept the run from going on, or -1                   */
     double turned;              /* how far wheels have turned since the last switch with progress        */
 
     /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, modes of bearings, inputs (7 + 2 N numbers
@@ -186,7 +186,7 @@ enum {
                                      * guard is passed or next_time has come. Then call again                  */
     OMNIROLL_RUN_WHEELS = 5,        /* the library is compiled for another number of wheels                 */
     OMNIROLL_RUN_UNLAWFUL = 6,      /* what sticks takes more than it can: a fault of the engine              */
-    OMNIROLL_RUN_PIVOTS = 7         /* both rollers at a joint push their wheel back to it: hardest_part is which */
+    OMNIROLL_RUN_PIVOTS = 7         /* both rollers at a joint push their wheel back to it                  */
 };
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */

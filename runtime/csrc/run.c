@@ -177,7 +177,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         status = advance(run, &work, &s, wheels);
         const int unlawful = SET_DECIDES ? unlawful_wheel(run, &s) : -1;
         if (unlawful >= 0) {
-            run->hardest_part = unlawful;
+            run->stopped_wheel = unlawful;
             status = OMNIROLL_RUN_UNLAWFUL;
         }
         if (status == OMNIROLL_RUN_DONE)

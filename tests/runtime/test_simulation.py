@@ -10,6 +10,7 @@ import pytest
 
 import omniroll
 from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Vehicle, simulate
+from omniroll.engine.integrate import PhaseIntegrator, StepTooSmallError
 from omniroll.engine.switching import SwitchingModel
 
 PAPER = Vehicle.paper()
@@ -106,6 +107,18 @@ def test_the_watchdog_stops_a_run_and_keeps_it(monkeypatch):
     assert stopped.wheel in (0, 1, 2) and stopped.t == pytest.approx(stopped.trajectory.t[-1])
     assert stopped.trajectory.pose[-1, 2] > 0 and len(stopped.trajectory.switches) > 100
     assert set(stopped.state) == {"nu", "chi", "pose", "contact"}
+
+
+def test_a_step_that_becomes_too_small_names_a_wheel_and_what_to_change(monkeypatch):
+    """The Python engine; the compiled one in contact/test_ordinary_manoeuvres.py."""
+
+    def step(*_):
+        raise StepTooSmallError
+
+    monkeypatch.setattr(PhaseIntegrator, "_step", step)
+    with pytest.raises(SimulationStopped, match="too small; change what acts on the wheel, the start or") as raised:
+        simulate(PAPER, nu=(1, 0, 1), duration=1, roller_model="locked", control=False, engine="python")
+    assert raised.value.wheel in (0, 1, 2) and raised.value.t == 0
 
 
 def test_many_switches_are_no_reason_to_stop():

@@ -265,10 +265,13 @@ static int release_own(const omniroll_run_t *run)
     return count;
 }
 
-/* What the iteration at the nodes may leave in a rate. */
-ALWAYS_INLINE double left_by_iteration(const omniroll_run_t *run)
+/* What the iteration at the nodes of the next step may leave in a rate. */
+ALWAYS_INLINE double left_in_rates(const omniroll_run_t *run)
 {
-    return run->sweep_tolerance*fmax(run->speed, run->fastest)*run->rate_of_speed;
+    if (!SET_AXLES_STICK && !SET_ROLLERS_TURN)
+        return 0;
+    const double rest = limit_of_step(run) - run->elapsed, h = run->step > 0 ? fmin(run->step, rest) : rest;
+    return sweep_tolerance(run, h)*fmax(run->speed, run->fastest)*run->rate_of_speed;
 }
 
 /* What the rates are rounded against in the phase that starts now. */
@@ -276,8 +279,7 @@ static void size_own(const omniroll_run_t *run, const work_t *work)
 {
     for (int k = 0; k < run->own_count; k++)
         if (!SET_IN_SERIES || own_bearings(run)[k].mode)    /* see engine_calls.h                              */
-            own_bearings(run)[k].size = fabs(own_rate(run, work, k)) + length3(run->nu)*run->rate_of_speed
-                + (SET_AXLES_STICK || SET_ROLLERS_TURN ? left_by_iteration(run)/EPS : 0);
+            own_bearings(run)[k].size = fabs(own_rate(run, work, k)) + length3(run->nu)*run->rate_of_speed;
 }
 
 ALWAYS_INLINE double noise_of_own(const omniroll_bearing_t *bearing, double rate)
@@ -289,13 +291,13 @@ ALWAYS_INLINE double noise_of_own(const omniroll_bearing_t *bearing, double rate
  * there are. */
 static int stop_own(omniroll_run_t *run, const work_t *work)
 {
-    const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
+    const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0, left = left_in_rates(run);
     lanes_t nu_dot[3];
     int count = 0, near = run->at_event;
     for (int k = 0; k < count_in_core(run, work); k++) {
         const omniroll_bearing_t *const bearing = own_bearings(run) + k;
         const double rate = own_rate(run, work, k);
-        near |= bearing->mode && may_hold(bearing) && -bearing->mode*rate >= -LANDED*noise_of_own(bearing, rate);
+        near |= bearing->mode && may_hold(bearing) && -bearing->mode*rate >= -LANDED*noise_of_own(bearing, rate) - left;
     }
     if (!near)
         return 0;
@@ -305,7 +307,7 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
         const double own = own_rate(run, work, k), value = -bearing->mode*own, noise = noise_of_own(bearing, own);
         const double rate = -bearing->mode*own_acceleration(run, work, k);
         if (bearing->mode && !bearing->resting && may_hold(bearing)
-            && (value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate)))) {
+            && (value > PASSED*noise + left || (rate > 0 && value >= -(LANDED*noise + left + together*rate)))) {
             bearing->resting = run->hold.undecided = 1;
             count++;
         }

@@ -53,7 +53,7 @@ static double spin_rate_at_end(const step_t *s, int k)
 static double turn_of_spin(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
-    const double start = -bearing->mode*own_start(s, k), bound = HELD_NOISE*EPS*(bearing->size + fabs(start));
+    const double start = -bearing->mode*own_start(s, k), bound = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->left_in_rates;
     nodes_t rate = times(gauss_slope, s->own->held + k);
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] *= -bearing->mode;
@@ -75,7 +75,7 @@ ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
     const double start = own_start(s, k);
     if (bearing->mode) {
-        *beyond = PASSED*EPS*(bearing->size + fabs(start));
+        *beyond = PASSED*EPS*(bearing->size + fabs(start)) + s->left_in_rates;
         if (is_spin(s, k))
             return spin_at_end(s, k);
         return -bearing->mode*(start + s->h*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_weight));
@@ -163,7 +163,7 @@ static double turn_of_own(const step_t *s, int k)
     if (bearing->mode) {
         const nodes_t rate = turning_rate(s, k);
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
-                           PASSED*EPS*(bearing->size + fabs(start)));
+                           PASSED*EPS*(bearing->size + fabs(start)) + s->left_in_rates);
     }
     const double most = most_of(s->own_bearing + k), bound = most + HELD_NOISE*rounding_of_holding(s->own_bearing[k].torque, most);
     if (LEBESGUE*largest_of(s->own->held + k) <= bound)

@@ -61,6 +61,7 @@ ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 static int stop_in_series(omniroll_run_t *run, const work_t *work)
 {
     const double speed = length3(run->nu)*run->rate_of_speed;
+    const double left = left_in_rates(run);
     int count = 0, near[MOST_WHEELS], some = 0;
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_bearing_t *const roller = in_series(run, work) + i;
@@ -75,7 +76,7 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         const lanes_t spin = -roller->mode*work->own.rate[work->own.rollers_at + i];
         const double noise = noise_of_own(roller, spin[0]) + noise_at_the_most(work, i);
-        if (!near[i] || !(spin[0] > PASSED*noise || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
+        if (!near[i] || !(spin[0] > PASSED*noise + left || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
             continue;
         roller->resting = 1;
         count++;

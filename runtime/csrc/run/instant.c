@@ -190,3 +190,27 @@ static void mass_at_this_instant(const omniroll_run_t *run, const work_t *work, 
     for (int k = 0; k < 9; k++)
         mass[k/3][k%3] = matrix[k][0];
 }
+
+#define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large                                         */
+#define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
+
+/* Elapsed at which a step ends at the latest. */
+ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
+{
+    if (SET_IS_ACTED_ON)
+        return fmin(run->duration, run->next_time);
+    return run->duration;
+}
+
+/* What the iteration may leave of a step of this length, over |nu|. Where something acts a vehicle may become much
+ * faster than it is at the start, so that nobody knows beforehand how many steps there will be: each gets the part of
+ * what the run may leave that it is of the duration. Short steps get more than that, later ones less and less: all
+ * together log(steps/SHORT_STEPS)/2 times as much. A run that pauses has no duration that is known. */
+ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
+{
+    if (SET_IS_ACTED_ON) {
+        const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
+        return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
+    }
+    return run->sweep_tolerance;
+}

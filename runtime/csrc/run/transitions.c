@@ -297,7 +297,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
             return OMNIROLL_RUN_STUCK;
         const int sent_back = pivoting_wheel(run, work, directions);
         if (sent_back >= 0) {
-            run->hardest_part = sent_back;
+            run->stopped_wheel = sent_back;
             return OMNIROLL_RUN_PIVOTS;
         }
         apply_switch(run, work, directions, stance);

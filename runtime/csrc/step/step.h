@@ -197,6 +197,7 @@ typedef struct {
     nodes_t force[3];                           /* that holds, at the nodes                      */
     double force_size[3], per_force[3];
     int own_count;
+    double left_in_rates;                       /* of bearings, by the iteration at the nodes    */
     const omniroll_bearing_t *own_bearing;      /* those with rates of their own                 */
     const own_bearings_t *own;
     const standing_t *standing;

@@ -1,6 +1,5 @@
 /* A step of a run: how it begins, its first guess, its tries, and what the run takes of it. */
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
-#define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large                                         */
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
 #define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
 #define PART_TO_BEND 0.9            /* of the way to where rates bend, in a step                              */
@@ -9,7 +8,6 @@
 #define ACROSS_BEND 2               /* times the way to a bend: a step that passes it                           */
 #define SHRINKS 0.1                 /* of a step: to less an event shortens no try that has not found its slips         */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
-#define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
 /* The core at the step's start, and where what is known of it along the step stands. */
 ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *work, step_t *s)
@@ -82,6 +80,8 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     }
     if (SET_HOLDS)
         begin_held_forces(run, s, wheels);
+    if (SET_OWN_BEARINGS)
+        s->left_in_rates = left_in_rates(run);
     if (SET_IS_ACTED_ON)
         begin_guards(run, s, wheels);
     (void)work;
@@ -298,43 +298,25 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     return turned;
 }
 
-/* Elapsed at which a step ends at the latest. */
-ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
+/* What the polynomials of the last try miss most: which part of the core, -1 for nu, and of which wheel; of a part that is
+ * not the wheels', and of nu, of the wheel whose rate they miss most. */
+static void name_hardest(omniroll_run_t *run, const step_t *s)
 {
-    if (SET_IS_ACTED_ON)
-        return fmin(run->duration, run->next_time);
-    return run->duration;
-}
-
-/* Which part of the core the polynomials of the last try miss most: -1 for nu. */
-static int hardest_part(const omniroll_run_t *run, const step_t *s)
-{
-    int hardest = -1;
-    if (SET_CORE_PARTS) {
-        double most = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
-        int c = 0;
-        for (int part = 0; part < SET_CORE_PARTS; part++)
-            for (; c < core_part_end(run->wheels, run->rollers_per_wheel, part); c++) {
+    double most = 0, most_of_nu = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
+    run->hardest_part = run->stopped_wheel = -1;
+    for (int i = 0; i < run->wheels; i++)
+        if (tail(&s->rate_chi[i]) > most)
+            most = tail(&s->rate_chi[i]), run->stopped_wheel = i;
+    if (SET_CORE_PARTS)
+        for (int part = 0, c = 0; part < SET_CORE_PARTS; part++)
+            for (int first = c, end = core_part_end(run->wheels, run->rollers_per_wheel, part); c < end; c++) {
                 const double missing = s->weight[c]*tail(&s->rate_core[c]);
-                if (missing > most)
-                    most = missing, hardest = part;
+                if (!(missing > most_of_nu))
+                    continue;
+                most_of_nu = missing, run->hardest_part = part;
+                if ((end - first)%run->wheels == 0)
+                    run->stopped_wheel = (c - first)/((end - first)/run->wheels);
             }
-    }
-    (void)run, (void)s;
-    return hardest;
-}
-
-/* What the iteration may leave of a step of this length, over |nu|. Where something acts a vehicle may become much
- * faster than it is at the start, so that nobody knows beforehand how many steps there will be: each gets the part of
- * what the run may leave that it is of the duration. Short steps get more than that, later ones less and less: all
- * together log(steps/SHORT_STEPS)/2 times as much. A run that pauses has no duration that is known. */
-ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
-{
-    if (SET_IS_ACTED_ON) {
-        const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
-        return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
-    }
-    return run->sweep_tolerance;
 }
 
 /* The next try after one that was too long: up to where rates bend, if they do. ahead: the length of the step after it
@@ -509,7 +491,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         put_next_length(run, s, &of, factor, error);
         return OMNIROLL_RUN_DONE;
     }
-    run->hardest_part = hardest_part(run, s);
+    name_hardest(run, s);
     return OMNIROLL_RUN_NO_STEP;
 }
 

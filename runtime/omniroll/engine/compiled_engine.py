@@ -28,7 +28,7 @@ from omniroll.engine.runs import (
     shown_state,
     state_of,
 )
-from omniroll.engine.stiffness import blamed, to_and_fro
+from omniroll.engine.stiffness import TO_CHANGE, blamed, to_and_fro
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.engine.works import EngineCall, Work, result_of
 from omniroll.engine.workspace import MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
@@ -471,8 +471,8 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
-        elif self.status in (UNLAWFUL, PIVOTS):
-            wheel = int(self.run.hardest_part)
+        elif self.status in (NO_STEP, UNLAWFUL, PIVOTS):
+            wheel = int(self.run.stopped_wheel) if self.run.stopped_wheel >= 0 else None
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
             part = self.run.hardest_part
@@ -484,7 +484,7 @@ class CompiledRun:
         elif self.status in (NO_STEP, HOPELESS):
             reason += blamed(self.task, self.end())
         if self.status == NO_STEP:
-            reason += "; change the accuracy or the start"
+            reason += TO_CHANGE
         return self._stopped(reason, wheel)
 
     def _stopped(self, reason: str, wheel: int | None) -> SimulationStopped:

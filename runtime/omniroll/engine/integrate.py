@@ -33,6 +33,13 @@ class StepFailedError(ArithmeticError):
     """No step from here meets the tolerance."""
 
 
+class StepTooSmallError(StepFailedError):
+    """Not even the shortest one."""
+
+    def __init__(self):
+        super().__init__("the step became too small")
+
+
 @dataclass
 class Phase:
     """A piece of motion without a switch inside.
@@ -168,9 +175,9 @@ class PhaseIntegrator:
                 break
             h, rejected = step.h * max(LEAST_FACTOR, factor if np.isfinite(factor) else 0.0), True
             if h < shortest:
-                raise StepFailedError("the step became too small")
+                raise StepTooSmallError
         if not np.isfinite(step.y_end).all():
-            raise StepFailedError("the step became too small")
+            raise StepTooSmallError
         following = step.h * min(factor, 1.0 if rejected else MOST_FACTOR)
         # A step cut short by the joint says little about the length that the tolerance would allow.
         accepted = step.h >= 0.999 * asked

@@ -10,7 +10,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
-from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
+from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError, StepTooSmallError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
     SWITCHES_WITHOUT_PROGRESS,
@@ -23,7 +23,7 @@ from omniroll.engine.runs import (
     speed_scale,
     state_of,
 )
-from omniroll.engine.stiffness import blamed
+from omniroll.engine.stiffness import TO_CHANGE, blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
 from omniroll.kernels.kernel import Flow
@@ -222,6 +222,8 @@ class Run:
             )
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
+            if isinstance(error, StepTooSmallError):
+                self._stop(f"{error}{self._blamed()}{TO_CHANGE}", self._most_accelerated())
             self._stop(str(error) + self._blamed(), None)
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
@@ -246,6 +248,10 @@ class Run:
                 self._is_ended(0.0)
             except StepFailedError as error:
                 self._stop(str(error) + self._blamed(), None)
+
+    def _most_accelerated(self) -> int:
+        """The wheel whose rate changes fastest."""
+        return int(np.abs(self.kernel.wheel_speeds(self.flow(0.0, self._y())[:3])).argmax())
 
     def _blamed(self) -> str:
         """What makes the steps short, in words, after a colon; empty where nothing is known."""

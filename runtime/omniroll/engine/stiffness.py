@@ -21,6 +21,7 @@ from omniroll.vehicles.state import State
 DIFFERENCE = 1e-13  # of a speed, over its size: a law that fades within less looks as if it faded within this
 LARGEST_STATE = 400  # numbers; the Jacobian of a larger state takes too long
 RECENT, TURNS_BACK = 64, 16  # of so many last switches a wheel that goes to and fro makes so many each way
+TO_CHANGE = "; change what acts on the wheel, the start or the accuracy"
 SHARE = 0.5  # a term without which the rates are slower than this part of what they were is to blame
 
 
