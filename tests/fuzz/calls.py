@@ -1,4 +1,4 @@
-"""Calls of public functions in which one argument is wrong, or two are."""
+"""Calls of public functions in which one argument is wrong, or two are; or in which up to three are others."""
 
 import warnings
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import omniroll
-from omniroll.errors import OmnirollError
+from omniroll.errors import OmnirollError, SimulationStopped
 
 VEHICLE = omniroll.Vehicle.paper()
 SCENE = Path(__file__).resolve().parents[2] / "scenes/motion-3.toml"
@@ -28,6 +28,16 @@ FITTED = {"nu": (1, 0, 1), "roller_model": "massless", "effects": [omniroll.Bear
 SHEET = {
     "wheels": 4, "rollers_per_wheel": 9, "platform_radius": 0.15, "mass": 12.0, "wheel_diameter": 0.1,
     "roller_diameter": 0.022, "roller_length": 0.025, "gear_ratio": 1.0, "rotor_mass": 0.0,
+}  # fmt: skip
+KINDS = {
+    "two rows": omniroll.robot("open-base").vehicle.replace(rows=2, row_offset=-0.0055),
+    "mecanum": omniroll.robot("mecanum-trio").vehicle,
+    "layout": VEHICLE.replace(
+        wheel_places=((0.15, 0.01), (-0.07, 0.14), (-0.08, -0.12)), center_of_mass=(0.005, -0.01)
+    ),
+}
+STEPS = {
+    "chi": (0.1, 0.0, -0.1), "pose": (0.0, 0.0, 0.0), "roller_model": "free", "switching": "impact", "accuracy": 1e-6,
 }  # fmt: skip
 
 
@@ -74,13 +84,24 @@ WILD = (
 )  # fmt: skip
 
 
+WORDS = (
+    ("free", "massless", "locked"), ("impact", "smooth"), ("compiled", "python"), ("linear", "hold"),
+    ("torque", "voltage"), ("viscous", "regularised", "coulomb"), ("robot-soccer-kit", "open-base", "tigers-2020"),
+    ("mass", "yaw_inertia", "wheel_radius"),
+)  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Call:
-    """A public function, and arguments that are good."""
+    """A public function, and arguments that are good.
+
+    rare  the part of its draws in which it is called: one that takes a second is called less often
+    """
 
     name: str
     function: Callable
     good: dict[str, Any] = field(default_factory=dict)
+    rare: float = 1.0
 
 
 @cache
@@ -115,15 +136,19 @@ def session(method: str, **arguments: Any) -> None:
         finite(made.nu)
 
 
+def of_kind(kind: str, **arguments: Any) -> Any:
+    return omniroll.simulate(KINDS[kind], **MOTION, **arguments)
+
+
 def batch(**arguments: Any) -> Any:
     split = {name: arguments.pop(name) for name in ("nu", "chi")}
     return omniroll.Batch(**arguments).accelerations(**split)
 
 
-def acting(kind: type, **arguments: Any) -> Any:
-    """An effect, which may be refused only where it meets a vehicle."""
-    effects = [kind(**arguments)]
-    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0, effects=effects, engine="python")
+def acting(kind: type, beside: Any = None, **arguments: Any) -> Any:
+    """An effect, which may be refused only where it meets a vehicle, with another one beside it."""
+    effects = [kind(**arguments)] if beside is None else [beside, kind(**arguments)]
+    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.01, effects=effects, control=False, memory=1e6)
 
 
 @cache
@@ -170,6 +195,7 @@ CALLS = (
         "roller_model": "free", "switching": "impact", "accuracy": 1e-6, "engine": "compiled", "progress": None,
         "effects": (), "times": None, "executor": None,
     }),
+    *(Call(f"simulate, {kind}", partial(of_kind, kind), STEPS) for kind in KINDS),
     Call("accelerations", omniroll.accelerations, {
         "vehicle": VEHICLE, "nu": (1, 0, 1), "chi": 0, "spins": None, "roller_model": "free"}),
     Call("kernel", omniroll.kernel, {"vehicle": VEHICLE, "roller_model": "free", "backend": "python"}),
@@ -200,7 +226,7 @@ CALLS = (
     Call("Bearings", partial(acting, omniroll.Bearings), {
         "wheel_viscous": 1e-3, "wheel_coulomb": None, "wheel_speed": None, "wheel_break_away": None,
         "roller_viscous": None, "roller_coulomb": None, "roller_speed": None}),
-    Call("Springs", omniroll.Springs, {
+    Call("Springs", partial(acting, omniroll.Springs, beside=omniroll.Contact(law="coulomb", friction=0.4)), {
         "height": 0.05, "deflection": 1e-4, "damping_ratio": 0.3, "most_tilt": 0.1, "normal_gravity": 9.80665}),
     Call("Slope", partial(acting, omniroll.Slope), {"angle": 0.1, "direction": 0.0, "gravity": 9.8}),
     Call("Contact", partial(acting, omniroll.Contact), {
@@ -220,9 +246,9 @@ CALLS = (
         "state": "nu", "outputs": None}),
     Call("LinearModel.to_mat", lambda path: linear_model().to_mat(path), {"path": "model.mat"}),
     Call("to_fmu", lambda path, **options: omniroll.to_fmu(VEHICLE, path, **options), {
-        "path": "a.fmu", "version": 2, "name": None, "stop": 1.0, "nu": (1.0, 0.0, 1.0)}),
+        "path": "a.fmu", "version": 2, "name": None, "stop": 1.0, "nu": (1.0, 0.0, 1.0)}, rare=0.2),
     Call("to_casadi", lambda folder, **options: omniroll.to_casadi(VEHICLE, folder, **options), {
-        "folder": ".", "name": "rates", "scene": "", "nu": (1.0, 0.0, 1.0)}),
+        "folder": ".", "name": "rates", "scene": "", "nu": (1.0, 0.0, 1.0)}, rare=0.02),
     Call("to_mjcf", omniroll.to_mjcf, {
         "vehicle": VEHICLE, "step": 1e-3, "friction": 1.0, "spheres": 3, "gravity": (0, 0, -9.8), "armature": 0.0,
         "roller_damping": 0.0, "bodies": None}),
@@ -262,7 +288,7 @@ CALLS = (
     Call("Trajectory.arrays", lambda **at: run().arrays(**at), {"t": (0.1, 0.2), "instruments": None}),
     Call("Trajectory.to_pandas", lambda **at: run().to_pandas(**at), {"t": (0.1, 0.2), "instruments": None}),
     Call("Trajectory.to_xarray", lambda **at: run().to_xarray(**at), {"t": (0.1, 0.2), "instruments": None}),
-    Call("Trajectory.plot", lambda what, **title: run().plot(what, **title), {"what": "motion", "title": ""}),
+    Call("Trajectory.plot", lambda what, **title: run().plot(what, **title), {"what": "motion", "title": ""}, rare=0.2),
     Call("Many.to_pandas", lambda axes: many().to_pandas(axes), {"axes": None}),
     Call("Many.to_xarray", lambda axes: many().to_xarray(axes), {"axes": None}),
     Call("Trajectory.to_parquet", lambda **at: run().to_parquet(**at), {
@@ -286,14 +312,15 @@ CALLS = (
     Call("Log.beginning", lambda rows: log().beginning(rows), {"rows": 2}),
     Call("Number", omniroll.Number, {"name": "mass", "start": None, "least": None, "most": None, "prior": None}),
     Call("fit", omniroll.fit, {
-        "what": VEHICLE, "logs": None, "free": ("wheel_viscous",), "loss": "linear", "instruments": None, **FITTED}),
+        "what": VEHICLE, "logs": None, "free": ("wheel_viscous",), "loss": "linear", "instruments": None, **FITTED},
+        rare=0.2),
     Call("fit, number", lambda **number: omniroll.fit(VEHICLE, log(), [omniroll.Number(**number)], **FITTED), {
-        "name": "wheel_viscous", "start": 1e-3, "least": 0.0, "most": 1.0, "prior": None}),
+        "name": "wheel_viscous", "start": 1e-3, "least": 0.0, "most": 1.0, "prior": None}, rare=0.3),
     Call("Fit.interval", lambda **of: fitted().interval(**of), {"name": "wheel_viscous", "level": 0.9}),
     Call("Fit.save", lambda path: fitted().save(path), {"path": "fitted.toml"}),
-    Call("Fit.picture", lambda path: fitted().picture(path), {"path": "left.png"}),
+    Call("Fit.picture", lambda path: fitted().picture(path), {"path": "left.png"}, rare=0.1),
     Call("Fit.experiments", lambda **drives: fitted().experiments(**drives), {
-        "candidates": {"slow": FITTED["effects"]}, "duration": 0.1, "step": 0.01}),
+        "candidates": {"slow": FITTED["effects"]}, "duration": 0.1, "step": 0.01}, rare=0.3),
 )  # fmt: skip
 
 
@@ -313,21 +340,54 @@ def results_of(made: Any) -> tuple:
     return (made,)
 
 
-def try_call(seed: int) -> str:
-    """Make the call of this number, once; what came of it in a word. It may write files into the working folder.
+def beside(value: Any, rng: np.random.Generator) -> Any:
+    """A value like a good one: numbers are up to ten times as small or large, a word is another of its list."""
+    if isinstance(value, bool):
+        return bool(rng.random() < 0.5)
+    if isinstance(value, int):
+        return value + int(rng.integers(0, 3))
+    if isinstance(value, float):
+        return value * 10 ** rng.uniform(-1, 1)
+    if isinstance(value, np.ndarray):
+        return value * 10 ** rng.uniform(-1, 1)
+    if isinstance(value, tuple):
+        return tuple(beside(one, rng) for one in value) if rng.random() < 0.5 else value
+    known = next((words for words in WORDS if isinstance(value, str) and value in words), (value,))
+    return known[rng.integers(len(known))]
 
-    Raises AssertionError for any error but a typed one.
+
+def call_of(seed: int, mild: float = 0.0) -> tuple[Call, dict[str, Any], dict[str, Any]]:
+    """The call of this number, the arguments that it has, and those that are not the good ones.
+
+    mild  the part of the calls in which these are other numbers and words, and no wild values
     """
     rng = np.random.default_rng(seed)
     call = CALLS[rng.integers(len(CALLS))]
     ready = {"trajectory": run, "runs": run, "given": scene, "logs": log}
     good = {name: ready[name]() if name in ready else value for name, value in call.good.items()}
     names = rng.choice(sorted(good), size=min(len(good), 1 + (rng.random() < 0.2)), replace=False)
-    wrong = {str(name): WILD[rng.integers(len(WILD))] for name in names}
+    changed = {str(name): WILD[rng.integers(len(WILD))] for name in names}
+    if rng.random() < mild:
+        while rng.random() > call.rare:
+            call = CALLS[rng.integers(len(CALLS))]
+        good = {name: ready[name]() if name in ready else value for name, value in call.good.items()}
+        names = rng.choice(sorted(good), size=min(len(good), rng.integers(1, 4)), replace=False)
+        changed = {str(name): beside(good[str(name)], rng) for name in names}
+    return call, good | changed, changed
+
+
+def try_call(seed: int, mild: float = 0.0) -> str:
+    """Make the call of this number, once; what came of it in a word. It may write files into the working folder.
+
+    Raises AssertionError for any error but a typed one.
+    """
+    call, arguments, wrong = call_of(seed, mild)
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            finite(*results_of(call.function(**(good | wrong))))
+            finite(*results_of(call.function(**arguments)))
+    except SimulationStopped:
+        return "stopped"
     except (OmnirollError, OSError) as error:
         assert str(error) and len(str(error)) < 10_000
         return "refused"

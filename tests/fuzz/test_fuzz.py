@@ -1,4 +1,4 @@
-"""1200 wrong calls and 1200 wrong scenes, the readers of text, and the command line: no traceback and no NaN."""
+"""1200 wrong calls and 600 changed scenes, the readers of text, and the command line: no traceback and no NaN."""
 
 import contextlib
 import inspect
@@ -19,7 +19,7 @@ from omniroll import cli
 from omniroll.effects import Effect
 from omniroll.kinds import Whole
 
-COUNT = 1200
+COUNT, FEW = 1200, 600  # calls, scenes
 
 
 METHODS_OF_ENGINES = (
@@ -58,8 +58,8 @@ def test_wrong_calls(tmp_path, monkeypatch):
 
 
 def test_wrong_scenes(tmp_path):
-    found = Counter(try_scene(seed, tmp_path, with_effects=False) for seed in range(COUNT))
-    assert found["refused"] > COUNT / 5 and found["done"] > COUNT / 5
+    found = Counter(try_scene(seed, tmp_path) for seed in range(FEW))
+    assert found["refused"] > FEW / 5 and found["done"] > FEW / 2
 
 
 @pytest.mark.parametrize("value", [10**22, 1e150, 5e-324])

@@ -13,10 +13,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 from hard.builds import ROOT
 from hard.case import Case, Measurement, Scale
@@ -108,17 +108,21 @@ def clean(scale: Scale) -> list[Measurement]:
     return found
 
 
+def broken_of(lines: Iterable[dict[str, Any]]) -> int:
+    """How many inputs broke a promise; what they say goes to stdout."""
+    wrong = [line for line in lines if line["word"] == "broken"]
+    for line in wrong:
+        print(line["seed"], line["why"])
+    return len(wrong)
+
+
 def attempts(what: str, folder: Path) -> Callable[[int], int]:
     """A function that makes so many attempts of a kind, and counts those that broke a promise."""
-    from fuzz.calls import try_call
-    from fuzz.scenes import try_scene
-
     from hard import inputs
-    from hard.wrong_inputs import broken
+    from hard.wrong_inputs import ATTEMPTS, tried
 
-    if what in ("calls", "scenes"):
-        one = try_call if what == "calls" else partial(try_scene, folder=folder, with_effects=True, compiled=True)
-        return lambda count: sum(int(m.measured) for m in broken(one, count, what))
+    if what in ATTEMPTS:
+        return lambda count: broken_of(tried(ATTEMPTS[what](folder), list(range(count)), inputs.PATIENCE))
     check, inputs_of = {
         "vehicles": (inputs.check_vehicle, inputs.vehicles),
         "states": (inputs.check_state, inputs.states),

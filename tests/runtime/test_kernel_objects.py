@@ -98,5 +98,5 @@ def test_wrong_names_and_shapes():
             bound.pose_rates(np.zeros((2, 3)), np.zeros(3))
         with pytest.raises(InvalidValueError, match="name = 'sing': is no function of this kernel"):
             bound.call("sing")
-    with pytest.raises(TypeError, match="energy takes nu, chi, spins"):
+    with pytest.raises(InvalidValueError, match="values = .*: must be those that energy takes: nu, chi, spins"):
         kernel(VEHICLE, "free").energy([1, 2, 3], np.zeros(4))

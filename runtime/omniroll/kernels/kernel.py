@@ -455,11 +455,17 @@ class Kernel:
             raise InvalidValueError("name", name, f"is no function of this kernel: {', '.join(self.signatures)}")
         return self.signatures[name]
 
-    def _broadcast(self, name: str, values: Sequence[ArrayLike], dtype: type) -> tuple[tuple, list[np.ndarray]]:
-        """Leading shape, and the inputs with it: contiguous arrays of one number type."""
+    def _inputs(self, name: str, values: Sequence[ArrayLike]) -> tuple[Argument, ...]:
+        """What a function takes. Raises InvalidValueError for another number of values."""
         inputs = self._signature(name).inputs
         if len(values) != len(inputs):
-            raise TypeError(f"{name} takes {', '.join(argument.name for argument in inputs)}")
+            bound = f"must be those that {name} takes: {', '.join(argument.name for argument in inputs)}"
+            raise InvalidValueError("values", values, bound)
+        return inputs
+
+    def _broadcast(self, name: str, values: Sequence[ArrayLike], dtype: type) -> tuple[tuple, list[np.ndarray]]:
+        """Leading shape, and the inputs with it: contiguous arrays of one number type."""
+        inputs = self._inputs(name, values)
         arrays = [argument.array(value, dtype) for argument, value in zip(inputs, values, strict=True)]
         leads = [
             array.shape[: array.ndim - len(argument.shape)] for argument, array in zip(inputs, arrays, strict=True)

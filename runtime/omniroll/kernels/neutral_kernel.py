@@ -73,9 +73,7 @@ class NeutralKernel(Kernel):
         if len(signature.inputs) == len(whole.inputs):
             found = self.inner.call(name, *values)
         else:
-            if len(values) != len(signature.inputs):
-                raise TypeError(f"{name} takes {', '.join(argument.name for argument in signature.inputs)}")
-            given = dict(zip((argument.name for argument in signature.inputs), values, strict=True))
+            given = dict(zip((argument.name for argument in self._inputs(name, values)), values, strict=True))
             arguments = (given.get(a.name, neutral(a.name, a.shape)) for a in whole.inputs)
             found = self.inner.call(name, *arguments)
         if len(signature.outputs) == len(whole.outputs):
