@@ -145,8 +145,8 @@ CASES = [
     Case(
         "wrong-scenes", SECTION, "Shipped scenes with one to three changes, another table, model, law or vehicle",
         "fails somewhere inside, or simulates something else",
-        "one message that names all that is wrong, or a motion of finite numbers; within 10 s and 2 GB, but for the Python "
-        "engine where it steps friction in time, which is not asked",
+        "one message that names all that is wrong, or a motion of finite numbers; within 10 s and 2 GB; the Python "
+        "engine is not asked where it steps friction in time",
         lambda scale: measured("scenes", scale.of(FEW, FULL)),
     ),
 ]  # fmt: skip
