@@ -127,7 +127,8 @@ class EngineSet:
         self.chi_feeds_back = any(array.name == "chi" for array in self.function("wheel_speeds").inputs)
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.rows = effects.function(ROWS) is not None
-        self.acted = bool(present or self.inputs or self.heading or self.rows)  # wheels that stand have guards
+        self.pivots = (self.rows or self.chi_feeds_back) and not self.slips  # whether wheels may stand on their joint
+        self.acted = bool(present or self.inputs or self.heading or self.pivots)  # these have guards
         self.spins_stick = self.spins and effects.function(STUCK) is not None
         self.axles_stick = OF_AXLES[-1] in own
         self.held = STUCK if self.spins_stick else HELD[self.spins]

@@ -112,8 +112,8 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
 
 /* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
  * platform_matrix, platform_force, free_couple, inertia, row_matrix, free_yaw_inertia, couple_rates,
- * free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
- * contact_spin, row, drift (maxima/forms/rolling.mac); moments (maxima/forms/moments.mac). */
+ * free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
+ * inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); moments (maxima/forms/moments.mac). */
 void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, const omniroll_real *torque,
                                omniroll_real *nu_dot)
@@ -316,9 +316,10 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
 
 /* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). Steps:
  * platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia, couple_rates, free_force,
- * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
- * row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple,
- * disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); moments (maxima/forms/moments.mac). */
+ * skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+ * contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac); spin_sums,
+ * spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); moments
+ * (maxima/forms/moments.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *spins, const omniroll_real *torque, omniroll_real *nu_dot,
                             omniroll_real *spins_dot)

@@ -32,6 +32,7 @@ void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu,
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
@@ -47,7 +48,7 @@ void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu,
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real slanted = nu_1*slant_1 + nu_2*slant_2;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted);
         chi_dot[i] = wheel_rate;
     }
 }
@@ -76,6 +77,7 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
         const omniroll_real secant_psi = model->wheel[i].secant_psi;
         const omniroll_real chi_i = chi[i];
@@ -96,12 +98,182 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real slanted = nu_1*slant_1 + nu_2*slant_2;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted);
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real rolling = secant_psi*along*inverse_rho;
         chi_dot[i] = wheel_rate;
         contact_spin[i] = rolling;
+    }
+}
+
+/* Quasi-velocities that fit the rates of wheels best as they stand on their rollers. Equations: (2.2).
+ * Steps: no_squares, row_squares, row_rates (maxima/effects/mecanum.mac); angle, slant
+ * (maxima/forms/rolling.mac); solution (maxima/forms/system.mac). */
+void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real *chi,
+                                const omniroll_real *chi_dot, omniroll_real *nu)
+{
+    const int wheels = model->wheels;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real R_over_l = model->R_over_l;
+    const omniroll_real r = model->r;
+    omniroll_real m11 = OMNIROLL_NUMBER(0);
+    omniroll_real m12 = OMNIROLL_NUMBER(0);
+    omniroll_real m13 = OMNIROLL_NUMBER(0);
+    omniroll_real m22 = OMNIROLL_NUMBER(0);
+    omniroll_real m23 = OMNIROLL_NUMBER(0);
+    omniroll_real m33 = OMNIROLL_NUMBER(0);
+    omniroll_real f1 = OMNIROLL_NUMBER(0);
+    omniroll_real f2 = OMNIROLL_NUMBER(0);
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real inv_l = 1/l;
+    const omniroll_real inverse_yaw_scale_r = inverse_yaw_scale*r;
+    const omniroll_real t2 = inverse_yaw_scale*R_over_l;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
+        const omniroll_real tan_psi = model->wheel[i].tan_psi;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real chi_dot_i = chi_dot[i];
+        const omniroll_real t1 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t1);
+        const omniroll_real half_cosine = omniroll_cos(t1);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
+        const omniroll_real R_slant = R*slant;
+        const omniroll_real slant_1 = R_slant*cos_alpha;
+        const omniroll_real slant_2 = R_slant*sin_alpha;
+        const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t2 + slant_3);
+        m11 += turn_1*turn_1;
+        m12 += turn_1*turn_2;
+        m13 += turn_1*turn_3;
+        m22 += turn_2*turn_2;
+        m23 += turn_2*turn_3;
+        m33 += turn_3*turn_3;
+        f1 += chi_dot_i*turn_1;
+        f2 += chi_dot_i*turn_2;
+        f3 += chi_dot_i*turn_3;
+    }
+    const omniroll_real pivot_1 = 1/m11;
+    const omniroll_real u12 = m12*pivot_1;
+    const omniroll_real u13 = m13*pivot_1;
+    const omniroll_real d22 = m22 - m12*u12;
+    const omniroll_real d23 = m23 - m12*u13;
+    const omniroll_real pivot_2 = 1/d22;
+    const omniroll_real u23 = d23*pivot_2;
+    const omniroll_real d33 = m33 - m13*u13 - d23*u23;
+    const omniroll_real z2 = f2 - f1*u12;
+    const omniroll_real z3 = f3 - f1*u13 - u23*z2;
+    const omniroll_real x_3 = z3/d33;
+    const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
+    const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu[0] = x_1;
+    nu[1] = x_2;
+    nu[2] = x_3;
+}
+
+/* Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
+ * Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, row_squares (maxima/effects/mecanum.mac);
+ * angle, slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac). */
+void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real *chi,
+                               const omniroll_real *force, omniroll_real *torques)
+{
+    const int wheels = model->wheels;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real R_over_l = model->R_over_l;
+    const omniroll_real r = model->r;
+    const omniroll_real force_1 = force[0];
+    const omniroll_real force_2 = force[1];
+    const omniroll_real force_3 = force[2];
+    omniroll_real m11 = OMNIROLL_NUMBER(0);
+    omniroll_real m12 = OMNIROLL_NUMBER(0);
+    omniroll_real m13 = OMNIROLL_NUMBER(0);
+    omniroll_real m22 = OMNIROLL_NUMBER(0);
+    omniroll_real m23 = OMNIROLL_NUMBER(0);
+    omniroll_real m33 = OMNIROLL_NUMBER(0);
+    omniroll_real f1 = force_1;
+    omniroll_real f2 = force_2;
+    omniroll_real f3 = force_3;
+    const omniroll_real inv_l = 1/l;
+    const omniroll_real inverse_yaw_scale_r = inverse_yaw_scale*r;
+    const omniroll_real t2 = inverse_yaw_scale*R_over_l;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
+        const omniroll_real tan_psi = model->wheel[i].tan_psi;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real t1 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t1);
+        const omniroll_real half_cosine = omniroll_cos(t1);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
+        const omniroll_real R_slant = R*slant;
+        const omniroll_real slant_1 = R_slant*cos_alpha;
+        const omniroll_real slant_2 = R_slant*sin_alpha;
+        const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t2 + slant_3);
+        m11 += turn_1*turn_1;
+        m12 += turn_1*turn_2;
+        m13 += turn_1*turn_3;
+        m22 += turn_2*turn_2;
+        m23 += turn_2*turn_3;
+        m33 += turn_3*turn_3;
+    }
+    const omniroll_real pivot_1 = 1/m11;
+    const omniroll_real u12 = m12*pivot_1;
+    const omniroll_real u13 = m13*pivot_1;
+    const omniroll_real d22 = m22 - m12*u12;
+    const omniroll_real d23 = m23 - m12*u13;
+    const omniroll_real pivot_2 = 1/d22;
+    const omniroll_real u23 = d23*pivot_2;
+    const omniroll_real d33 = m33 - m13*u13 - d23*u23;
+    const omniroll_real z2 = f2 - f1*u12;
+    const omniroll_real z3 = f3 - f1*u13 - u23*z2;
+    const omniroll_real x_3 = z3/d33;
+    const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
+    const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
+        const omniroll_real tan_psi = model->wheel[i].tan_psi;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real t3 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t3);
+        const omniroll_real half_cosine = omniroll_cos(t3);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
+        const omniroll_real t4 = R*slant;
+        const omniroll_real slant_1 = t4*cos_alpha;
+        const omniroll_real slant_2 = t4*sin_alpha;
+        const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t2 + slant_3);
+        torques[i] = x_1*turn_1 + x_2*turn_2 + x_3*turn_3;
     }
 }
 
@@ -132,6 +304,7 @@ void omniroll_wheel_accelerations(const omniroll_model *model, const omniroll_re
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
@@ -145,15 +318,17 @@ void omniroll_wheel_accelerations(const omniroll_model *model, const omniroll_re
         const omniroll_real slant_1 = R_slant*cos_alpha;
         const omniroll_real slant_2 = R_slant*sin_alpha;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t2 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t2 + slant_3);
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real nu_1_slant_1 = nu_1*slant_1;
         const omniroll_real nu_2_slant_2 = nu_2*slant_2;
         const omniroll_real slanted = nu_1_slant_1 + nu_2_slant_2;
         const omniroll_real nu_3_slant_3 = nu_3*slant_3;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted);
         const omniroll_real slant_pull = sine*inverse_cosine*(nu_1_slant_1 + nu_2_slant_2 + nu_3_slant_3);
         const omniroll_real turn_drift = wheel_rate*(r_yaw_rate_inv_l*tan_psi - slant_pull);
         const omniroll_real rate_of_turning = nu_dot_1*turn_1 + nu_dot_2*turn_2 + nu_dot_3*turn_3
@@ -201,11 +376,13 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     const omniroll_real B_n = B*n;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real alpha = vehicle->wheel_angles[i];
+        const omniroll_real turns_i = vehicle->turns[i];
         const omniroll_real roller_angle_of_wheel = vehicle->roller_angle[i];
         const omniroll_real cos_alpha = omniroll_cos(alpha);
         const omniroll_real sin_alpha = omniroll_sin(alpha);
         wheel[i].cos_alpha = cos_alpha;
         wheel[i].sin_alpha = sin_alpha;
+        wheel[i].turns = turns_i;
         const omniroll_real sin_psi = omniroll_sin(roller_angle_of_wheel);
         const omniroll_real cos_psi = omniroll_cos(roller_angle_of_wheel);
         const omniroll_real secant_psi = 1/cos_psi;
@@ -281,6 +458,7 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -303,9 +481,11 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
         const omniroll_real R_sin_alpha = R*sin_alpha;
         const omniroll_real slant_2 = R_sin_alpha*slant;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t3 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t3 + slant_3);
         const omniroll_real disk_1 = sin_psi*turn_1;
         const omniroll_real disk_2 = sin_psi*turn_2;
         const omniroll_real disk_3 = sin_psi*turn_3;
@@ -377,6 +557,7 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -401,9 +582,11 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real R_sin_alpha = R*sin_alpha;
         const omniroll_real slant_2 = R_sin_alpha*slant;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t3 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t3 + slant_3);
         const omniroll_real disk_1 = sin_psi*turn_1;
         const omniroll_real disk_2 = sin_psi*turn_2;
         const omniroll_real disk_3 = sin_psi*turn_3;
@@ -412,7 +595,7 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real nu_2_slant_2 = nu_2*slant_2;
         const omniroll_real slanted = nu_1_slant_1 + nu_2_slant_2;
         const omniroll_real nu_3_slant_3 = nu_3*slant_3;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted);
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real t4 = secant_psi*inverse_rho;
@@ -449,10 +632,11 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
 }
 
 /* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
- * platform_matrix, platform_force, free_couple, inertia, row_matrix, free_yaw_inertia, couple_rates,
- * free_force, solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed,
- * inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); free_turn_matrix,
- * free_turn_force (maxima/effects/mecanum.mac). */
+ * platform_matrix, not_skew, platform_force, free_couple, inertia, row_matrix, free_yaw_inertia,
+ * couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate,
+ * contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
+ * free_turn_matrix, free_turn_force, standing_pull, standing_sums (maxima/effects/mecanum.mac); standing
+ * (maxima/effects/joints.mac). */
 void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, omniroll_real *nu_dot)
 {
@@ -478,6 +662,9 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
     omniroll_real m22 = m0_22;
     omniroll_real m23 = OMNIROLL_NUMBER(0);
     omniroll_real m33 = m0_33;
+    omniroll_real skew_21 = OMNIROLL_NUMBER(0);
+    omniroll_real skew_31 = OMNIROLL_NUMBER(0);
+    omniroll_real skew_32 = OMNIROLL_NUMBER(0);
     const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     const omniroll_real coriolis_nu_3 = coriolis*nu_3;
     omniroll_real f1 = coriolis_nu_3*nu_2;
@@ -489,9 +676,11 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
     const omniroll_real t3 = inverse_yaw_scale*R_over_l;
     const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
     const omniroll_real r_yaw_rate_inv_l = r*yaw_rate*inv_l;
+    const omniroll_real yaw_rate_sq = yaw_rate*yaw_rate;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -516,9 +705,11 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real R_sin_alpha = R*sin_alpha;
         const omniroll_real slant_2 = R_sin_alpha*slant;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t3 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t3 + slant_3);
         const omniroll_real disk_1 = sin_psi*turn_1;
         const omniroll_real disk_2 = sin_psi*turn_2;
         const omniroll_real disk_3 = sin_psi*turn_3;
@@ -527,7 +718,7 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real nu_2_slant_2 = nu_2*slant_2;
         const omniroll_real slanted = nu_1_slant_1 + nu_2_slant_2;
         const omniroll_real nu_3_slant_3 = nu_3*slant_3;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted);
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real t4 = secant_psi*inverse_rho;
@@ -562,7 +753,8 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         m33 += bare_inertia*turn_3*turn_3;
         const omniroll_real couple_rate = R_over_l_yaw_rate*couple;
         const omniroll_real slant_couple = yaw_rate*couple;
-        const omniroll_real momentum_rate = couple*(roll - slanted);
+        const omniroll_real t5 = roll - slanted;
+        const omniroll_real momentum_rate = couple*t5;
         f1 += sin_alpha*couple_rate - slant_1*slant_couple - drift*inertia_1;
         f2 += -cos_alpha*couple_rate - slant_2*slant_couple - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
@@ -570,17 +762,42 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         f1 += -turn_1*turn_pull;
         f2 += -turn_2*turn_pull;
         f3 += -turn_3*turn_pull;
+        const omniroll_real stands = 1 - turns;
+        const omniroll_real standing_arm = yaw_rate*t5/(yaw_rate_sq + turns);
+        const omniroll_real spin_pull = sin_psi*stands;
+        const omniroll_real standing_pull_1 = acting_1*spin_pull;
+        const omniroll_real standing_pull_2 = acting_2*spin_pull;
+        const omniroll_real standing_pull_3 = -inverse_yaw_scale*standing_arm*spin_pull;
+        m11 += inertia_1*standing_pull_1;
+        const omniroll_real t6 = inertia_2*standing_pull_1;
+        m12 += t6;
+        const omniroll_real t7 = inertia_3*standing_pull_1;
+        m13 += t7;
+        m22 += inertia_2*standing_pull_2;
+        const omniroll_real t8 = inertia_3*standing_pull_2;
+        m23 += t8;
+        m33 += inertia_3*standing_pull_3;
+        skew_21 += inertia_1*standing_pull_2 - t6;
+        skew_31 += inertia_1*standing_pull_3 - t7;
+        skew_32 += inertia_2*standing_pull_3 - t8;
     }
+    const omniroll_real m21 = m12 + skew_21;
+    const omniroll_real m31 = m13 + skew_31;
+    const omniroll_real m32 = m23 + skew_32;
     const omniroll_real pivot_1 = 1/m11;
     const omniroll_real u12 = m12*pivot_1;
     const omniroll_real u13 = m13*pivot_1;
-    const omniroll_real d22 = m22 - m12*u12;
-    const omniroll_real d23 = m23 - m12*u13;
+    const omniroll_real l21 = m21*pivot_1;
+    const omniroll_real l31 = m31*pivot_1;
+    const omniroll_real d22 = m22 - m21*u12;
+    const omniroll_real d23 = m23 - m21*u13;
+    const omniroll_real d32 = m32 - m31*u12;
     const omniroll_real pivot_2 = 1/d22;
     const omniroll_real u23 = d23*pivot_2;
-    const omniroll_real d33 = m33 - m13*u13 - d23*u23;
-    const omniroll_real z2 = f2 - f1*u12;
-    const omniroll_real z3 = f3 - f1*u13 - u23*z2;
+    const omniroll_real l32 = d32*pivot_2;
+    const omniroll_real d33 = m33 - m31*u13 - d32*u23;
+    const omniroll_real z2 = f2 - f1*l21;
+    const omniroll_real z3 = f3 - f1*l31 - l32*z2;
     const omniroll_real x_3 = z3/d33;
     const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
     const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
@@ -592,8 +809,8 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
 /* Generalised forces that give the quasi-accelerations. Equations: (3.4). Steps: platform_matrix,
  * platform_force, inertia, row_matrix, free_yaw_inertia, free_couple, couple_rates, free_force
  * (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
- * turn_drift, drift (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force
- * (maxima/effects/mecanum.mac). */
+ * turn_drift, drift (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force, standing_pull,
+ * standing_spin (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac). */
 void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, const omniroll_real *nu_dot,
                                omniroll_real *force)
@@ -634,9 +851,11 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
     const omniroll_real t3 = inverse_yaw_scale*R_over_l;
     const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
     const omniroll_real r_yaw_rate_inv_l = r*yaw_rate*inv_l;
+    const omniroll_real yaw_rate_sq = yaw_rate*yaw_rate;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -661,9 +880,11 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real R_sin_alpha = R*sin_alpha;
         const omniroll_real slant_2 = R_sin_alpha*slant;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t3 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t3 + slant_3);
         const omniroll_real disk_1 = sin_psi*turn_1;
         const omniroll_real disk_2 = sin_psi*turn_2;
         const omniroll_real disk_3 = sin_psi*turn_3;
@@ -672,7 +893,7 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real nu_2_slant_2 = nu_2*slant_2;
         const omniroll_real slanted = nu_1_slant_1 + nu_2_slant_2;
         const omniroll_real nu_3_slant_3 = nu_3*slant_3;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted);
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real t4 = secant_psi*inverse_rho;
@@ -707,7 +928,8 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real couple = cos_psi*(cosine*(B*axial + momentum_cos) - momentum_sin*sine);
         const omniroll_real couple_rate = R_over_l_yaw_rate*couple;
         const omniroll_real slant_couple = yaw_rate*couple;
-        const omniroll_real momentum_rate = couple*(roll - slanted);
+        const omniroll_real t5 = roll - slanted;
+        const omniroll_real momentum_rate = couple*t5;
         f1 += sin_alpha*couple_rate - slant_1*slant_couple - drift*inertia_1;
         f2 += -cos_alpha*couple_rate - slant_2*slant_couple - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
@@ -715,6 +937,16 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         f1 += -turn_1*turn_pull;
         f2 += -turn_2*turn_pull;
         f3 += -turn_3*turn_pull;
+        const omniroll_real stands = 1 - turns;
+        const omniroll_real standing_arm = yaw_rate*t5/(yaw_rate_sq + turns);
+        const omniroll_real spin_pull = sin_psi*stands;
+        const omniroll_real standing_pull_1 = acting_1*spin_pull;
+        const omniroll_real standing_pull_2 = acting_2*spin_pull;
+        const omniroll_real standing_pull_3 = -inverse_yaw_scale*standing_arm*spin_pull;
+        const omniroll_real spin_up = nu_dot_1*inertia_1 + nu_dot_2*inertia_2 + nu_dot_3*inertia_3;
+        f1 += -standing_pull_1*spin_up;
+        f2 += -standing_pull_2*spin_up;
+        f3 += -standing_pull_3*spin_up;
     }
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1;
     force[1] = nu_dot_1*m12 + nu_dot_2*m22 + nu_dot_3*m23 - f2;
@@ -722,11 +954,12 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
 }
 
 /* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). Steps:
- * platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia, couple_rates, free_force,
- * solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed, inverse_rho,
- * contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac);
- * spin_sums, spin_couple, disk_turn, disk_axle, free_spin_dot (maxima/forms/free_rollers.mac);
- * free_turn_matrix, free_turn_force (maxima/effects/mecanum.mac). */
+ * platform_matrix, not_skew, platform_force, inertia, row_matrix, free_yaw_inertia, couple_rates,
+ * free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed,
+ * inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); no_spin_sums
+ * (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, disk_axle, free_spin_dot
+ * (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force, standing_pull, standing_sums
+ * (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *spins, omniroll_real *nu_dot, omniroll_real *spins_dot)
 {
@@ -753,6 +986,9 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     omniroll_real m22 = m0_22;
     omniroll_real m23 = OMNIROLL_NUMBER(0);
     omniroll_real m33 = m0_33;
+    omniroll_real skew_21 = OMNIROLL_NUMBER(0);
+    omniroll_real skew_31 = OMNIROLL_NUMBER(0);
+    omniroll_real skew_32 = OMNIROLL_NUMBER(0);
     const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     const omniroll_real coriolis_nu_3 = coriolis*nu_3;
     omniroll_real f1 = coriolis_nu_3*nu_2;
@@ -764,9 +1000,11 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real t3 = inverse_yaw_scale*R_over_l;
     const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
     const omniroll_real r_yaw_rate_inv_l = r*yaw_rate*inv_l;
+    const omniroll_real yaw_rate_sq = yaw_rate*yaw_rate;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -789,9 +1027,11 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real R_sin_alpha = R*sin_alpha;
         const omniroll_real slant_2 = R_sin_alpha*slant;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t3 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t3 + slant_3);
         const omniroll_real disk_1 = sin_psi*turn_1;
         const omniroll_real disk_2 = sin_psi*turn_2;
         const omniroll_real disk_3 = sin_psi*turn_3;
@@ -800,7 +1040,7 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real nu_2_slant_2 = nu_2*slant_2;
         const omniroll_real slanted = nu_1_slant_1 + nu_2_slant_2;
         const omniroll_real nu_3_slant_3 = nu_3*slant_3;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted);
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real t4 = secant_psi*inverse_rho;
@@ -842,7 +1082,8 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         m33 += bare_inertia*turn_3*turn_3;
         const omniroll_real couple_rate = R_over_l_yaw_rate*couple;
         const omniroll_real slant_couple = yaw_rate*couple;
-        const omniroll_real momentum_rate = couple*(roll - slanted);
+        const omniroll_real t5 = roll - slanted;
+        const omniroll_real momentum_rate = couple*t5;
         f1 += sin_alpha*couple_rate - slant_1*slant_couple - drift*inertia_1;
         f2 += -cos_alpha*couple_rate - slant_2*slant_couple - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
@@ -850,34 +1091,60 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         f1 += -turn_1*turn_pull;
         f2 += -turn_2*turn_pull;
         f3 += -turn_3*turn_pull;
+        const omniroll_real stands = 1 - turns;
+        const omniroll_real standing_arm = yaw_rate*t5/(yaw_rate_sq + turns);
+        const omniroll_real spin_pull = sin_psi*stands;
+        const omniroll_real standing_pull_1 = acting_1*spin_pull;
+        const omniroll_real standing_pull_2 = acting_2*spin_pull;
+        const omniroll_real standing_pull_3 = -inverse_yaw_scale*standing_arm*spin_pull;
+        m11 += inertia_1*standing_pull_1;
+        const omniroll_real t6 = inertia_2*standing_pull_1;
+        m12 += t6;
+        const omniroll_real t7 = inertia_3*standing_pull_1;
+        m13 += t7;
+        m22 += inertia_2*standing_pull_2;
+        const omniroll_real t8 = inertia_3*standing_pull_2;
+        m23 += t8;
+        m33 += inertia_3*standing_pull_3;
+        skew_21 += inertia_1*standing_pull_2 - t6;
+        skew_31 += inertia_1*standing_pull_3 - t7;
+        skew_32 += inertia_2*standing_pull_3 - t8;
     }
+    const omniroll_real m21 = m12 + skew_21;
+    const omniroll_real m31 = m13 + skew_31;
+    const omniroll_real m32 = m23 + skew_32;
     const omniroll_real pivot_1 = 1/m11;
     const omniroll_real u12 = m12*pivot_1;
     const omniroll_real u13 = m13*pivot_1;
-    const omniroll_real d22 = m22 - m12*u12;
-    const omniroll_real d23 = m23 - m12*u13;
+    const omniroll_real l21 = m21*pivot_1;
+    const omniroll_real l31 = m31*pivot_1;
+    const omniroll_real d22 = m22 - m21*u12;
+    const omniroll_real d23 = m23 - m21*u13;
+    const omniroll_real d32 = m32 - m31*u12;
     const omniroll_real pivot_2 = 1/d22;
     const omniroll_real u23 = d23*pivot_2;
-    const omniroll_real d33 = m33 - m13*u13 - d23*u23;
-    const omniroll_real z2 = f2 - f1*u12;
-    const omniroll_real z3 = f3 - f1*u13 - u23*z2;
+    const omniroll_real l32 = d32*pivot_2;
+    const omniroll_real d33 = m33 - m31*u13 - d32*u23;
+    const omniroll_real z2 = f2 - f1*l21;
+    const omniroll_real z3 = f3 - f1*l31 - l32*z2;
     const omniroll_real x_3 = z3/d33;
     const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
     const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
     nu_dot[0] = x_1;
     nu_dot[1] = x_2;
     nu_dot[2] = x_3;
-    const omniroll_real t9 = inverse_yaw_scale*x_3;
+    const omniroll_real t13 = inverse_yaw_scale*x_3;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t5 = chi_i/2;
-        const omniroll_real half_sine = omniroll_sin(t5);
-        const omniroll_real half_cosine = omniroll_cos(t5);
+        const omniroll_real t9 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t9);
+        const omniroll_real half_cosine = omniroll_cos(t9);
         const omniroll_real sine = 2*half_sine*half_cosine;
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real inverse_cosine = 1/cosine;
@@ -886,23 +1153,25 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real slant_1 = R_slant*cos_alpha;
         const omniroll_real slant_2 = R_slant*sin_alpha;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t3 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t3 + slant_3);
         const omniroll_real disk_1 = sin_psi*turn_1;
         const omniroll_real disk_2 = sin_psi*turn_2;
         const omniroll_real disk_3 = sin_psi*turn_3;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const omniroll_real t6 = nu_1*slant_1;
-        const omniroll_real t7 = nu_2*slant_2;
-        const omniroll_real slanted = t6 + t7;
-        const omniroll_real t8 = nu_3*slant_3;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - t8 - slanted;
-        const omniroll_real yaw_acceleration = t9;
+        const omniroll_real t10 = nu_1*slant_1;
+        const omniroll_real t11 = nu_2*slant_2;
+        const omniroll_real slanted = t10 + t11;
+        const omniroll_real t12 = nu_3*slant_3;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - t12 - slanted);
+        const omniroll_real yaw_acceleration = t13;
         const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
         const omniroll_real disk_cos = -cos_psi*(sine*yaw_acceleration + cosine*yaw_times_wheel);
         const omniroll_real disk_sin = cos_psi*(sine*yaw_times_wheel - cosine*yaw_acceleration);
-        const omniroll_real slant_pull = sine*inverse_cosine*(t6 + t7 + t8);
+        const omniroll_real slant_pull = sine*inverse_cosine*(t10 + t11 + t12);
         const omniroll_real turn_drift = wheel_rate*(r_yaw_rate_inv_l*tan_psi - slant_pull);
         const omniroll_real disk_axle = sin_psi*turn_drift + x_1*disk_1 + x_2*disk_2 + x_3*disk_3;
         for (int j = 0; j < slots; j++) {
@@ -945,6 +1214,7 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -968,7 +1238,7 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real slanted = nu_1*slant_1 + nu_2*slant_2;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted);
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real rolling = secant_psi*along*inverse_rho;
@@ -1012,6 +1282,7 @@ void omniroll_contact_axial(const omniroll_model *model, const omniroll_real *nu
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -1034,7 +1305,7 @@ void omniroll_contact_axial(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real slanted = nu_1*slant_1 + nu_2*slant_2;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted);
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real rolling = secant_psi*along*inverse_rho;
@@ -1065,6 +1336,7 @@ void omniroll_axial_speeds(const omniroll_model *model, const omniroll_real *nu,
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -1082,7 +1354,7 @@ void omniroll_axial_speeds(const omniroll_model *model, const omniroll_real *nu,
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real slanted = nu_1*slant_1 + nu_2*slant_2;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted);
         const omniroll_real sin_psi_wheel_rate = sin_psi*wheel_rate;
         const omniroll_real yaw_rate_cos_psi = yaw_rate*cos_psi;
         for (int j = 0; j < slots; j++) {
@@ -1118,6 +1390,7 @@ void omniroll_spins_from_axial(const omniroll_model *model, const omniroll_real 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -1135,7 +1408,7 @@ void omniroll_spins_from_axial(const omniroll_model *model, const omniroll_real 
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real slanted = nu_1*slant_1 + nu_2*slant_2;
-        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted;
+        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted);
         const omniroll_real sin_psi_wheel_rate = sin_psi*wheel_rate;
         const omniroll_real yaw_rate_cos_psi = yaw_rate*cos_psi;
         for (int j = 0; j < slots; j++) {
@@ -1189,6 +1462,7 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real sin_psi = model->wheel[i].sin_psi;
         const omniroll_real cos_psi = model->wheel[i].cos_psi;
         const omniroll_real tan_psi = model->wheel[i].tan_psi;
@@ -1213,9 +1487,11 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real R_sin_alpha = R*sin_alpha;
         const omniroll_real slant_2 = R_sin_alpha*slant;
         const omniroll_real slant_3 = -inverse_yaw_scale_r*sine*slant;
-        const omniroll_real turn_1 = R_over_l*sin_alpha - slant_1;
-        const omniroll_real turn_2 = -R_over_l*cos_alpha - slant_2;
-        const omniroll_real turn_3 = -t3 - slant_3;
+        const omniroll_real acting_1 = R_over_l*sin_alpha - slant_1;
+        const omniroll_real acting_2 = -R_over_l*cos_alpha - slant_2;
+        const omniroll_real turn_1 = turns*acting_1;
+        const omniroll_real turn_2 = turns*acting_2;
+        const omniroll_real turn_3 = -turns*(t3 + slant_3);
         const omniroll_real disk_1 = sin_psi*turn_1;
         const omniroll_real disk_2 = sin_psi*turn_2;
         const omniroll_real disk_3 = sin_psi*turn_3;

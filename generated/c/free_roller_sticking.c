@@ -285,9 +285,10 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
 
 /* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
  * platform_matrix, platform_force, free_couple, inertia, row_matrix, free_yaw_inertia, couple_rates,
- * free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
- * contact_spin, row, drift (maxima/forms/rolling.mac); contact_friction (maxima/programs/vehicle.mac);
- * moments (maxima/forms/moments.mac); free_friction (maxima/effects/roller_friction.mac). */
+ * free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
+ * inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); contact_friction
+ * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
+ * (maxima/effects/roller_friction.mac). */
 void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, const omniroll_real *contact_bearing,
                                const omniroll_real *bearing_drag, omniroll_real *nu_dot)
@@ -494,8 +495,8 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
 
 /* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). Steps:
  * platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia, couple_rates, free_force,
- * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
- * row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag
+ * skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+ * contact_spin, row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag
  * (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums,
  * spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
  * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction

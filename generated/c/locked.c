@@ -258,8 +258,8 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
 
 /* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
  * platform_matrix, platform_force, locked_couple, inertia, row_matrix, couple_rates, locked_force,
- * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
- * row, drift (maxima/forms/rolling.mac). */
+ * skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+ * contact_spin, row, drift (maxima/forms/rolling.mac). */
 void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                omniroll_real *nu_dot)
 {

@@ -355,8 +355,8 @@ def forward_dynamics(model, nu, chi, momenta):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
-    free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
-    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
+    free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle,
+    wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -560,9 +560,10 @@ def accelerations(model, nu, chi, spins):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
-    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
-    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac);
-    spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac).
+    couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
+    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums
+    (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, free_spin_dot
+    (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.

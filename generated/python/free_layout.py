@@ -709,8 +709,8 @@ def forward_dynamics(model, nu, chi, momenta):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
-    free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
-    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); center_force
+    free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle,
+    wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); center_force
     (maxima/effects/layout.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -940,8 +940,8 @@ def accelerations(model, nu, chi, spins):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
-    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
-    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); center_force
+    couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
+    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); center_force
     (maxima/effects/layout.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn,
     free_spin_dot (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.

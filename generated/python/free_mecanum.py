@@ -23,7 +23,7 @@ def wheel_speeds(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       chi_dot[N] [rad/s]: wheel rates.
-    Operations: once 3 mul, 1 div; per wheel 6 add, 19 mul, 1 div, 2 sincos. Intermediates: 18.
+    Operations: once 3 mul, 1 div; per wheel 6 add, 20 mul, 1 div, 2 sincos. Intermediates: 18.
     """
     chi_dot = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -41,6 +41,7 @@ def wheel_speeds(model, nu, chi):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         tan_psi = model.tan_psi[i]
         chi_i = chi[i]
         t1 = chi_i/2
@@ -56,7 +57,7 @@ def wheel_speeds(model, nu, chi):
         slant_3 = -inverse_yaw_scale_r*sine*slant
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         slanted = nu_1*slant_1 + nu_2*slant_2
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted)
         chi_dot[i] = wheel_rate
     return chi_dot
 
@@ -71,7 +72,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 4 mul, 1 div; per wheel 10 add, 26 mul, 2 div, 2 sincos. Intermediates: 26.
+    Operations: once 4 mul, 1 div; per wheel 10 add, 27 mul, 2 div, 2 sincos. Intermediates: 26.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -93,6 +94,7 @@ def wheel_rates(model, nu, chi):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         tan_psi = model.tan_psi[i]
         secant_psi = model.secant_psi[i]
         chi_i = chi[i]
@@ -113,13 +115,192 @@ def wheel_rates(model, nu, chi):
         slant_3 = -inverse_yaw_scale_r*sine*slant
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         slanted = nu_1*slant_1 + nu_2*slant_2
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted)
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = secant_psi*along*inverse_rho
         chi_dot[i] = wheel_rate
         contact_spin[i] = rolling
     return chi_dot, contact_spin
+
+
+def nu_from_wheels_at(model, chi, chi_dot):
+    """Quasi-velocities that fit the rates of wheels best as they stand on their rollers.
+
+    Equations: (2.2). Steps: no_squares, row_squares, row_rates (maxima/effects/mecanum.mac); angle, slant
+    (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    chi_dot[N] [rad/s]: wheel rates.
+    Returns:
+      nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 13 add, 27 mul, 1 div, 2 sincos. Intermediates: 41.
+    """
+    nu = [None] * 3
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    r = model.r
+    m11 = 0
+    m12 = 0
+    m13 = 0
+    m22 = 0
+    m23 = 0
+    m33 = 0
+    f1 = 0
+    f2 = 0
+    f3 = 0
+    inv_l = 1/l
+    inverse_yaw_scale_r = inverse_yaw_scale*r
+    t2 = inverse_yaw_scale*R_over_l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
+        tan_psi = model.tan_psi[i]
+        chi_i = chi[i]
+        chi_dot_i = chi_dot[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        inverse_cosine = 1/cosine
+        slant = inv_l*tan_psi*inverse_cosine
+        R_slant = R*slant
+        slant_1 = R_slant*cos_alpha
+        slant_2 = R_slant*sin_alpha
+        slant_3 = -inverse_yaw_scale_r*sine*slant
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t2 + slant_3)
+        m11 = m11 + turn_1*turn_1
+        m12 = m12 + turn_1*turn_2
+        m13 = m13 + turn_1*turn_3
+        m22 = m22 + turn_2*turn_2
+        m23 = m23 + turn_2*turn_3
+        m33 = m33 + turn_3*turn_3
+        f1 = f1 + chi_dot_i*turn_1
+        f2 = f2 + chi_dot_i*turn_2
+        f3 = f3 + chi_dot_i*turn_3
+    pivot_1 = 1/m11
+    u12 = m12*pivot_1
+    u13 = m13*pivot_1
+    d22 = m22 - m12*u12
+    d23 = m23 - m12*u13
+    pivot_2 = 1/d22
+    u23 = d23*pivot_2
+    d33 = m33 - m13*u13 - d23*u23
+    z2 = f2 - f1*u12
+    z3 = f3 - f1*u13 - u23*z2
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu[0] = x_1
+    nu[1] = x_2
+    nu[2] = x_3
+    return nu
+
+
+def wheel_torques_at(model, chi, force):
+    """Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
+
+    Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, row_squares (maxima/effects/mecanum.mac);
+    angle, slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
+    Returns:
+      torques[N] [N m]: torques about the wheel axles.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 16 add, 45 mul, 2 div, 4 sincos. Intermediates: 57.
+    """
+    torques = [None] * model.wheels
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    r = model.r
+    force_1 = force[0]
+    force_2 = force[1]
+    force_3 = force[2]
+    m11 = 0
+    m12 = 0
+    m13 = 0
+    m22 = 0
+    m23 = 0
+    m33 = 0
+    f1 = force_1
+    f2 = force_2
+    f3 = force_3
+    inv_l = 1/l
+    inverse_yaw_scale_r = inverse_yaw_scale*r
+    t2 = inverse_yaw_scale*R_over_l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
+        tan_psi = model.tan_psi[i]
+        chi_i = chi[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        inverse_cosine = 1/cosine
+        slant = inv_l*tan_psi*inverse_cosine
+        R_slant = R*slant
+        slant_1 = R_slant*cos_alpha
+        slant_2 = R_slant*sin_alpha
+        slant_3 = -inverse_yaw_scale_r*sine*slant
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t2 + slant_3)
+        m11 = m11 + turn_1*turn_1
+        m12 = m12 + turn_1*turn_2
+        m13 = m13 + turn_1*turn_3
+        m22 = m22 + turn_2*turn_2
+        m23 = m23 + turn_2*turn_3
+        m33 = m33 + turn_3*turn_3
+    pivot_1 = 1/m11
+    u12 = m12*pivot_1
+    u13 = m13*pivot_1
+    d22 = m22 - m12*u12
+    d23 = m23 - m12*u13
+    pivot_2 = 1/d22
+    u23 = d23*pivot_2
+    d33 = m33 - m13*u13 - d23*u23
+    z2 = f2 - f1*u12
+    z3 = f3 - f1*u13 - u23*z2
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
+        tan_psi = model.tan_psi[i]
+        chi_i = chi[i]
+        t3 = chi_i/2
+        half_sine = sin(t3)
+        half_cosine = cos(t3)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        inverse_cosine = 1/cosine
+        slant = inv_l*tan_psi*inverse_cosine
+        t4 = R*slant
+        slant_1 = t4*cos_alpha
+        slant_2 = t4*sin_alpha
+        slant_3 = -inverse_yaw_scale_r*sine*slant
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t2 + slant_3)
+        torques[i] = x_1*turn_1 + x_2*turn_2 + x_3*turn_3
+    return torques
 
 
 def wheel_accelerations(model, nu, chi, nu_dot):
@@ -132,7 +313,7 @@ def wheel_accelerations(model, nu, chi, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       chi_ddot[N] [rad/s^2]: accelerations of the wheels.
-    Operations: once 6 mul, 1 div; per wheel 15 add, 28 mul, 1 div, 2 sincos. Intermediates: 29.
+    Operations: once 6 mul, 1 div; per wheel 15 add, 32 mul, 1 div, 2 sincos. Intermediates: 31.
     """
     chi_ddot = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -155,6 +336,7 @@ def wheel_accelerations(model, nu, chi, nu_dot):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         tan_psi = model.tan_psi[i]
         chi_i = chi[i]
         t1 = chi_i/2
@@ -168,15 +350,17 @@ def wheel_accelerations(model, nu, chi, nu_dot):
         slant_1 = R_slant*cos_alpha
         slant_2 = R_slant*sin_alpha
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t2 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t2 + slant_3)
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         nu_1_slant_1 = nu_1*slant_1
         nu_2_slant_2 = nu_2*slant_2
         slanted = nu_1_slant_1 + nu_2_slant_2
         nu_3_slant_3 = nu_3*slant_3
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted)
         slant_pull = sine*inverse_cosine*(nu_1_slant_1 + nu_2_slant_2 + nu_3_slant_3)
         turn_drift = wheel_rate*(r_yaw_rate_inv_l*tan_psi - slant_pull)
         rate_of_turning = nu_dot_1*turn_1 + nu_dot_2*turn_2 + nu_dot_3*turn_3 + turn_drift
@@ -185,7 +369,7 @@ def wheel_accelerations(model, nu, chi, nu_dot):
 
 
 def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
-            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, roller_angle):
+            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, turns, roller_angle):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, axle_direction, free_yaw_constant, joint,
@@ -200,6 +384,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_radius [m]: wheel centre to the ground.
     roller_axis_radius [m]: wheel centre to a roller's axis.
     wheel_angles[N] [rad]: directions of the wheel axles.
+    turns[N] [1]: 1, or 0 of a wheel that stands on its joint.
     roller_angle[N] [rad]: angles between the rollers' axes and the planes of their wheels.
     Returns the model:
       B [kg m^2]: roller inertia.
@@ -219,6 +404,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       m0_33 [kg m^2]: constant part of the mass matrix.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
+      turns[N] [1]: 1, or 0 of a wheel that stands on its joint.
       r [m]: wheel centre to a roller's axis.
       sin_psi[N] [1]: sine of the angle between the rollers' axes and the wheel's plane.
       cos_psi[N] [1]: cosine of the angle between the rollers' axes and the wheel's plane.
@@ -234,6 +420,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_kappa = [None] * (rollers_per_wheel - 1)
     model.cos_alpha = [None] * wheels
     model.sin_alpha = [None] * wheels
+    model.turns = [None] * wheels
     model.sin_psi = [None] * wheels
     model.cos_psi = [None] * wheels
     model.tan_psi = [None] * wheels
@@ -269,11 +456,13 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     B_n = B*n
     for i in range(wheels):
         alpha = wheel_angles[i]
+        turns_i = turns[i]
         roller_angle_of_wheel = roller_angle[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
+        model.turns[i] = turns_i
         sin_psi = sin(roller_angle_of_wheel)
         cos_psi = cos(roller_angle_of_wheel)
         secant_psi = 1/cos_psi
@@ -326,7 +515,7 @@ def mass_matrix(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
-    Operations: once 3 mul, 1 div; per wheel 22 add, 49 mul, 2 div, 2 sincos. Intermediates: 42.
+    Operations: once 3 mul, 1 div; per wheel 22 add, 52 mul, 2 div, 2 sincos. Intermediates: 44.
     """
     matrix = [[None] * 3 for _ in range(3)]
     B = model.B
@@ -353,6 +542,7 @@ def mass_matrix(model, chi):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -375,9 +565,11 @@ def mass_matrix(model, chi):
         R_sin_alpha = R*sin_alpha
         slant_2 = R_sin_alpha*slant
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t3 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t3 + slant_3)
         disk_1 = sin_psi*turn_1
         disk_2 = sin_psi*turn_2
         disk_3 = sin_psi*turn_3
@@ -427,7 +619,7 @@ def forces(model, nu, chi, momenta):
     rollers.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 10 mul, 1 div; per wheel 37 add, 72 mul, 2 div, 2 sincos. Intermediates: 62.
+    Operations: once 10 mul, 1 div; per wheel 37 add, 76 mul, 2 div, 2 sincos. Intermediates: 64.
     """
     force = [None] * 3
     B = model.B
@@ -456,6 +648,7 @@ def forces(model, nu, chi, momenta):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -480,9 +673,11 @@ def forces(model, nu, chi, momenta):
         R_sin_alpha = R*sin_alpha
         slant_2 = R_sin_alpha*slant
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t3 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t3 + slant_3)
         disk_1 = sin_psi*turn_1
         disk_2 = sin_psi*turn_2
         disk_3 = sin_psi*turn_3
@@ -491,7 +686,7 @@ def forces(model, nu, chi, momenta):
         nu_2_slant_2 = nu_2*slant_2
         slanted = nu_1_slant_1 + nu_2_slant_2
         nu_3_slant_3 = nu_3*slant_3
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted)
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         t4 = secant_psi*inverse_rho
@@ -530,17 +725,18 @@ def forces(model, nu, chi, momenta):
 def forward_dynamics(model, nu, chi, momenta):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
-    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
-    free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, slant,
-    wheel_rate, contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
-    free_turn_matrix, free_turn_force (maxima/effects/mecanum.mac).
+    Equations: (3.1), (3.4). Steps: platform_matrix, not_skew, platform_force, free_couple, inertia,
+    row_matrix, free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw,
+    angle, slant, wheel_rate, contact_speed, inverse_rho, contact_spin, row, turn_drift, drift
+    (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force, standing_pull, standing_sums
+    (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 25 mul, 5 div; per wheel 49 add, 92 mul, 2 div, 2 sincos. Intermediates: 82.
+    Operations: once 14 add, 30 mul, 5 div; per wheel 63 add, 111 mul, 4 div, 2 sincos. Intermediates: 105.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -564,6 +760,9 @@ def forward_dynamics(model, nu, chi, momenta):
     m22 = m0_22
     m23 = 0
     m33 = m0_33
+    skew_21 = 0
+    skew_31 = 0
+    skew_32 = 0
     yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
@@ -575,9 +774,11 @@ def forward_dynamics(model, nu, chi, momenta):
     t3 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
     r_yaw_rate_inv_l = r*yaw_rate*inv_l
+    yaw_rate_sq = yaw_rate*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -602,9 +803,11 @@ def forward_dynamics(model, nu, chi, momenta):
         R_sin_alpha = R*sin_alpha
         slant_2 = R_sin_alpha*slant
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t3 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t3 + slant_3)
         disk_1 = sin_psi*turn_1
         disk_2 = sin_psi*turn_2
         disk_3 = sin_psi*turn_3
@@ -613,7 +816,7 @@ def forward_dynamics(model, nu, chi, momenta):
         nu_2_slant_2 = nu_2*slant_2
         slanted = nu_1_slant_1 + nu_2_slant_2
         nu_3_slant_3 = nu_3*slant_3
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted)
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         t4 = secant_psi*inverse_rho
@@ -648,7 +851,8 @@ def forward_dynamics(model, nu, chi, momenta):
         m33 = m33 + bare_inertia*turn_3*turn_3
         couple_rate = R_over_l_yaw_rate*couple
         slant_couple = yaw_rate*couple
-        momentum_rate = couple*(roll - slanted)
+        t5 = roll - slanted
+        momentum_rate = couple*t5
         f1 = f1 + (sin_alpha*couple_rate - slant_1*slant_couple - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - slant_2*slant_couple - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
@@ -656,16 +860,41 @@ def forward_dynamics(model, nu, chi, momenta):
         f1 = f1 + -turn_1*turn_pull
         f2 = f2 + -turn_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
+        stands = 1 - turns
+        standing_arm = yaw_rate*t5/(yaw_rate_sq + turns)
+        spin_pull = sin_psi*stands
+        standing_pull_1 = acting_1*spin_pull
+        standing_pull_2 = acting_2*spin_pull
+        standing_pull_3 = -inverse_yaw_scale*standing_arm*spin_pull
+        m11 = m11 + inertia_1*standing_pull_1
+        t6 = inertia_2*standing_pull_1
+        m12 = m12 + t6
+        t7 = inertia_3*standing_pull_1
+        m13 = m13 + t7
+        m22 = m22 + inertia_2*standing_pull_2
+        t8 = inertia_3*standing_pull_2
+        m23 = m23 + t8
+        m33 = m33 + inertia_3*standing_pull_3
+        skew_21 = skew_21 + (inertia_1*standing_pull_2 - t6)
+        skew_31 = skew_31 + (inertia_1*standing_pull_3 - t7)
+        skew_32 = skew_32 + (inertia_2*standing_pull_3 - t8)
+    m21 = m12 + skew_21
+    m31 = m13 + skew_31
+    m32 = m23 + skew_32
     pivot_1 = 1/m11
     u12 = m12*pivot_1
     u13 = m13*pivot_1
-    d22 = m22 - m12*u12
-    d23 = m23 - m12*u13
+    l21 = m21*pivot_1
+    l31 = m31*pivot_1
+    d22 = m22 - m21*u12
+    d23 = m23 - m21*u13
+    d32 = m32 - m31*u12
     pivot_2 = 1/d22
     u23 = d23*pivot_2
-    d33 = m33 - m13*u13 - d23*u23
-    z2 = f2 - f1*u12
-    z3 = f3 - f1*u13 - u23*z2
+    l32 = d32*pivot_2
+    d33 = m33 - m31*u13 - d32*u23
+    z2 = f2 - f1*l21
+    z3 = f3 - f1*l31 - l32*z2
     x_3 = z3/d33
     x_2 = pivot_2*z2 - u23*x_3
     x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
@@ -681,7 +910,8 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     Equations: (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
     free_couple, couple_rates, free_force (maxima/forms/system.mac); yaw, angle, slant, wheel_rate,
     contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
-    free_turn_matrix, free_turn_force (maxima/effects/mecanum.mac).
+    free_turn_matrix, free_turn_force, standing_pull, standing_spin (maxima/effects/mecanum.mac); standing
+    (maxima/effects/joints.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -689,7 +919,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 19 mul, 1 div; per wheel 49 add, 92 mul, 2 div, 2 sincos. Intermediates: 69.
+    Operations: once 9 add, 20 mul, 1 div; per wheel 56 add, 108 mul, 4 div, 2 sincos. Intermediates: 80.
     """
     force = [None] * 3
     B = model.B
@@ -727,9 +957,11 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     t3 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
     r_yaw_rate_inv_l = r*yaw_rate*inv_l
+    yaw_rate_sq = yaw_rate*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -754,9 +986,11 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         R_sin_alpha = R*sin_alpha
         slant_2 = R_sin_alpha*slant
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t3 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t3 + slant_3)
         disk_1 = sin_psi*turn_1
         disk_2 = sin_psi*turn_2
         disk_3 = sin_psi*turn_3
@@ -765,7 +999,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         nu_2_slant_2 = nu_2*slant_2
         slanted = nu_1_slant_1 + nu_2_slant_2
         nu_3_slant_3 = nu_3*slant_3
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted)
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         t4 = secant_psi*inverse_rho
@@ -800,7 +1034,8 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         couple = cos_psi*(cosine*(B*axial + momentum_cos) - momentum_sin*sine)
         couple_rate = R_over_l_yaw_rate*couple
         slant_couple = yaw_rate*couple
-        momentum_rate = couple*(roll - slanted)
+        t5 = roll - slanted
+        momentum_rate = couple*t5
         f1 = f1 + (sin_alpha*couple_rate - slant_1*slant_couple - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - slant_2*slant_couple - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
@@ -808,6 +1043,16 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         f1 = f1 + -turn_1*turn_pull
         f2 = f2 + -turn_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
+        stands = 1 - turns
+        standing_arm = yaw_rate*t5/(yaw_rate_sq + turns)
+        spin_pull = sin_psi*stands
+        standing_pull_1 = acting_1*spin_pull
+        standing_pull_2 = acting_2*spin_pull
+        standing_pull_3 = -inverse_yaw_scale*standing_arm*spin_pull
+        spin_up = nu_dot_1*inertia_1 + nu_dot_2*inertia_2 + nu_dot_3*inertia_3
+        f1 = f1 + -standing_pull_1*spin_up
+        f2 = f2 + -standing_pull_2*spin_up
+        f3 = f3 + -standing_pull_3*spin_up
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1
     force[1] = nu_dot_1*m12 + nu_dot_2*m22 + nu_dot_3*m23 - f2
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3
@@ -817,19 +1062,20 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
 def accelerations(model, nu, chi, spins):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
-    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
-    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate,
-    contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); no_spin_sums
-    (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, disk_axle, free_spin_dot
-    (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force (maxima/effects/mecanum.mac).
+    Equations: (3.1), (3.4). Steps: platform_matrix, not_skew, platform_force, inertia, row_matrix,
+    free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant,
+    wheel_rate, contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
+    no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, disk_axle, free_spin_dot
+    (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force, standing_pull, standing_sums
+    (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 26 mul, 5 div; per wheel 64 add, 129 mul, 3 div, 4 sincos; per free roller 4 add,
-    4 mul. Intermediates: 114.
+    Operations: once 14 add, 31 mul, 5 div; per wheel 78 add, 152 mul, 5 div, 4 sincos; per free roller 4 add,
+    4 mul. Intermediates: 139.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -854,6 +1100,9 @@ def accelerations(model, nu, chi, spins):
     m22 = m0_22
     m23 = 0
     m33 = m0_33
+    skew_21 = 0
+    skew_31 = 0
+    skew_32 = 0
     yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
@@ -865,9 +1114,11 @@ def accelerations(model, nu, chi, spins):
     t3 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
     r_yaw_rate_inv_l = r*yaw_rate*inv_l
+    yaw_rate_sq = yaw_rate*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -890,9 +1141,11 @@ def accelerations(model, nu, chi, spins):
         R_sin_alpha = R*sin_alpha
         slant_2 = R_sin_alpha*slant
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t3 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t3 + slant_3)
         disk_1 = sin_psi*turn_1
         disk_2 = sin_psi*turn_2
         disk_3 = sin_psi*turn_3
@@ -901,7 +1154,7 @@ def accelerations(model, nu, chi, spins):
         nu_2_slant_2 = nu_2*slant_2
         slanted = nu_1_slant_1 + nu_2_slant_2
         nu_3_slant_3 = nu_3*slant_3
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3_slant_3 - slanted)
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         t4 = secant_psi*inverse_rho
@@ -942,7 +1195,8 @@ def accelerations(model, nu, chi, spins):
         m33 = m33 + bare_inertia*turn_3*turn_3
         couple_rate = R_over_l_yaw_rate*couple
         slant_couple = yaw_rate*couple
-        momentum_rate = couple*(roll - slanted)
+        t5 = roll - slanted
+        momentum_rate = couple*t5
         f1 = f1 + (sin_alpha*couple_rate - slant_1*slant_couple - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - slant_2*slant_couple - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
@@ -950,33 +1204,59 @@ def accelerations(model, nu, chi, spins):
         f1 = f1 + -turn_1*turn_pull
         f2 = f2 + -turn_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
+        stands = 1 - turns
+        standing_arm = yaw_rate*t5/(yaw_rate_sq + turns)
+        spin_pull = sin_psi*stands
+        standing_pull_1 = acting_1*spin_pull
+        standing_pull_2 = acting_2*spin_pull
+        standing_pull_3 = -inverse_yaw_scale*standing_arm*spin_pull
+        m11 = m11 + inertia_1*standing_pull_1
+        t6 = inertia_2*standing_pull_1
+        m12 = m12 + t6
+        t7 = inertia_3*standing_pull_1
+        m13 = m13 + t7
+        m22 = m22 + inertia_2*standing_pull_2
+        t8 = inertia_3*standing_pull_2
+        m23 = m23 + t8
+        m33 = m33 + inertia_3*standing_pull_3
+        skew_21 = skew_21 + (inertia_1*standing_pull_2 - t6)
+        skew_31 = skew_31 + (inertia_1*standing_pull_3 - t7)
+        skew_32 = skew_32 + (inertia_2*standing_pull_3 - t8)
+    m21 = m12 + skew_21
+    m31 = m13 + skew_31
+    m32 = m23 + skew_32
     pivot_1 = 1/m11
     u12 = m12*pivot_1
     u13 = m13*pivot_1
-    d22 = m22 - m12*u12
-    d23 = m23 - m12*u13
+    l21 = m21*pivot_1
+    l31 = m31*pivot_1
+    d22 = m22 - m21*u12
+    d23 = m23 - m21*u13
+    d32 = m32 - m31*u12
     pivot_2 = 1/d22
     u23 = d23*pivot_2
-    d33 = m33 - m13*u13 - d23*u23
-    z2 = f2 - f1*u12
-    z3 = f3 - f1*u13 - u23*z2
+    l32 = d32*pivot_2
+    d33 = m33 - m31*u13 - d32*u23
+    z2 = f2 - f1*l21
+    z3 = f3 - f1*l31 - l32*z2
     x_3 = z3/d33
     x_2 = pivot_2*z2 - u23*x_3
     x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
     nu_dot[0] = x_1
     nu_dot[1] = x_2
     nu_dot[2] = x_3
-    t9 = inverse_yaw_scale*x_3
+    t13 = inverse_yaw_scale*x_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
         chi_i = chi[i]
-        t5 = chi_i/2
-        half_sine = sin(t5)
-        half_cosine = cos(t5)
+        t9 = chi_i/2
+        half_sine = sin(t9)
+        half_cosine = cos(t9)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
         inverse_cosine = 1/cosine
@@ -985,23 +1265,25 @@ def accelerations(model, nu, chi, spins):
         slant_1 = R_slant*cos_alpha
         slant_2 = R_slant*sin_alpha
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t3 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t3 + slant_3)
         disk_1 = sin_psi*turn_1
         disk_2 = sin_psi*turn_2
         disk_3 = sin_psi*turn_3
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
-        t6 = nu_1*slant_1
-        t7 = nu_2*slant_2
-        slanted = t6 + t7
-        t8 = nu_3*slant_3
-        wheel_rate = roll - R_over_l_yaw_rate - t8 - slanted
-        yaw_acceleration = t9
+        t10 = nu_1*slant_1
+        t11 = nu_2*slant_2
+        slanted = t10 + t11
+        t12 = nu_3*slant_3
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - t12 - slanted)
+        yaw_acceleration = t13
         yaw_times_wheel = yaw_rate*wheel_rate
         disk_cos = -cos_psi*(sine*yaw_acceleration + cosine*yaw_times_wheel)
         disk_sin = cos_psi*(sine*yaw_times_wheel - cosine*yaw_acceleration)
-        slant_pull = sine*inverse_cosine*(t6 + t7 + t8)
+        slant_pull = sine*inverse_cosine*(t10 + t11 + t12)
         turn_drift = wheel_rate*(r_yaw_rate_inv_l*tan_psi - slant_pull)
         disk_axle = sin_psi*turn_drift + x_1*disk_1 + x_2*disk_2 + x_3*disk_3
         for j in range(model.rollers_per_wheel - 1):
@@ -1023,7 +1305,7 @@ def energy(model, nu, chi, spins):
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
     Returns:
       energy [J]: kinetic energy.
-    Operations: once 2 add, 11 mul, 1 div; per wheel 14 add, 35 mul, 2 div, 2 sincos; per free roller 4 add, 6
+    Operations: once 2 add, 11 mul, 1 div; per wheel 14 add, 36 mul, 2 div, 2 sincos; per free roller 4 add, 6
     mul. Intermediates: 32.
     """
     B = model.B
@@ -1048,6 +1330,7 @@ def energy(model, nu, chi, spins):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -1071,7 +1354,7 @@ def energy(model, nu, chi, spins):
         slant_3 = -inverse_yaw_scale_r*sine*slant
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         slanted = nu_1*slant_1 + nu_2*slant_2
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted)
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = secant_psi*along*inverse_rho
@@ -1099,7 +1382,7 @@ def contact_axial(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact.
-    Operations: once 4 mul, 1 div; per wheel 12 add, 29 mul, 2 div, 2 sincos. Intermediates: 27.
+    Operations: once 4 mul, 1 div; per wheel 12 add, 30 mul, 2 div, 2 sincos. Intermediates: 27.
     """
     contact_axial = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -1120,6 +1403,7 @@ def contact_axial(model, nu, chi):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -1142,7 +1426,7 @@ def contact_axial(model, nu, chi):
         slant_3 = -inverse_yaw_scale_r*sine*slant
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         slanted = nu_1*slant_1 + nu_2*slant_2
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted)
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = secant_psi*along*inverse_rho
@@ -1161,7 +1445,7 @@ def axial_speeds(model, nu, chi, spins):
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
     Returns:
       axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
-    Operations: once 3 mul, 1 div; per wheel 6 add, 21 mul, 1 div, 2 sincos; per free roller 3 add, 3 mul.
+    Operations: once 3 mul, 1 div; per wheel 6 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 3 mul.
     Intermediates: 22.
     """
     axial = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -1180,6 +1464,7 @@ def axial_speeds(model, nu, chi, spins):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -1197,7 +1482,7 @@ def axial_speeds(model, nu, chi, spins):
         slant_3 = -inverse_yaw_scale_r*sine*slant
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         slanted = nu_1*slant_1 + nu_2*slant_2
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted)
         sin_psi_wheel_rate = sin_psi*wheel_rate
         yaw_rate_cos_psi = yaw_rate*cos_psi
         for j in range(model.rollers_per_wheel - 1):
@@ -1220,7 +1505,7 @@ def spins_from_axial(model, nu, chi, axial):
     axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
     Returns:
       spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
-    Operations: once 3 mul, 1 div; per wheel 6 add, 21 mul, 1 div, 2 sincos; per free roller 3 add, 3 mul.
+    Operations: once 3 mul, 1 div; per wheel 6 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 3 mul.
     Intermediates: 22.
     """
     spins = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -1239,6 +1524,7 @@ def spins_from_axial(model, nu, chi, axial):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -1256,7 +1542,7 @@ def spins_from_axial(model, nu, chi, axial):
         slant_3 = -inverse_yaw_scale_r*sine*slant
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         slanted = nu_1*slant_1 + nu_2*slant_2
-        wheel_rate = roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted
+        wheel_rate = turns*(roll - R_over_l_yaw_rate - nu_3*slant_3 - slanted)
         sin_psi_wheel_rate = sin_psi*wheel_rate
         yaw_rate_cos_psi = yaw_rate*cos_psi
         for j in range(model.rollers_per_wheel - 1):
@@ -1285,7 +1571,7 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
     switch is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 13 add, 18 mul, 5 div; per wheel 28 add, 56 mul, 2 div, 2 sincos. Intermediates: 59.
+    Operations: once 13 add, 18 mul, 5 div; per wheel 28 add, 59 mul, 2 div, 2 sincos. Intermediates: 61.
     """
     nu_after = [None] * 3
     B = model.B
@@ -1318,6 +1604,7 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        turns = model.turns[i]
         sin_psi = model.sin_psi[i]
         cos_psi = model.cos_psi[i]
         tan_psi = model.tan_psi[i]
@@ -1342,9 +1629,11 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
         R_sin_alpha = R*sin_alpha
         slant_2 = R_sin_alpha*slant
         slant_3 = -inverse_yaw_scale_r*sine*slant
-        turn_1 = R_over_l*sin_alpha - slant_1
-        turn_2 = -R_over_l*cos_alpha - slant_2
-        turn_3 = -t3 - slant_3
+        acting_1 = R_over_l*sin_alpha - slant_1
+        acting_2 = -R_over_l*cos_alpha - slant_2
+        turn_1 = turns*acting_1
+        turn_2 = turns*acting_2
+        turn_3 = -turns*(t3 + slant_3)
         disk_1 = sin_psi*turn_1
         disk_2 = sin_psi*turn_2
         disk_3 = sin_psi*turn_3

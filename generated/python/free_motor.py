@@ -473,8 +473,8 @@ def forward_dynamics(model, nu, chi, momenta, torque, damping):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
-    free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
-    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); axle_moment
+    free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle,
+    wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); axle_moment
     (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -700,10 +700,11 @@ def accelerations(model, nu, chi, spins, torque, damping):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
-    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
-    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac);
-    spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); axle_moment
-    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
+    couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
+    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums
+    (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, free_spin_dot
+    (maxima/forms/free_rollers.mac); axle_moment (maxima/programs/vehicle.mac); moments
+    (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.

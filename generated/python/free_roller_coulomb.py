@@ -314,8 +314,8 @@ def forward_dynamics(model, nu, chi, momenta, roller_drag):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
-    free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
-    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); contact_slip,
+    free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle,
+    wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); contact_slip,
     free_friction (maxima/effects/roller_friction.mac); contact_friction (maxima/programs/vehicle.mac);
     moments (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -546,9 +546,9 @@ def accelerations(model, nu, chi, spins):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
-    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
-    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_drag, roller_slip, roller_friction,
-    drag, contact_slip, free_friction (maxima/effects/roller_friction.mac); no_spin_sums
+    couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
+    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_drag, roller_slip,
+    roller_friction, drag, contact_slip, free_friction (maxima/effects/roller_friction.mac); no_spin_sums
     (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, disk_turn, free_spin_dot
     (maxima/forms/free_rollers.mac); contact_friction (maxima/programs/vehicle.mac); moments
     (maxima/forms/moments.mac).

@@ -357,9 +357,9 @@ def forward_dynamics(model, nu, chi, momenta, contact_bearing, bearing_drag):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
-    free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
-    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); contact_friction
-    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
+    free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle,
+    wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac);
+    contact_friction (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
     (maxima/effects/roller_friction.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -586,10 +586,10 @@ def accelerations(model, nu, chi, spins, contact_bearing, free_bearing):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
-    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
-    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag
-    (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums,
-    spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
+    couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
+    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_bearing_drag,
+    bearing_drag (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle,
+    spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
     (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
     (maxima/effects/roller_friction.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.

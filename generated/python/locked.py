@@ -327,8 +327,8 @@ def forward_dynamics(model, nu, chi):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, locked_couple, inertia, row_matrix,
-    couple_rates, locked_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
-    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
+    couple_rates, locked_force, skewed_solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
+    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:

@@ -186,7 +186,6 @@ enum {
                                      * guard is passed or next_time has come. Then call again                  */
     OMNIROLL_RUN_WHEELS = 5,        /* the library is compiled for another number of wheels                 */
     OMNIROLL_RUN_UNLAWFUL = 6,      /* what sticks takes more than it can: a fault of the engine              */
-    OMNIROLL_RUN_PIVOTS = 7         /* both rollers at a joint push their wheel back to it                  */
 };
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */

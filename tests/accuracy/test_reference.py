@@ -153,9 +153,7 @@ def test_a_vehicle_breaks_away_where_the_torques_pass_what_holds_it():
     """From there on friction takes the sliding torque, which is less."""
     table = TorqueTable([0, 1], [[0.0] * 3, [-0.05] * 3])
     friction = Bearings(wheel_coulomb=0.01, wheel_break_away=0.02)
-    task = checked_task(
-        PAPER, nu=(0, 0, 0), duration=1, roller_model="massless", effects=[table, friction]
-    )
+    task = checked_task(PAPER, nu=(0, 0, 0), duration=1, roller_model="massless", effects=[table, friction])
     times = np.array([0.2, 0.4 - 1e-9, 0.4 + 1e-9, 0.6, 1.0])
     after = np.maximum(times - 0.4, 0.0)
     wanted = PAPER.wheels * RATIO / TURNING * ((0.02 - 0.01) * after + 0.05 * after**2 / 2)

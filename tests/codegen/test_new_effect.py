@@ -49,7 +49,7 @@ def test_what_a_new_effect_changes():
 def test_an_effect_after_the_programs_that_are_made_of_what_it_brings_is_refused(tmp_path):
     load = "".join(f'load("{MACHINERY / name}.mac")$ ' for name in ("claims", "steps", "effects"))
     closed = "closed_kinds: ['force_steps]$ brings(\"wind\", 'constants, [])$ "
-    (tmp_path / "late.mac").write_text(load + closed + "brings(\"wind\", 'force_steps, [])$")
+    (tmp_path / "late.mac").write_text(load + closed + 'brings("wind", \'force_steps, [])$')
     with pytest.raises(MaximaError, match="wind brings force_steps.*stand before effects/derivatives_by_numbers"):
         Maxima.find(lambda line: None).derive(tmp_path / "late.mac", tmp_path / "out", lambda line: None)
 

@@ -179,9 +179,7 @@ def test_who_exceeds_static_friction_slips_and_the_others_are_asked_again(load, 
         Contact(law="coulomb", friction=0.1, static_friction=0.5, load=(10.0, load)),
         TorqueTable((0.0, 1.0), ((0, 0), (2.0, -2.0))),
     ]
-    run = simulate(
-        vehicle, nu=(0, 0, 0), duration=0.25, roller_model="massless", effects=effects, control=False
-    )
+    run = simulate(vehicle, nu=(0, 0, 0), duration=0.25, roller_model="massless", effects=effects, control=False)
     instant = 5.0 * radius * (1 + 2 * inertia / (mass * radius**2)) / 2.0
     straight, turning = 1 / mass, vehicle.platform_radius**2 / vehicle.yaw_inertia
     share = inertia / radius**2

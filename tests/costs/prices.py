@@ -34,7 +34,11 @@ EFFECTS = {
     "axles that stick": (Bearings(wheel_coulomb=1e-3),),
     "rollers that stick": (Bearings(roller_coulomb=1e-6),),
 }
-VEHICLES = {"layout": PAPER.replace(wheel_places=PLACES)}
+VEHICLES = {
+    "layout": PAPER.replace(wheel_places=PLACES),
+    "two rows": omniroll.Vehicle.paper(rollers_per_wheel=6).replace(rows=2, row_offset=1e-3),
+    "mecanum": PAPER.replace(roller_angle=0.7),
+}
 
 # Events that leave the motion as it is, and the same run without them.
 EVERY = 0.01  # s

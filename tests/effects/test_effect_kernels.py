@@ -6,7 +6,6 @@ The generated Python kernel runs on balls unchanged, so that what is compared is
 rounding.
 """
 
-
 import numpy as np
 import pytest
 from effects.cases import OPTIONAL, ROLLERS, WHEELS, balls, prepared_kernel, random_case, without_layout

@@ -30,6 +30,7 @@ def test_a_pipe_is_written_to_and_stays_a_pipe(tmp_path):
     assert read == ["through"] and stat.S_ISFIFO(pipe.stat().st_mode)
     assert list(tmp_path.iterdir()) == [pipe]
 
+
 def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
     """The system's error has no name where a file that is open is written to."""
 

@@ -10,7 +10,7 @@ from hard.case import Case, Measurement, Scale
 from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurements, python_kernels
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
-from omniroll import Vehicle
+from omniroll import Vehicle, generated_data
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, optional_effects, signatures
 
 
@@ -23,19 +23,28 @@ def effect_sets(scale: Scale) -> list[str]:
     every, bases = every_effect(), bases_of(scale)
     alone = [rounding.set_key(base, (effect,)) for base in bases[:3] for effect in every]
     together = [rounding.set_key(base, every) for base in bases]
+    together += [rounding.set_key(base, effects) for base in bases[:3] for effects in other_wheels()]
     return together + scale.of([], [*alone, rounding.set_key("free_sharp", ("axle_sticking",))])
 
 
 def every_effect() -> tuple[str, ...]:
-    # roller_sticking stands in the place of roller_coulomb; other wheels have tests of their own
-    left_out = ("contact", "derivatives", "roller_sticking", "rows", "mecanum")
+    # roller_sticking stands in the place of roller_coulomb; other wheels are by themselves
+    left_out = ("contact", "derivatives", "roller_sticking", "joints", *OTHER_WHEELS)
     return tuple(effect for effect in optional_effects() if not effect.startswith(left_out))
+
+
+def other_wheels() -> list[tuple[str, ...]]:
+    """Two rows of rollers, and mecanum wheels, each with all effects that go beside."""
+    excludes = {entry["name"]: entry["excludes"] for entry in generated_data.load("effects")["effects"]}
+    chosen = [{*every_effect(), "layout", "joints", kind} - {*excludes[kind]} for kind in OTHER_WHEELS]
+    return [tuple(effect for effect in optional_effects() if effect in own) for own in chosen]
 
 
 def bases_of(scale: Scale) -> tuple[str, ...]:
     return scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
 
 
+OTHER_WHEELS = ("rows", "mecanum")
 NUMBERS = {  # by which the derivatives are judged, of a bare vehicle and of one with all effects
     (): ("mass", "roller_inertia", "wheel_angles", "wheel_radius"),
     ("all",): ("roller_damping", "roller_fade_speed", "slope_angle", "wheel_places"),
@@ -59,7 +68,7 @@ def short_name(set_name: str) -> str:
     base += "_sharp" if rounding.is_sharp(set_name) else ""
     many = [effect for effect in effects if not effect.startswith("derivatives")]
     if len(many) > 1:
-        return f"{base} and all effects"
+        return f"{base}{''.join(f', {kind}' for kind in OTHER_WHEELS if kind in effects)} and all effects"
     return base if len(effects) > 1 and not many else set_name
 
 
@@ -85,6 +94,18 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
         "motor_gear_ratio": draw.signed(1e-1, 1e2),
         "back_emf": draw.log(1e-3, 1e3),
         "current_limit": draw.log(1e-3, 1e3),
+    } | of_other_wheels(draw, vehicle, wheels)
+
+
+def of_other_wheels(draw: Draw, vehicle: dict[str, np.ndarray], wheels: int) -> dict[str, np.ndarray]:
+    """Of two rows and of rollers at an angle, up to which the wheel keeps inertia; every third wheel stands."""
+    carried = 5 * vehicle["roller_inertia"]
+    steepest = np.minimum(np.arcsin(np.sqrt(np.minimum(0.9 * vehicle["wheel_inertia"] / carried, 1))), 1.5)
+    return {
+        "roller_angle": per_state(steepest, (wheels,)) * draw.rng.uniform(-1, 1, (draw.count, wheels)),
+        "row_offset": vehicle["wheel_radius"] * draw.signed(1e-3, 1),
+        "sides": draw.rng.choice([-1.0, 1.0], (draw.count, wheels)),
+        "turns": np.minimum(draw.rng.integers(0, 3, (draw.count, wheels)), 1).astype(float),
     }
 
 
@@ -131,6 +152,10 @@ def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]
         "wheel_mass": vehicle["mass"] * draw.log(1e-3, 0.3),
         "platform_products": signed(vehicle["yaw_inertia"], 2),
         "spin_inertia": signed(B, wheels),
+        "rate_excess": signed(speed, wheels),
+        "turn_excess": signed(speed, wheels),
+        "sides": draw.rng.choice([-1.0, 1.0], (draw.count, wheels)),
+        "turns": np.ones((draw.count, wheels)),
     }
 
 
@@ -174,7 +199,8 @@ def compiled_kernel(part: Sample, row: int, set_name: str) -> CompiledKernel:
 
 
 def of_effects(scale: Scale) -> list[Measurement]:
-    return against_balls(scale, effect_sets(scale))
+    # Least squares of mecanum wheels go by normal equations, which square the condition.
+    return against_balls(scale, effect_sets(scale), lambda name: not name.endswith("_at"))
 
 
 def of_derivatives(scale: Scale) -> list[Measurement]:

@@ -1,13 +1,15 @@
 """A mecanum vehicle as what it is: rigid bodies, in all coordinates, with points that touch the ground without slip.
 
 Nothing here comes from the derivation. A roller is the envelope of the spheres on its axis that touch the ground while
-the wheel's centre stays at its height; the contact is the lowest point of these. Kinetic energy is that of the bodies,
+the wheel's centre stays at its height; the contact is the lowest point of these. A wheel that stands on its joint
+(`stands`: their numbers) does not turn; its roller 0 rolls along the axle. Kinetic energy is that of the bodies,
 derivatives are taken along an imaginary step and are exact to rounding.
 
 Coordinates: x, y, heading, then for each wheel its angle chi and the angles of its n rollers about their axes; roller 0
 touches the ground.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,20 +98,44 @@ def mass_matrix(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     return mass
 
 
-def constraints(bodies: Bodies, q: np.ndarray) -> np.ndarray:
-    """(2N, size): velocities of the material points that touch the ground, along the axle and across it."""
+def _touching(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> np.ndarray:
+    """(3, size): velocity, by the coordinates' rates, of the point in which a roller touches the ground."""
+    axle, _, arm = _frame(bodies, q, wheel)
+    axis, middle = _roller(bodies, q, wheel, j)
+    beta, cosine = q[bodies.place(wheel)] + 2 * np.pi * j / bodies.rollers, np.cos(bodies.roller_angles[wheel])
+    along = -bodies.axis_radius * np.tan(beta) / cosine  # to the centre of the sphere that touches the ground
+    radius = bodies.wheel_radius - np.sqrt(bodies.axis_radius**2 + (along * cosine) ** 2)
+    touching = middle + along * axis - radius * UP
+    jacobian = _moving(bodies, arm, axle, wheel, touching)
+    jacobian[:, bodies.place(wheel, j)] = np.cross(axis, touching - middle)
+    return jacobian
+
+
+def constraints(bodies: Bodies, q: np.ndarray, stands: Sequence[int] = ()) -> np.ndarray:
+    """(2N, size): velocities of the material points that touch the ground, along the axle and across it; of a wheel
+    that stands its rate for the latter."""
     rows = []
     for wheel in range(bodies.wheels):
-        axle, across, arm = _frame(bodies, q, wheel)
-        axis, middle = _roller(bodies, q, wheel, 0)
-        chi, cosine = q[bodies.place(wheel)], np.cos(bodies.roller_angles[wheel])
-        along = -bodies.axis_radius * np.tan(chi) / cosine  # to the centre of the sphere that touches the ground
-        radius = bodies.wheel_radius - np.sqrt(bodies.axis_radius**2 + (along * cosine) ** 2)
-        touching = middle + along * axis - radius * UP
-        jacobian = _moving(bodies, arm, axle, wheel, touching)
-        jacobian[:, bodies.place(wheel, 0)] = np.cross(axis, touching - middle)
-        rows += [axle @ jacobian, across @ jacobian]
+        axle, across, _ = _frame(bodies, q, wheel)
+        velocity = _touching(bodies, q, wheel, 0)
+        rows += [axle @ velocity, np.eye(bodies.size)[bodies.place(wheel)] if wheel in stands else across @ velocity]
     return np.array(rows)
+
+
+def pushes(bodies: Bodies, q: np.ndarray, rates: np.ndarray, stands: Sequence[int] = ()) -> np.ndarray:
+    """(2N, size): the forces of the ground that hold these. It pushes a wheel that stands at both of its rollers, each
+    along its axis, with shares by which that does no work."""
+    found = constraints(bodies, q, stands).real
+    for wheel in stands:
+        sign = np.sign(q[bodies.place(wheel)])
+        of_both = []
+        for j in (0, -int(sign) % bodies.rollers):
+            axis = _roller(bodies, q, wheel, j)[0]
+            of_both.append((axis - (axis @ UP) * UP) @ _touching(bodies, q, wheel, j).real)
+        here, there = of_both
+        share = (there @ rates) / (there @ rates - here @ rates)
+        found[2 * wheel + 1] = share * here + (1 - share) * there
+    return found
 
 
 def height_of_contact(bodies: Bodies, q: np.ndarray, wheel: int) -> float:
@@ -136,19 +162,25 @@ def inertial_force(bodies: Bodies, q: np.ndarray, rates: np.ndarray) -> np.ndarr
     return found
 
 
-def accelerations(bodies: Bodies, q: np.ndarray, rates: np.ndarray, force: np.ndarray, held: list[int]) -> np.ndarray:
+def accelerations(
+    bodies: Bodies, q: np.ndarray, rates: np.ndarray, force: np.ndarray, held: list[int], stands: Sequence[int] = ()
+) -> np.ndarray:
     """Accelerations of all coordinates under a generalised force; `held` do not turn."""
-    rows = np.vstack([constraints(bodies, q).real, np.eye(bodies.size)[held]])
-    drift = np.concatenate([along_motion(lambda q: constraints(bodies, q), q, rates) @ rates, np.zeros(len(held))])
+    rows = np.vstack([constraints(bodies, q, stands).real, np.eye(bodies.size)[held]])
+    columns = np.vstack([pushes(bodies, q, rates, stands), np.eye(bodies.size)[held]])
+    changing = along_motion(lambda q: constraints(bodies, q, stands).astype(complex), q, rates)
+    drift = np.concatenate([changing @ rates, np.zeros(len(held))])
     mass, count = mass_matrix(bodies, q).real, len(rows)
-    whole = np.block([[mass, rows.T], [rows, np.zeros((count, count))]])
+    whole = np.block([[mass, columns.T], [rows, np.zeros((count, count))]])
     asked = np.concatenate([force - inertial_force(bodies, q, rates), -drift])
     return np.linalg.solve(whole, asked)[: bodies.size]
 
 
-def after_impact(bodies: Bodies, q: np.ndarray, rates: np.ndarray, held: list[int]) -> np.ndarray:
+def after_impact(
+    bodies: Bodies, q: np.ndarray, rates: np.ndarray, held: list[int], stands: Sequence[int] = ()
+) -> np.ndarray:
     """Rates after the constraints at q, and those that hold some coordinates, are imposed perfectly inelastically."""
-    rows = np.vstack([constraints(bodies, q).real, np.eye(bodies.size)[held]])
+    rows = np.vstack([constraints(bodies, q, stands).real, np.eye(bodies.size)[held]])
     mass, count = mass_matrix(bodies, q).real, len(rows)
     whole = np.block([[mass, rows.T], [rows, np.zeros((count, count))]])
     return np.linalg.solve(whole, np.concatenate([mass @ rates, np.zeros(count)]))[: bodies.size]

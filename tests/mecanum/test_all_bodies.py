@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from omniroll.kernels.kernel import kernel
-from tests.mecanum.all_bodies import accelerations, after_impact, height_of_contact, mass_matrix
+from omniroll.kernels.phases import Carry, kernel_in_phase
+from tests.mecanum.all_bodies import (
+    accelerations,
+    after_impact,
+    height_of_contact,
+    inertial_force,
+    mass_matrix,
+    pushes,
+)
 from tests.mecanum.vehicles import (
     coordinates,
     free_places,
@@ -27,6 +35,12 @@ def drawn(seed: int, wheels: int, rollers: int, model: str):
     nu, chi = draw.normal(size=3), draw.uniform(-1, 1, wheels) * np.pi / rollers
     spins = draw.normal(size=(wheels, rollers - 1)) * (20 if model == "free" else 0)
     return bodies, vehicle, nu, chi, spins
+
+
+def in_phase(bound, stands):
+    """The kernel while these wheels stand on their joints."""
+    pivots = np.isin(np.arange(bound.wheels), stands).astype(int)
+    return kernel_in_phase(bound, Carry(np.zeros(bound.wheels, int), pivots))
 
 
 def found_accelerations(bound, nu, chi, spins, torque):
@@ -78,11 +92,45 @@ def test_rollers_touch_the_ground_where_the_bodies_do():
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize(("seed", "wheels", "rollers"), SIZES)
-def test_an_impact_is_that_of_the_bodies_and_loses_what_carnot_says(seed, wheels, rollers, model):
+def test_a_wheel_that_stands_on_its_joint_is_that_of_the_bodies(seed, wheels, rollers, model):
     bodies, vehicle, nu, chi, spins = drawn(seed, wheels, rollers, model)
-    joint, passing = np.pi / rollers, np.arange(wheels) % 2 == 0
-    chi[passing] = joint
-    before = rolling_rates(bodies, vehicle, nu, chi, spins)
+    stands = [(seed + 1) % wheels, (seed + 2) % wheels][: 1 + seed % 2]
+    chi[stands] = np.pi / rollers * np.array([1, -1])[: len(stands)]
+    bound = in_phase(kernel(vehicle, model, "compiled", effects=("drive",)), stands)
+    q, rates = coordinates(bodies, chi), rolling_rates(bodies, vehicle, nu, chi, spins, stands)
+    assert not bound.wheel_speeds(nu, chi)[stands].any()
+    energy = rates @ mass_matrix(bodies, q).real @ rates / 2
+    assert bound.energy(nu, chi, *bound.spins_or_nothing(spins)) == pytest.approx(energy, rel=1e-12)
+    assert abs(pushes(bodies, q, rates, stands) @ rates).max() < 1e-12 * np.abs(rates).max()
+    torque, force = np.linspace(-1, 2, wheels), np.zeros(bodies.size)
+    force[own(bodies)[:wheels]] = torque
+    held = [] if model == "free" else free_places(bodies)
+    expected = accelerations(bodies, q, rates, force, held, stands)
+    nu_dot, spins_dot = found_accelerations(bound, nu, chi, spins, torque)
+    turned = np.array([-rates[1] * rates[2], rates[0] * rates[2], 0])
+    np.testing.assert_allclose(platform_rates(vehicle, nu_dot) + turned, expected[:3], rtol=1e-9,
+                               atol=1e-9 * np.abs(expected[:3]).max())  # fmt: skip
+    if spins_dot is not None:
+        np.testing.assert_allclose(spins_dot.ravel(), expected[free_places(bodies)], rtol=1e-9,
+                                   atol=1e-9 * np.abs(expected).max())  # fmt: skip
+    inputs = () if model != "free" else (bound.momenta(bound.axial_speeds(nu, chi, spins)),)
+    asked = bound.call("inverse_dynamics", nu, chi, *inputs, torque, nu_dot)
+    assert np.abs(asked).max() < 1e-11 * np.abs(bound.mass_matrix(chi) @ nu_dot).max()
+    power = rates @ (mass_matrix(bodies, q).real @ expected + inertial_force(bodies, q, rates))
+    assert power == pytest.approx(force @ rates, rel=1e-9, abs=1e-9 * np.abs(force).max() * np.abs(rates).max())
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("what", ["passes", "stops", "goes", "goes to the next"])
+@pytest.mark.parametrize(("seed", "wheels", "rollers"), SIZES[:3])
+def test_an_impact_is_that_of_the_bodies_and_loses_what_carnot_says(seed, wheels, rollers, what, model):
+    """Some wheels pass on, and others stop at their joints or go on from there."""
+    bodies, vehicle, nu, chi, spins = drawn(seed, wheels, rollers, model)
+    joint, passing, some = np.pi / rollers, np.arange(wheels) % 2 == 0, np.arange(wheels) == 1
+    passing = passing | (some if what == "goes to the next" else False)
+    was, stands = some & what.startswith("goes"), some & (what == "stops")
+    chi[passing | some] = joint
+    before = rolling_rates(bodies, vehicle, nu, chi, spins, np.flatnonzero(was))
     after = np.where(passing, -joint, chi)
     q = coordinates(bodies, after)
     # The rollers take each other's numbers where a wheel passes on: that which comes is roller 0 now.
@@ -91,17 +139,19 @@ def test_an_impact_is_that_of_the_bodies_and_loses_what_carnot_says(seed, wheels
         places = [bodies.place(wheel, j) for j in range(rollers)]
         rates[places] = np.roll(before[places], 1)
     held = [] if model == "free" else free_places(bodies)
-    expected = after_impact(bodies, q, rates, held)
-    bound = kernel(vehicle, model, "compiled")
-    excess = np.where(passing, bound.wheel_speeds(nu, chi) - bound.wheel_speeds(nu, after), 0)
+    expected = after_impact(bodies, q, rates, held, np.flatnonzero(stands))
+    plain = kernel(vehicle, model, "compiled")
+    first, bound = in_phase(plain, np.flatnonzero(was)), in_phase(plain, np.flatnonzero(stands))
+    excess = np.where(passing | some, first.wheel_speeds(nu, chi) - bound.wheel_speeds(nu, after), 0)
     if model == "massless":
         nu_after = bound.call("impact", nu, after, excess)
     elif model == "locked":
-        spin, next_spin = bound.wheel_rates(nu, chi)[1], bound.wheel_rates(nu, after)[1]
+        spin, next_spin = first.wheel_rates(nu, chi)[1], bound.wheel_rates(nu, after)[1]
         nu_after = bound.call("impact", nu, after, np.where(passing, -next_spin, 0), np.where(passing, spin, 0), excess)
     else:
-        axial = bound.axial_speeds(nu, chi, spins)
-        entering = np.where(passing, axial[:, -1] - bound.contact_axial(nu, after), 0)
+        axial = first.axial_speeds(nu, chi, spins)
+        came_with = np.where(passing, axial[:, -1], first.contact_axial(nu, chi))
+        entering = np.where(passing | some, came_with - bound.contact_axial(nu, after), 0)
         nu_after = bound.call("impact", nu, after, entering, np.zeros(wheels), excess)
     np.testing.assert_allclose(platform_rates(vehicle, nu_after), expected[:3], rtol=1e-10, atol=1e-10)
 

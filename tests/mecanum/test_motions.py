@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import omniroll
-from omniroll import InvalidValueError, SimulationStopped, Vehicle
+from omniroll import InvalidValueError, Vehicle
 from omniroll.kernels.kernel import kernel
 
 MODELS = ("massless", "locked", "free")
@@ -98,14 +98,6 @@ def test_a_small_angle_changes_the_motion_in_proportion(model):
     plain = run(usual(0.0), **options).pose[-1]
     changes = [np.abs(run(usual(psi), **options).pose[-1] - plain).max() for psi in (1e-5, 1e-6)]
     assert changes[0] / changes[1] == pytest.approx(10, rel=0.02) and changes[1] > 0
-
-
-def test_a_wheel_that_both_rollers_push_back_is_named():
-    vehicle = usual()
-    ahead = 0.35 * 1.5 / vehicle.platform_radius  # where the front left wheel stands while the vehicle turns
-    with pytest.raises(SimulationStopped, match="both rollers at its joint push it back") as stopped:
-        run(vehicle, (ahead, 0.0, 1.5), 20.0, chi=(0.1, 0.0, 0.0, 0.0), roller_model="massless")
-    assert stopped.value.wheel in range(4) and 0 < stopped.value.t < 20
 
 
 EFFECTS = {

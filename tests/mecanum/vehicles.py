@@ -1,5 +1,7 @@
 """Random mecanum vehicles, as bodies and as Vehicle, with states of both."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from omniroll import Vehicle
@@ -54,11 +56,13 @@ def free_places(bodies: Bodies) -> list[int]:
     return [bodies.place(i, j) for i in range(bodies.wheels) for j in range(1, bodies.rollers)]
 
 
-def rolling_rates(bodies: Bodies, vehicle: Vehicle, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray) -> np.ndarray:
-    """The rates of all coordinates of a motion without slip."""
+def rolling_rates(
+    bodies: Bodies, vehicle: Vehicle, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray, stands: Sequence[int] = ()
+) -> np.ndarray:
+    """The rates of all coordinates of a motion without slip; `stands`: wheels that stand on their joints."""
     rates, place = np.zeros(bodies.size), own(bodies)
     rates[:3] = platform_rates(vehicle, nu)
     rates[free_places(bodies)] = spins.ravel()
-    rows = constraints(bodies, coordinates(bodies, chi)).real
+    rows = constraints(bodies, coordinates(bodies, chi), stands).real
     rates[place] = np.linalg.solve(rows[:, place], -rows @ rates)
     return rates

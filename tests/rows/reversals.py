@@ -1,4 +1,5 @@
-"""Random vehicles with two rows of rollers that turn while their wheels reverse, with and without torques."""
+"""Random vehicles with two rows of rollers, or with mecanum wheels, that turn while their wheels reverse, with and
+without torques."""
 
 import numpy as np
 
@@ -7,9 +8,13 @@ import omniroll
 MODELS = ("massless", "locked", "free")
 
 
-def vehicle(random) -> omniroll.Vehicle:
-    """Three to six wheels, at places near their rays, of 6 to 16 rollers in two rows."""
+def vehicle(random, is_mecanum: bool = False) -> omniroll.Vehicle:
+    """Three to six wheels, at places near their rays, of 6 to 16 rollers in two rows; or of 3 to 10 at angles."""
     wheels, rollers = int(random.integers(3, 7)), 2 * int(random.integers(3, 9))
+    kind = {"rows": 2}
+    if is_mecanum:
+        rollers = int(random.integers(3, 11))
+        kind = {"roller_angle": tuple(random.choice((1, -1), wheels) * random.uniform(0.2, 1.3, wheels))}
     radius, wheel_radius = random.uniform(0.1, 0.4), random.uniform(0.02, 0.08)
     angles = 2 * np.pi * (np.arange(wheels) + random.uniform(-0.15, 0.15, wheels)) / wheels
     rays = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
@@ -18,8 +23,7 @@ def vehicle(random) -> omniroll.Vehicle:
     return omniroll.Vehicle(
         wheels=wheels,
         rollers_per_wheel=rollers,
-        rows=2,
-        row_offset=random.choice((1, -1)) * wheel_radius * random.uniform(0.05, 0.6),
+        row_offset=0.0 if is_mecanum else random.choice((1, -1)) * wheel_radius * random.uniform(0.05, 0.6),
         wheel_angles=tuple(angles + random.normal(0, 0.1, wheels)),
         wheel_places=tuple(map(tuple, radius * rays + random.normal(0, 0.02 * radius, (wheels, 2)))),
         center_of_mass=tuple(random.normal(0, 0.1 * radius, 2)),
@@ -31,12 +35,13 @@ def vehicle(random) -> omniroll.Vehicle:
         wheel_inertia=wheel_inertia,
         roller_inertia=wheel_inertia / rollers * random.uniform(0.01, 0.3),
         yaw_scale=random.uniform(0.5, 2),
+        **kind,
     )
 
 
-def task(random, driven: bool) -> dict:
+def task(random, driven: bool, is_mecanum: bool = False) -> dict:
     """Arguments of simulate for such a vehicle, which turns and whose wheels reverse some times."""
-    found = vehicle(random)
+    found = vehicle(random, is_mecanum)
     yaw = random.choice((1, -1)) * random.uniform(1, 4)
     speed = abs(yaw) * random.uniform(0.3, 2)
     direction = random.uniform(0, 2 * np.pi)

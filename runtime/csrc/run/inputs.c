@@ -25,23 +25,22 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
 {
     const double time = (double)sampler->samples*sampler->sample_time;
     double wanted[3], slope[3], errors[MOST_WHEELS], sums[MOST_WHEELS], outputs[MOST_WHEELS];
-    lanes_t lacking[3], middle[MOST_WHEELS], in_lanes[MOST_WHEELS];
+    lanes_t lacking[3], in_lanes[MOST_WHEELS], nu[3];
     pass_knots(&sampler->target, time);
     curve_after(&sampler->target, time, 0, wanted, slope);
-    for (int k = 0; k < 3; k++)
-        lacking[k] = lanes_of(SET_SLIPS || SET_HAS_ROWS || SET_CHI_FEEDS_BACK ? wanted[k] : wanted[k] - run->nu[k]);
-    for (int i = 0; i < run->wheels; i++)
-        middle[i] = lanes_of(0);
-    if (SET_HAS_ROWS)
+    for (int k = 0; k < 3; k++) {
+        lacking[k] = lanes_of(SET_SLIPS || SET_PIVOTS ? wanted[k] : wanted[k] - run->nu[k]);
+        nu[k] = lanes_of(run->nu[k]);
+    }
+    if (SET_PIVOTS)
         rates_in_the_middle(run, work, lacking, in_lanes);
     else
-        rolling_wheels(run->wheels, &work->vehicle, lacking, middle, in_lanes);
+        rolling_wheels(run->wheels, &work->vehicle, lacking, 0, in_lanes);
     for (int i = 0; i < run->wheels; i++)
         errors[i] = in_lanes[i][0] - (SET_HAS_ROWS ? rate_by(run->wheel_rows + 3*i, run->nu) : 0);
     for (int i = 0; SET_SLIPS && i < run->wheels; i++)
         errors[i] -= run->core[rates_at(run->wheels) + i];
-    if (SET_CHI_FEEDS_BACK) {       /* which a controller does not know: to it rollers stand at their middle   */
-        const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
+    if (SET_CHI_FEEDS_BACK) {
         wheel_rates_now(run, work, nu, in_lanes);
         for (int i = 0; i < run->wheels; i++)
             errors[i] -= in_lanes[i][0];
@@ -98,8 +97,8 @@ static void put_guard(omniroll_run_t *run, const double *row, int wheel, omnirol
     guard[0] = margin.at_zero + margin.per_signal*value;
     guard[1] = margin.per_signal*slope;
     for (int k = 0; k < 3; k++)
-        guard[2 + k] = SET_SLIPS ? 0 : margin.per_rate*row[k];
-    for (int i = 0; SET_SLIPS && i < run->wheels; i++)
+        guard[2 + k] = SET_SLIPS || SET_CHI_FEEDS_BACK ? 0 : margin.per_rate*row[k];
+    for (int i = 0; (SET_SLIPS || SET_CHI_FEEDS_BACK) && i < run->wheels; i++)
         guard[6 + i] = i == wheel ? margin.per_rate : 0;
     for (int k = 6 + run->wheels; k < guard_size(run->wheels); k++)
         guard[k] = 0;

@@ -1,15 +1,10 @@
-/* Wheels that stand on their joint: where the rows on both sides of it push a wheel back (maxima/effects/rows.mac).
+/* Wheels that stand on their joint: where the rollers on both sides of it push a wheel back (maxima/effects/joints.mac).
  *
  * A wheel begins to stand where it would pass on, and the next roller would send it back. It goes on where its roller, or the
  * next one, would take it from the joint: both are affine in nu, so that they are guards, behind all others. Each change is
  * met by the law of the run. */
 
 enum { STAYS = 0, STOPS = 1, GOES = -1 };   /* what a wheel does at its joint beside passing on                */
-
-static double rate_by(const double *row, const double *nu)
-{
-    return row[0]*nu[0] + row[1]*nu[1] + row[2]*nu[2];
-}
 
 /* The guards of the wheels that stand: two of each, by its roller and by the next one. */
 static void guard_pivots(omniroll_run_t *run, const work_t *work)
@@ -67,25 +62,24 @@ static int pivots_change(omniroll_run_t *run, const work_t *work, int *direction
 
 /* Rows change: of wheels that pass on, whose contact has its number already, and of those that stop or go on. excess: the
  * wheels' rates beyond those that what carries now demands of them. */
-static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance,
-                        const lanes_t *nu, lanes_t *excess)
+static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, change_t *c)
 {
     lanes_t demanded[MOST_WHEELS];
-    rolling_wheels(run->wheels, &work->vehicle, nu, 0, excess);
+    rolling_wheels(run->wheels, &work->vehicle, c->nu, c->before, c->excess);
     for (int i = 0; i < run->wheels; i++)
         if (!directions[i])
             run->contact[i] += stance[i]*run->rollers_per_wheel;
     carry_rows(run, work);
-    rolling_wheels(run->wheels, &work->vehicle, nu, 0, demanded);
+    rolling_wheels(run->wheels, &work->vehicle, c->nu, c->after, demanded);
     for (int i = 0; i < run->wheels; i++)
-        excess[i] -= demanded[i];
+        c->excess[i] -= demanded[i];
 }
 
 /* What happens at joints at this instant: wheels that pass on, and wheels that stop there or go on. Returns how many. */
 static int changing_wheels(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
 {
     int count = switching_wheels(run, work, run->elapsed - run->phase_start, directions);
-    if (SET_HAS_ROWS)
+    if (SET_PIVOTS)
         count += pivots_change(run, work, directions, stance);
     return count;
 }

@@ -186,7 +186,7 @@ ALWAYS_INLINE int some_slide(const omniroll_run_t *run)
 /* Guards of the effects, then of turning bearings whose rates follow from nu, then of wheels that stand on their joint. */
 ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
 {
-    return run->guard_count + (SET_HOLDS ? run->hold.guard_count : 0) + (SET_HAS_ROWS ? run->pivot_guards : 0);
+    return run->guard_count + (SET_HOLDS ? run->hold.guard_count : 0) + (SET_PIVOTS ? run->pivot_guards : 0);
 }
 
 /* How many bearings of the set have a mode in each row. */

@@ -47,45 +47,45 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
         keep_contacts_at_rest(run, rested);
 }
 
-/* The wheels' rates beyond those that the rollers that come demand of them, where rates depend on the angles. */
-static void rates_that_jump(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, const lanes_t *before,
-                            const lanes_t *after, lanes_t *excess)
+/* A change of what carries: nu, the wheels' angles before and after it, their rates beyond those demanded after it, and what
+ * rollers in contact had before it: axial speeds of free ones, spins of others. */
+typedef struct {
+    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS], excess[MOST_WHEELS], left[MOST_WHEELS];
+} change_t;
+
+/* What rollers in contact have at nu and these angles. */
+static void speeds_of_contacts(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, const lanes_t *chi,
+                               lanes_t *speeds)
 {
-    lanes_t demanded[MOST_WHEELS];
-    rolling_wheels(run->wheels, &work->vehicle, nu, before, excess);
-    rolling_wheels(run->wheels, &work->vehicle, nu, after, demanded);
-    for (int i = 0; i < run->wheels; i++)
-        excess[i] -= demanded[i];
+    lanes_t chi_dot[MOST_WHEELS];
+    if (SET_HAS_MOMENTA)
+        set_contact_axial(run->wheels, &work->vehicle, nu, chi, speeds);
+    else
+        set_wheel_rates(run->wheels, &work->vehicle, nu, chi, chi_dot, speeds);
 }
 
 /* The impact of the rollers that enter on those that leave, and of wheels whose rate changes, where the law of the run is
- * that; else rollers go where they go alone. before, after: the wheel angles; excess: of the wheels' rates. */
-static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const lanes_t *nu,
-                         const lanes_t *before, const lanes_t *after, const lanes_t *excess)
+ * that; else rollers go where they go alone. A wheel that stops at its joint or goes on keeps its roller, whose axial speed has
+ * the wheel's rate in it. */
+static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance,
+                         const change_t *c)
 {
-    const int wheels = run->wheels;
-    const vehicle_t *const vehicle = &work->vehicle;
-    lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
-    lanes_t chi_dot[MOST_WHEELS];
-    const int others = run->rollers_per_wheel - 1;
-    if (SET_HAS_MOMENTA) {
-        set_contact_axial(wheels, vehicle, nu, before, left);
-        set_contact_axial(wheels, vehicle, nu, after, demanded);
-    } else {
-        set_wheel_rates(wheels, vehicle, nu, before, chi_dot, left);
-        set_wheel_rates(wheels, vehicle, nu, after, chi_dot, demanded);
-    }
+    const int wheels = run->wheels, others = run->rollers_per_wheel - 1;
+    lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], nu_after[3];
+    speeds_of_contacts(run, work, c->nu, c->after, demanded);
     for (int i = 0; i < wheels; i++) {
-        double came_with = 0, stopped = 0;
+        const double left = c->left[i][0];
+        const int keeps = SET_CHI_FEEDS_BACK && SET_HAS_MOMENTA && stance[i] && !directions[i];
+        double came_with = left, stopped = 0;
         if (directions[i] && SET_HAS_MOMENTA)
-            came_with = exchange_places(run->axial + i*others, others, directions[i], left[i][0]);
+            came_with = exchange_places(run->axial + i*others, others, directions[i], left);
         else if (directions[i])
-            stopped = left[i][0];
-        entering[i] = lanes_of(directions[i] ? came_with - demanded[i][0] : 0);
+            came_with = 0, stopped = left;
+        entering[i] = lanes_of(directions[i] || keeps ? came_with - demanded[i][0] : 0);
         leaving[i] = lanes_of(stopped);
     }
     if (run->impact) {
-        set_impact(wheels, vehicle, nu, after, entering, leaving, excess, nu_after);
+        set_impact(wheels, &work->vehicle, c->nu, c->after, entering, leaving, c->excess, nu_after);
         for (int k = 0; k < 3; k++)
             run->nu[k] = nu_after[k][0];
     }
@@ -93,35 +93,35 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
         begin_core(run, work);
 }
 
-static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance,
-                        const lanes_t *nu, lanes_t *excess);
+static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, change_t *c);
 
 /* stance: where wheels may stand on their joint, what they do there. */
 static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
-    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS], excess[MOST_WHEELS];
+    change_t c;
     if (SET_CORE_PARTS && !SET_SLIPS)
         update_axial(run, work);
     for (int k = 0; k < 3; k++)
-        nu[k] = lanes_of(run->nu[k]);
+        c.nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++) {
-        before[i] = lanes_of(run->chi[i]);
+        c.before[i] = lanes_of(run->chi[i]);
         if (directions[i]) {
             run->chi[i] = -directions[i]*run->joint;
             run->contact[i] = (run->contact[i] - directions[i] + rollers) % rollers;
-        }
-        after[i] = lanes_of(run->chi[i]);
+        } else if (SET_PIVOTS && stance[i])
+            run->chi[i] = copysign(run->joint, run->chi[i]);
+        c.after[i] = lanes_of(run->chi[i]);
     }
-    if (SET_HAS_ROWS)
-        change_rows(run, work, directions, stance, nu, excess);
-    if (SET_CHI_FEEDS_BACK)
-        rates_that_jump(run, work, nu, before, after, excess);
+    if (SET_HAS_IMPACT && !SET_SLIPS)
+        speeds_of_contacts(run, work, c.nu, c.before, c.left);
+    if (SET_PIVOTS)
+        change_rows(run, work, directions, stance, &c);
     if (SET_SLIPS)
         exchange_rollers(run, work, directions);
     else if (SET_HAS_IMPACT)
-        meet_rollers(run, work, directions, nu, before, after, excess);
-    const double nu_before[3] = {nu[0][0], nu[1][0], nu[2][0]};
+        meet_rollers(run, work, directions, stance, &c);
+    const double nu_before[3] = {c.nu[0][0], c.nu[1][0], c.nu[2][0]};
     if (SET_HOLDS)
         bearings_have_jumped(run, nu_before);
 }
@@ -212,23 +212,6 @@ static int has_progress(omniroll_run_t *run, int at_guard)
     return ++run->idle_switches <= run->patience;
 }
 
-/* Where the wheels' rates depend on their angles: a wheel that would pass on, and that the next roller would send back
- * at once, or -1. */
-static int pivoting_wheel(const omniroll_run_t *run, const work_t *work, const int *directions)
-{
-    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
-    lanes_t chi[MOST_WHEELS], chi_dot[MOST_WHEELS];
-    if (!SET_CHI_FEEDS_BACK)
-        return -1;
-    for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(directions[i] ? -directions[i]*run->joint : run->chi[i]);
-    rates_of_wheels(run->wheels, &work->vehicle, nu, chi, 0, chi_dot);
-    for (int i = 0; i < run->wheels; i++)
-        if (directions[i]*chi_dot[i][0] < 0)
-            return i;
-    return -1;
-}
-
 /* A guard's value at this instant, and what counts as its rounding. */
 static double guard_value(const omniroll_run_t *run, const double *guard, double *noise)
 {
@@ -245,6 +228,11 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
             value += of_core;
             sizes += fabs(of_core);
         }
+    for (int i = 0; SET_CHI_FEEDS_BACK && !SET_SLIPS && i < run->wheels; i++) {
+        const double of_wheel = guard[6 + i] ? guard[6 + i]*rate_by(run->wheel_rows + 3*i, run->nu) : 0;
+        value += of_wheel;
+        sizes += fabs(of_wheel);
+    }
     *noise = EPS*sizes;
     return value;
 }
@@ -255,7 +243,7 @@ static void guard_pivots(omniroll_run_t *run, const work_t *work);
  * and rise. Returns how many there are of the effects. */
 static int guards_passed(omniroll_run_t *run, const work_t *work)
 {
-    if (SET_HAS_ROWS)
+    if (SET_PIVOTS)
         guard_pivots(run, work);
     const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
     int count = 0, near = run->at_event;
@@ -266,8 +254,10 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
     }
     if (!near)
         return 0;
-    lanes_t nu_dot[3];
+    lanes_t nu_dot[3], chi_ddot[MOST_WHEELS];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
+    if (SET_CHI_FEEDS_BACK && !SET_SLIPS)
+        accelerations_now(run, work, nu_dot, chi_ddot);
     for (int k = 0; k < all_guards(run); k++) {
         const double *const guard = run->guards + guard_size(run->wheels)*k;
         const double value = guard_value(run, guard, &noise);
@@ -276,6 +266,8 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
         for (int part = 0; part < GUARDED_PARTS; part++)
             for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++)
                 rate += *weight*work->core_dot[guarded_at(run->wheels, part) + i][0];
+        for (int i = 0; SET_CHI_FEEDS_BACK && !SET_SLIPS && i < run->wheels; i++)
+            rate += guard[6 + i]*chi_ddot[i][0];
         run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));
         count += k < run->guard_count && run->passed[k];
     }
@@ -295,13 +287,8 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
             return OMNIROLL_RUN_FULL;
         if (!has_progress(run, 0))
             return OMNIROLL_RUN_STUCK;
-        const int sent_back = pivoting_wheel(run, work, directions);
-        if (sent_back >= 0) {
-            run->stopped_wheel = sent_back;
-            return OMNIROLL_RUN_PIVOTS;
-        }
         apply_switch(run, work, directions, stance);
-        if (SET_HAS_ROWS && run->modal_count)
+        if (SET_PIVOTS && run->modal_count)
             renew_inputs(run);                  /* guards of drives read the wheels' rates                  */
         settle_modes(run, work);
         run->phase_start = run->elapsed;
@@ -309,7 +296,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = run->elapsed;
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
-            *out++ = directions[i] || !SET_HAS_ROWS ? directions[i] : 2*stance[i];
+            *out++ = directions[i] || !SET_PIVOTS ? directions[i] : 2*stance[i];
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];

@@ -24,7 +24,8 @@
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
 
 /* Numbers of a guard: constant, slope, weights of nu, the size of the constant's terms; and weights of the wheels' rates
- * where these are speeds of their own, and of the rates of heave and tilt and of these where there are any. */
+ * where these are speeds of their own or go by their angles, and of the rates of heave and tilt and of these where there
+ * are any. */
 #define GUARDED_PARTS (SET_SLIPS ? 1 + 2*SET_TILTS : 0)
 
 /* Part of the core whose weights stand one after the other in a guard: where it begins, and how many numbers it is. */
@@ -43,8 +44,27 @@ ALWAYS_INLINE int guarded_size(const int wheels, int part)
 
 ALWAYS_INLINE int guard_size(const int wheels)
 {
-    return 6 + (SET_SLIPS ? wheels + 6*SET_TILTS : 0);
+    return 6 + (SET_SLIPS || SET_CHI_FEEDS_BACK ? wheels + 6*SET_TILTS : 0);
 }
+
+/* What a guard's weights of rates that go by the wheels' angles add to its rate. */
+static void guard_accelerations(const step_t *s, const double *weight, nodes_t *rate)
+{
+    int count = 0;
+    for (int i = 0; i < s->wheels; i++)
+        count += weight[i] != 0;
+    for (int b = 0; b < BLOCKS && count; b++) {
+        lanes_t nu[3], nu_dot[3], chi[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+        for (int k = 0; k < 3; k++)
+            nu[k] = s->at_nu[k].lanes[b], nu_dot[k] = s->rate_nu[k].lanes[b];
+        for (int i = 0; i < s->wheels; i++)
+            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        accelerations_of_wheels(s->wheels, s->vehicle, nu, chi, nu_dot, 0, chi_ddot);
+        for (int i = 0; i < s->wheels; i++)
+            rate->lanes[b] += weight[i]*chi_ddot[i];
+    }
+}
+
 /* The rate of a guard at the nodes. */
 ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 {
@@ -53,6 +73,8 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] = s->guard.slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
             + weights[2]*s->rate_nu[2].lanes[b]);
+    if (SET_CHI_FEEDS_BACK && !SET_SLIPS)
+        guard_accelerations(s, s->guard_rows + guard_size(s->wheels)*guard + 6, &rate);
     if (SET_SLIPS) {
         const double *weight = s->guard_rows + guard_size(s->wheels)*guard + 6;
         for (int part = 0; part < GUARDED_PARTS; part++) {

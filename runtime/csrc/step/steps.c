@@ -64,7 +64,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     }
     if (SET_CORE_PARTS)
         begin_core_of_step(run, work, s);
-    if (SET_SLIPS)
+    if (SET_SLIPS || SET_CHI_FEEDS_BACK)
         s->guard_rows = run->guards;
     if (SET_IS_COUPLED)
         s->coupled = &work->coupled_speeds;
@@ -595,6 +595,8 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         const double sign = s->end_chi[i] < 0 ? -1 : 1;
         run->chi[i] = i == s->landing ? sign*run->joint : fmax(fmin(s->end_chi[i], run->joint), -run->joint);
     }
+    if (SET_CHI_FEEDS_BACK && run->modal_count)
+        carry_rows(run, work);                  /* which guards read                                        */
     const double limit = limit_of_step(run);
     const int last = s->landing < 0 && s->h >= limit - run->elapsed - run->carry;
     const double h = s->h + s->late + run->carry, sum = run->elapsed + h;

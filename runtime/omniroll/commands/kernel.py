@@ -84,10 +84,8 @@ def scene_kernel(path: Path, also: tuple[str, ...] = ()) -> Kernel:
     """The kernel of a scene's vehicle, with the scene's effects and no others but `also`."""
     from omniroll.effects.effect_set import EffectSet
     from omniroll.scenes import load_scene
-    from omniroll.vehicles.checks import refuse_mecanum
 
     scene = load_scene(path)
-    refuse_mecanum(scene.vehicle, "SCENE", str(path), "no files are made for a controller of these yet")
     effects = EffectSet.checked(scene.options.get("effects", ()), scene.vehicle)
     return effects.kernel(scene.vehicle, scene.options.get("roller_model", "free"), "python", also)
 

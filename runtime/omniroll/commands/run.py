@@ -139,7 +139,7 @@ def text(outcome: Outcome) -> str:
 
 
 def _stood(times: list[float] | None) -> str:
-    """What there is to say of wheels with two rows of rollers that have stood on their joints."""
+    """What there is to say of mecanum wheels and wheels with two rows of rollers that have stood on their joints."""
     return f"; wheels stood on their joints for {sum(times):.3g} s in all" if times and any(times) else ""
 
 

@@ -89,9 +89,7 @@ def _summary(sweep: Any, many: Any, seconds: float, interrupted: bool) -> dict[s
     reasons = dict.fromkeys(many.reasons.values())
     return {
         "scene": sweep.name,
-        "axes": [
-            {"name": axis.name, "unit": axis.unit, "values": axis.values.tolist()} for axis in sweep.axes
-        ],
+        "axes": [{"name": axis.name, "unit": axis.unit, "values": axis.values.tolist()} for axis in sweep.axes],
         "runs": int(many.stopped.size),
         "stopped": int(many.stopped.sum()),
         "reasons": list(reasons),

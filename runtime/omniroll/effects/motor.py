@@ -21,7 +21,6 @@ from omniroll.effects.torque import Drive, Following
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.vehicles import parts
-from omniroll.vehicles.checks import refuse_mecanum
 from omniroll.vehicles.data_sheet import motor_constants
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INTERPOLATION, MOTOR, MOTOR_SHEET, ROW_TIMES, documented
@@ -96,8 +95,6 @@ class Motor(Drive):
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         self._curve(vehicle.wheels, 0.0)
         self._check_rotor(vehicle)
-        if self.current_limit is not None:
-            refuse_mecanum(vehicle, "current_limit", self.current_limit, "leave it out")
 
     def _check_rotor(self, vehicle: Vehicle) -> None:
         """A rotor and its gear are given once: as a part of the vehicle, or here."""

@@ -22,7 +22,6 @@ from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.kernel import kernel as kernel_of
 from omniroll.kernels.neutral_kernel import best_backend, kernel_by
-from omniroll.vehicles.checks import refuse_mecanum
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import PATH, documented
@@ -57,7 +56,6 @@ class PathFollower(Drive):
         object.__setattr__(self, "poses", poses)
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
-        refuse_mecanum(vehicle, "poses", self.poses, "give a Controller the speeds of the path")
         rank = np.linalg.matrix_rank(kernel_of(vehicle, "massless", "python").wheel_speeds(np.eye(3)))
         if rank < 3:
             raise InvalidValueError("poses", self.poses, "needs wheels that can drive the vehicle in every direction")
@@ -156,10 +154,10 @@ class PathTracking(Process):
 
     def _output(self, nu: np.ndarray, chi: np.ndarray, nu_dot: np.ndarray) -> np.ndarray:
         """(N,) torques of least norm, or the voltages that make them."""
-        torque = self.plant.wheel_torques(self.plant.inverse_dynamics(nu, chi, nu_dot))
+        torque = self.plant.wheel_torques(self.plant.inverse_dynamics(nu, chi, nu_dot), chi)
         if self.follower.output == "torque":
             return torque
-        return voltages_of(self.kernel, torque, self.plant.wheel_speeds(nu))
+        return voltages_of(self.kernel, torque, self.plant.wheel_speeds(nu, chi))
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         return Influence({self.follower.output: Signal.constant(self.output)})

@@ -38,20 +38,17 @@ from omniroll.kernels.neutral_kernel import NeutralKernel, neutral_kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.slipping import Contacts, given_in_rows
 from omniroll.results.trajectory import Trajectory
-from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
-DONE, FULL, STUCK, NO_STEP, ASK, _, UNLAWFUL, PIVOTS = range(8)  # engine.h
-TOO_LONG, ENDED, HOPELESS = 8, 9, 10  # beside those of engine_calls.h
+DONE, FULL, STUCK, NO_STEP, ASK, _, UNLAWFUL = range(7)  # engine.h
+TOO_LONG, ENDED, HOPELESS = 7, 8, 9  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
     UNLAWFUL: "what sticks takes more than it can: this is a fault of omniroll; please report the scene",
-    PIVOTS: "a mecanum wheel reverses while the vehicle turns, and both rollers at its joint push it back to that: "
-    "rolling without slip has no motion from here",
     TOO_LONG: TOO_MANY_ROWS,
 }
 
@@ -79,9 +76,10 @@ def check_can_run(task: Task) -> None:
     plan = task.effects.plan(task.kernel, task.start_time)
     known = names_of(bound, "states") if bound.effects else ()
     integrated = task.effects.quantities(task.kernel.roller_model) if bound.effects else ()
-    if plan.asks:
+    if plan.asks and task.kernel.pivots:
         names = ", ".join(type(effect).__name__ for effect in task.effects.effects)
-        refuse_two_rows(task.vehicle, "effects", names, "guards of Python know no rows; take rows = 1")
+        bound = "has guards in Python, which do not go with mecanum wheels and two rows of rollers: take omni-wheels"
+        raise InvalidValueError("effects", names, bound)
     if not plan.guards_read_speeds_alone or (plan.has_events and not bound.effects):
         bound = "cannot follow guards of an effect that read more than speeds: choose engine='python'"
         raise InvalidValueError("engine", task.engine, bound)
@@ -329,9 +327,9 @@ class CompiledRun:
     def _state(self) -> State:
         """A copy of where the run has come; without the axial speeds."""
         rates, contact = self.speeds("rates").copy() if self.kernel.slips else None, self.contact.copy()
-        if self.task.vehicle.rows > 1:
+        if self.kernel.pivots:
             carry = Carry.of_numbers(contact, self.task.vehicle.rollers_per_wheel)
-            rates, contact = kernel_in_phase(self.kernel, carry).wheel_speeds(self.nu), carry.contact
+            rates, contact = kernel_in_phase(self.kernel, carry).wheel_speeds(self.nu, self.chi), carry.contact
         return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), contact, rates=rates)
 
     def speeds(self, name: str) -> np.ndarray:
@@ -471,7 +469,7 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
-        elif self.status in (NO_STEP, UNLAWFUL, PIVOTS):
+        elif self.status in (NO_STEP, UNLAWFUL):
             wheel = int(self.run.stopped_wheel) if self.run.stopped_wheel >= 0 else None
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:

@@ -88,8 +88,8 @@ class Recorded:
 
     @property
     def pivots(self) -> np.ndarray | None:
-        vehicle = self.task.vehicle
-        return (self._numbers >= vehicle.rollers_per_wheel).astype(int) if vehicle.rows > 1 else None
+        rollers = self.task.vehicle.rollers_per_wheel
+        return (self._numbers >= rollers).astype(int) if self.task.kernel.pivots else None
 
     @property
     def modes(self) -> np.ndarray | None:

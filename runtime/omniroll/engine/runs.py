@@ -87,7 +87,7 @@ class Rows:
                  goes on from there to the side from which it came
     switch_rows  (K,) the row after a switch
     drive        (T, D, N) inputs of the drives, or None
-    pivots       (T, N) 1 for a wheel with two rows that stands on its joint; None of other vehicles
+    pivots       (T, N) 1 for a wheel with two rows or of mecanum that stands on its joint; None of others
     modes        (T, B) of bearings that may stick, as Trajectory has them; None where none may, or they are unknown
     """
 
@@ -161,7 +161,9 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         return bound().wheel_rates(trajectory.nu[some], trajectory.chi[some])[1]
 
     def spins(some: Places = ALL) -> np.ndarray:
-        return bound().spins_from_axial(trajectory.nu[some], trajectory.chi[some], rows.axial(some))
+        carry = Carry(trajectory.contact, trajectory.pivots).at(some)
+        axial = rows.axial(some)
+        return call_in_phases(bound(), "spins_from_axial", carry, trajectory.nu[some], trajectory.chi[some], axial)
 
     def energy(some: Places = ALL) -> np.ndarray:
         if trajectory.contacts is not None:

@@ -280,7 +280,7 @@ class Session:
     @property
     def contact(self) -> np.ndarray:
         """(N,) int, the physical roller in contact, 0..n-1."""
-        return self._contact if self.vehicle.rows == 1 else self._carry.contact
+        return self._carry.contact if self._task.kernel.pivots else self._contact
 
     # Outputs: computed when they are read
 
@@ -301,7 +301,7 @@ class Session:
     @property
     def spins(self) -> np.ndarray | None:
         """(N, n-1) in rad/s, of the free rollers j = 2..n relative to their disks; None but for "free" rollers."""
-        bound = self._task.kernel
+        bound = self._phase_kernel
         return bound.spins_from_axial(self._nu, self._chi, self._run.axial_now()) if bound.has_spins else None
 
     @property
@@ -331,7 +331,8 @@ class Session:
     @property
     def _phase_kernel(self) -> Kernel:
         """The kernel with the rows that carry now."""
-        return self._task.kernel if self.vehicle.rows == 1 else kernel_in_phase(self._task.kernel, self._carry)
+        bound = self._task.kernel
+        return kernel_in_phase(bound, self._carry) if bound.pivots else bound
 
     @property
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
@@ -382,7 +383,7 @@ class Session:
         moments = Moments(
             self._nu[None], self._chi[None], self._pose[None], self.contact[None],
             None if spins is None else spins[None], signals, self._run.passes[None],
-            self.wheel_speeds[None] if self.vehicle.rows > 1 else None,
+            self.wheel_speeds[None] if self._task.kernel.pivots else None,
         )  # fmt: skip
         model = self._task.kernel.roller_model
         true = true_values(self.vehicle, model, self._task.effects, moments, instruments)

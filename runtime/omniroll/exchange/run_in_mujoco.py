@@ -148,9 +148,7 @@ def friction_of(trajectory: Trajectory) -> float:
     return float(np.mean(given[0])) if given else FRICTION
 
 
-def _model_text(
-    trajectory: Trajectory, step: float, friction: float | None, spheres: int, height: float | None
-) -> str:
+def _model_text(trajectory: Trajectory, step: float, friction: float | None, spheres: int, height: float | None) -> str:
     vehicle, effects = trajectory.vehicle, trajectory.effects
     friction = friction_of(trajectory) if friction is None else friction
     options: dict[str, Any] = {"armature": effects.equipped(vehicle).wheel_inertia - vehicle.wheel_inertia}

@@ -221,9 +221,7 @@ def _best(predictions: Sequence[Prediction], numbers: Sequence[Free], noise: Seq
     return predictions[int(np.argmin(costs))]
 
 
-def _in_parts(
-    found: Prediction, numbers: Sequence[Free], noise: Sequence[dict], loss: str, watch: Watch
-) -> Prediction:
+def _in_parts(found: Prediction, numbers: Sequence[Free], noise: Sequence[dict], loss: str, watch: Watch) -> Prediction:
     """The prediction with numbers that were fitted to the beginnings of the logs, where those read better.
 
     A small error of a number grows along a motion: over a short time readings change nearly linearly with the numbers.

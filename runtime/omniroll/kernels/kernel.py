@@ -57,6 +57,7 @@ IN_THE_MIDDLE = 0.0  # of sides: wheels as if they had one row in their middle, 
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
 MECANUM = "mecanum"  # the effect that a vehicle with rollers at an angle brings
+JOINTS = "joints"  # what that and two rows of rollers need
 DERIVATIVES = "derivatives"  # the effect that brings derivatives by state and inputs
 SHARP_SUFFIX = "_sharp"  # of the name of a function for sharp tips, which stands beside the usual form
 
@@ -157,7 +158,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
     them the numbers by which there are derivatives, and whether there are second ones."""
     refuse_unmodelled(vehicle)
-    of_vehicle = ["layout"] * vehicle.has_layout + ["rows", *sets.needs()["rows"]] * (vehicle.rows > 1)
+    of_vehicle = ["layout"] * vehicle.has_layout + ["rows"] * (vehicle.rows > 1)
     of_vehicle += [MECANUM] * any(vehicle.roller_angle)
     if not effects and not of_vehicle:
         return ()
@@ -166,7 +167,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     own = [effect for effect in effects if effect not in (*asked, *second)] + [DERIVATIVES] * bool(asked or second)
     for effect in own:
         choice("effects", effect, optional_effects())
-    needed = (other for effect in own for other in sets.needs()[effect])
+    needed = (other for effect in (*own, *of_vehicle) for other in sets.needs()[effect])
     present = {*own, *needed, *of_vehicle}
     found = tuple(effect for effect in optional_effects() if effect in present)
     if MECANUM in found:
@@ -198,7 +199,9 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
     if "layout" in effects:
         own |= {"wheel_places": vehicle.places(), "center_of_mass": vehicle.center_of_mass}
     if "rows" in effects:
-        own |= {"row_offset": vehicle.row_offset, "sides": IN_THE_MIDDLE, "turns": 1.0}
+        own |= {"row_offset": vehicle.row_offset, "sides": IN_THE_MIDDLE}
+    if JOINTS in effects:
+        own |= {"turns": 1.0}
     if MECANUM in effects:
         own |= {"roller_angle": vehicle.roller_angle}
     return own | dict(constants)
@@ -252,6 +255,7 @@ class Kernel:
         self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
         self.sprung = "sprung_dynamics" in self.signatures  # whether they may stick on the ground, under springs
         self.grips = self.sprung or "ground_dynamics" in self.signatures  # or under given loads
+        self.pivots = JOINTS in self.effects and not self.slips  # whether wheels may stand on their joint
         self.rollers_stick = "contact_spin_rates" in self.signatures
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
@@ -316,8 +320,11 @@ class Kernel:
         """chi' (..., N) and the contact rollers' spins (..., N), (2.2) and (2.1)."""
         return self.call("wheel_rates", nu, chi)
 
-    def nu_from_wheels(self, chi_dot: ArrayLike) -> np.ndarray:
-        """nu (..., 3) from the wheels' speeds (..., N) by least squares; N at least 3."""
+    def nu_from_wheels(self, chi_dot: ArrayLike, chi: ArrayLike | None = None) -> np.ndarray:
+        """nu (..., 3) from the wheels' speeds (..., N) by least squares; N at least 3. Of mecanum wheels at chi
+        (..., N); without chi with the rollers in their middle, as robots' odometry has it."""
+        if MECANUM in self.effects:
+            return self.call("nu_from_wheels_at", *self.angles_or_nothing(chi), chi_dot)
         return self.call("nu_from_wheels", chi_dot)
 
     def nu_from_contacts(self, chi: ArrayLike, chi_dot: ArrayLike, contact_spin: ArrayLike) -> np.ndarray:
@@ -356,8 +363,11 @@ class Kernel:
         """The generalised force (..., 3) that gives nu_dot; inputs as of forward_dynamics, nu_dot (..., 3) last."""
         return self.call("inverse_dynamics", nu, chi, *inputs)
 
-    def wheel_torques(self, force: ArrayLike) -> np.ndarray:
-        """Torques (..., N) of least norm that make a generalised force; N at least 3."""
+    def wheel_torques(self, force: ArrayLike, chi: ArrayLike | None = None) -> np.ndarray:
+        """Torques (..., N) of least norm that make a generalised force; N at least 3. Mecanum wheels: chi as of
+        nu_from_wheels; both go by normal equations there, which square the condition."""
+        if MECANUM in self.effects:
+            return self.call("wheel_torques_at", *self.angles_or_nothing(chi), force)
         return self.call("wheel_torques", force)
 
     def energy(self, nu: ArrayLike, chi: ArrayLike, *spins: ArrayLike) -> np.ndarray:

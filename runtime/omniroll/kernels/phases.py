@@ -1,8 +1,9 @@
-"""Kernels of wheels with two rows of rollers, in the phases of a run.
+"""Kernels of mecanum wheels and of wheels with two rows of rollers, in the phases of a run.
 
 The row that carries is that of the roller in contact: even numbers stand in the outer row. A wheel that stands on its
 joint does not turn. Both are constants of a phase, so that each phase has a kernel of its own; one that was made
-without them knows the wheels' middle (kernel.IN_THE_MIDDLE). Other wheels have one kernel for all phases.
+without them knows wheels that turn, of two rows their middle (kernel.IN_THE_MIDDLE). Other wheels have one kernel for
+all phases.
 """
 
 from functools import lru_cache
@@ -18,7 +19,7 @@ OF_A_PHASE = ("sides", "turns")
 
 
 class Carry(NamedTuple):
-    """What carries a vehicle with two rows of rollers.
+    """What carries a vehicle whose wheels may stand on their joint.
 
     contact  (..., N) int, the physical rollers in contact
     pivots   (..., N) 1 for a wheel that stands on its joint, else 0; None of other vehicles
@@ -38,17 +39,17 @@ class Carry(NamedTuple):
 
 
 def kernel_in_phase(bound: Kernel, carry: Carry) -> Kernel:
-    """The kernel with the rows that carry in one state."""
-    if "rows" not in bound.effects:
+    """The kernel with what carries in one state."""
+    if not bound.pivots:
         return bound
     sides, turns = np.where(carry.contact % 2, -1.0, 1.0), np.where(carry.pivots, 0.0, 1.0)
-    return _with_rows(bound, tuple(sides.tolist()), tuple(turns.tolist()))
+    return _in_phase(bound, tuple(sides.tolist()) if "rows" in bound.effects else (), tuple(turns.tolist()))
 
 
 @lru_cache(maxsize=512)
-def _with_rows(bound: Kernel, sides: tuple[float, ...], turns: tuple[float, ...]) -> Kernel:
+def _in_phase(bound: Kernel, sides: tuple[float, ...], turns: tuple[float, ...]) -> Kernel:
     others = tuple(entry for entry in bound.given if entry[0] not in OF_A_PHASE)
-    constants = (*others, ("sides", sides), ("turns", turns))
+    constants = (*others, *((("sides", sides),) if sides else ()), ("turns", turns))
     arguments = bound.vehicle, bound.roller_model
     if isinstance(bound, NeutralKernel):
         return kernel_by(PREBUILT, *arguments, bound.effects, constants)
@@ -57,11 +58,12 @@ def _with_rows(bound: Kernel, sides: tuple[float, ...], turns: tuple[float, ...]
 
 def call_in_phases(bound: Kernel, name: str, carry: Carry, *values: ArrayLike) -> np.ndarray:
     """A generated function with one output, of states each with what carries in it; `values` have its leading axes."""
-    if "rows" not in bound.effects:
+    if not bound.pivots:
         return bound.call(name, *values)
     lead, wheels = carry.contact.shape[:-1], bound.wheels
     flat = [np.asarray(value).reshape(-1, *np.shape(value)[len(lead) :]) for value in values]
-    numbers = np.concatenate([carry.contact % 2, carry.pivots], axis=-1).reshape(-1, 2 * wheels)
+    sides = carry.contact % 2 if "rows" in bound.effects else np.zeros_like(carry.contact)
+    numbers = np.concatenate([sides, carry.pivots], axis=-1).reshape(-1, 2 * wheels)
     patterns, which = np.unique(numbers, axis=0, return_inverse=True)
     parts = [
         kernel_in_phase(bound, Carry(pattern[:wheels], pattern[wheels:])).call(name, *(v[which == k] for v in flat))

@@ -1,9 +1,9 @@
 """What people type for a symbol, a formula or an equation: as the paper prints it, as LaTeX, as a name in the code.
 
-    m13, m*_13, m^*_{13}, 7.1:m13          an entry of the mass matrix
-    rho, rho_i, \\rho_i, $\\rho_k$            a symbol of each wheel, whichever index counts it
-    nu_1', nu_dot_1, \\dot\\nu_1             a rate
-    3.4, (3.4)                             an equation
+m13, m*_13, m^*_{13}, 7.1:m13          an entry of the mass matrix
+rho, rho_i, \\rho_i, $\\rho_k$            a symbol of each wheel, whichever index counts it
+nu_1', nu_dot_1, \\dot\\nu_1             a rate
+3.4, (3.4)                             an equation
 """
 
 import re

@@ -16,7 +16,7 @@ from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.motor import LINEAR, MODES
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
-from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.kernels.kernel import MECANUM, Kernel, kernel
 from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.tracking import TrackingWheels, turns_of
 from omniroll.vehicles.checks import refuse_two_rows
@@ -177,6 +177,10 @@ def true_values(
     found["gyro"] = moments.nu[..., 2] / bound.constant("yaw_scale")
     if "accelerometer" in wanted:
         found["accelerometer"] = _felt(bound, effects, moments, instruments)
+        if any(vehicle.roller_angle) and moments.rates is not None:  # not known while a wheel stands on its joint
+            at_joint = np.abs(moments.chi) >= math.pi / vehicle.rollers_per_wheel
+            stands = ((moments.rates == 0) & at_joint).any(axis=-1) & (moments.nu[..., 2] != 0)
+            found["accelerometer"] = np.where(stands[..., None], np.nan, found["accelerometer"])
     found["contact_roller"] = moments.contact
     if (wheels := tracking_of(instruments)) is not None:
         found |= _tracked(bound, moments, wheels, wanted)
@@ -263,7 +267,8 @@ def _axis_first(values: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]
 
 def axles_tell_all(bound: Kernel) -> bool:
     """Whether the wheels' rates determine nu, so that there is odometry."""
-    return "nu_from_wheels" in bound.signatures and np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) == 3
+    fits = MECANUM in bound.effects or "nu_from_wheels" in bound.signatures
+    return fits and np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) == 3
 
 
 def reckoned(vehicle: Vehicle, start: np.ndarray, counts: np.ndarray, instruments: Instruments) -> np.ndarray | None:

@@ -114,7 +114,7 @@ class Trajectory(MadeOnDemand):
     nu            (T, 3) in 1/s
     chi           (T, N) in rad, |chi| <= pi/n
     contact       (T, N) int, the physical roller in contact, 0..n-1
-    pivots        (T, N) int, 1 for a wheel with two rows of rollers that stands on its joint; None of other vehicles
+    pivots        (T, N) int, 1 for a mecanum wheel or one with two rows that stands on its joint; None of others
     modes         (T, B) int of bearings that may stick, 0 where one does, else the sign of its rate: of axles (N,), if
                   these may, then of rollers (N, n), if these may, by place (without spins (N,), of those in contact). A
                   row in which a step starts has those of the step, others those with which a phase ends. None where
@@ -290,11 +290,13 @@ class Trajectory(MadeOnDemand):
         return {name: value for name, value in read.items() if name in names}
 
     def _rates_at(self, times: np.ndarray) -> tuple:
-        """The rates (T, N) of wheels that may slip, and what makes the motion's accelerations by name; of wheels with
-        two rows their rates; nothing elsewhere."""
+        """The rates (T, N) of wheels that may slip, and what makes the motion's accelerations by name; of wheels that
+        may stand on their joint their rates; nothing elsewhere."""
         y, row = self.state_and_row(times)
-        if self.vehicle.rows > 1:
-            return (call_in_phases(self.kernel, "wheel_speeds", Carry(self.contact, self.pivots).at(row), y[:, :3]),)
+        if self.pivots is not None:
+            angles = self.kernel.angles_or_nothing(y[:, 3 : 3 + self.vehicle.wheels])
+            carry = Carry(self.contact, self.pivots).at(row)
+            return (call_in_phases(self.kernel, "wheel_speeds", carry, y[:, :3], *angles),)
         if not self.effects.slips:
             return ()
         contacts, end = self._contacts_in(y, partial(self._beside, times, y, row)), 3 + self.vehicle.wheels
@@ -379,7 +381,8 @@ class Trajectory(MadeOnDemand):
         def spins() -> np.ndarray | None:
             if self.roller_model != "free":
                 return None
-            return with_rows("spins", self.kernel.spins_from_axial(nu, chi, self._axial(times, y, row)))
+            carry, axial = Carry(self.contact, self.pivots).at(row), self._axial(times, y, row)
+            return with_rows("spins", call_in_phases(self.kernel, "spins_from_axial", carry, nu, chi, axial))
 
         def energy() -> np.ndarray:
             if slipping is not None:
@@ -401,7 +404,8 @@ class Trajectory(MadeOnDemand):
     def _axial(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> np.ndarray:
         """The free rollers' axial speeds (..., N, n-1), from the last row at or before each time."""
         spins = self._some("spins", row, len(self))
-        axial = self.kernel.axial_speeds(self.nu[row], self.chi[row], spins)
+        carry = Carry(self.contact, self.pivots).at(row)
+        axial = call_in_phases(self.kernel, "axial_speeds", carry, self.nu[row], self.chi[row], spins)
         if not self.effects:
             return axial
         before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
@@ -409,9 +413,9 @@ class Trajectory(MadeOnDemand):
         return self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
 
     def times_on_joints(self) -> np.ndarray | None:
-        """(N,) in s, for how long each wheel with two rows of rollers has stood on its joint; None of other vehicles.
+        """(N,) in s, for how long each mecanum wheel or wheel with two rows has stood on its joint; None of others.
 
-        Both rows push it back there: on the ground both its rollers slide, which pure rolling leaves out.
+        Both its rollers push it back there: on the ground both its rollers slide, which pure rolling leaves out.
         """
         return None if self.pivots is None else np.diff(self.elapsed) @ self.pivots[:-1]
 

@@ -69,9 +69,10 @@ class Stored:
         return self.description["vehicle"]["rollers_per_wheel"]
 
     @property
-    def has_rows(self) -> bool:
-        """Whether its wheels have two rows of rollers."""
-        return self.description["vehicle"].get("rows", 1) > 1
+    def has_joints(self) -> bool:
+        """Whether its wheels have two rows of rollers, or rollers at an angle: they may stand on their joints."""
+        vehicle = self.description["vehicle"]
+        return vehicle.get("rows", 1) > 1 or bool(np.any(vehicle.get("roller_angle", 0)))
 
     def checksums(self) -> dict[str, str]:
         """SHA-256 of the description and of each array that there is, by name."""
@@ -149,8 +150,8 @@ def _check_places(stored: Stored, sizes: Mapping[str, int]) -> None:
         raise ValueError(f"switches names wheels beyond 0 ... {sizes['N'] - 1}")
     if (stored.description["roller_model"] == "free") != (arrays["spins"] is not None):
         raise ValueError("spins belong to free rollers, and to no others")
-    if stored.has_rows != (arrays["pivots"] is not None):
-        raise ValueError("pivots belong to wheels with two rows of rollers, and to no others")
+    if stored.has_joints != (arrays["pivots"] is not None):
+        raise ValueError("pivots belong to mecanum wheels and to wheels with two rows of rollers, and to no others")
     for name, described in (("drive", "drive_names"), ("added", "effects")):
         if (arrays[name] is None) != (not stored.description[described]):
             raise ValueError(f"{name} does not fit the effects")

@@ -142,7 +142,7 @@ def _names(stored: Stored, spins: bool, modes: int, drives: int, added: int) -> 
         "energy",
     ]
     names += [f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else []
-    names += [f"pivot_{i}" for i in wheels] if stored.has_rows else []
+    names += [f"pivot_{i}" for i in wheels] if stored.has_joints else []
     names += [f"mode_{k}" for k in range(1, modes + 1)]
     inputs = stored.description.get("drive_names", DRIVES)[:drives]
     names += [f"{name}_{i}" for name in inputs for i in wheels]
@@ -224,7 +224,7 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
         width = wheels * (rollers - 1)
         arrays["spins"] = numbers[:, place : place + width].reshape(rows, wheels, rollers - 1)
         place += width
-    if stored.has_rows:
+    if stored.has_joints:
         arrays["pivots"] = numbers[:, place : place + wheels].astype(int)
         place += wheels
     if modes:

@@ -22,7 +22,7 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, STATE, Entry, by_name
 
 JOINTS = "joints of rollers: the contact passes to the next one"
-PIVOTS = "joints on which wheels stand that both rows push back: one of them takes the wheel from there"
+PIVOTS = "joints on which wheels stand that the rollers on both sides push back: one of them takes the wheel from there"
 ALLOWED = 5.0  # s of work for estimates and prices together, so that all is said within 10 s
 UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
 UNITS |= {"deflection": "m, rad, rad", "deflection_rate": "m/s, rad/s, rad/s"}
@@ -120,7 +120,7 @@ def _origin_of_field(entry: Entry, vehicle: Vehicle, table: dict[str, Any]) -> O
 
 def events_of(task: Task) -> list[str]:
     """The events that steps end on, in words."""
-    pivots = [PIVOTS] * (task.vehicle.rows > 1)
+    pivots = [PIVOTS] * task.kernel.pivots
     return [JOINTS, *pivots, *(event for effect in task.effects.effects for event in effect.events())]
 
 

@@ -102,7 +102,7 @@ class Outcome:
         } | ({"parts": self.stream.parts} if self.stream else {})
 
     def _stood(self) -> dict[str, Any]:
-        """For how long each wheel with two rows of rollers has stood on its joint, in s."""
+        """For how long each mecanum wheel or wheel with two rows of rollers has stood on its joint, in s."""
         stood = None if self.stream else self.trajectory.times_on_joints()
         return {} if stood is None else {"times_on_joints": stood.tolist()}
 

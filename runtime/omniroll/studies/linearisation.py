@@ -19,16 +19,16 @@ from omniroll.effects.uncontrolled import without_controllers
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import DERIVATIVES, Kernel
 from omniroll.kernels.neutral_kernel import best_backend
+from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.kernels.tangent_kernel import TangentKernel
 from omniroll.results.measurements import Instruments, axles_tell_all
 from omniroll.scenes.loading import Scene
+from omniroll.studies.linear_by_tangents import near_by_tangents
 from omniroll.studies.linear_model import ARRAYS, LinearModel
 from omniroll.studies.linear_rates import RatesNear, rolling_near, second_derivatives
 from omniroll.studies.linear_readings import READINGS, WHOLE, readings_near
-from omniroll.studies.linear_slipping import slipping_near
 from omniroll.validation import choice, trailing
 from omniroll.vehicles import checks
-from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL
 
@@ -65,7 +65,7 @@ def linearise(
                   omniroll.vocabulary.MEASUREMENTS has: "wheel_angle", "wheel_rate", "net_torque", "motor_current",
                   "motor_voltage", "gyro", "accelerometer", "odometry", of encoders that count without steps
     place         (2,) in m, of the accelerometer in the platform's frame
-    hessians      whether the model has the second derivatives of the rates, too, of wheels that roll
+    hessians      whether the model has the second derivatives of the rates, too, of omni-wheels that roll
 
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
@@ -74,6 +74,8 @@ def linearise(
     of free rollers `contact_omega`, the axial speeds of those in contact; with Coulomb friction of free rollers that
     fades at a speed `axial`, those of all others, in the place of the momenta. Rates and spins are those that the
     Contact gives; without them the state rolls. Loads that follow the motion do so in A and B as well.
+
+    Of two rows of rollers those carry that do where a run starts, the outer ones.
 
     Where the rollers end in sharp tips, elimination in M* would lose digits of the derivatives: there the generated
     derivatives are those of the form of forward_dynamics for such tips.
@@ -87,8 +89,6 @@ def linearise(
     vehicle = what.vehicle if isinstance(what, Scene) else what
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("what", what, "must be a Vehicle or a Scene")
-    refuse_two_rows(vehicle, "what", "Vehicle", "linearise it with rows = 1, the middle of the wheels")
-    checks.refuse_mecanum(vehicle, "what", "Vehicle", "compare runs from changed starts")
     if vehicle.wheels > MOST_WHEELS:
         raise InvalidValueError(
             "wheels", vehicle.wheels, f"must be at most {MOST_WHEELS}: the model's matrices are dense"
@@ -105,18 +105,23 @@ def linearise(
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(without_controllers(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
-    if acting.slips:
-        near_of, bound = slipping_near, acting.kernel(vehicle, roller_model, "python")
+    by_tangents = acting.slips or vehicle.rows > 1 or any(vehicle.roller_angle)
+    if by_tangents:
+        first = np.zeros(vehicle.wheels, int)  # the rollers that carry where a run starts
+        bound = kernel_in_phase(acting.kernel(vehicle, roller_model, "python"), Carry(first, first))
+        near_of = near_by_tangents
     else:
         near_of, bound = rolling_near, acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
-    if "odometry" in outputs and acting.slips:
-        raise InvalidValueError("outputs", "odometry", "asks for wheels that roll: where they slip it is not the pose")
+    if "odometry" in outputs and by_tangents:
+        bound = "asks for omni-wheels in one row that roll: of others it is not the pose"
+        raise InvalidValueError("outputs", "odometry", bound)
     if "odometry" in outputs and not axles_tell_all(bound):
         raise InvalidValueError("outputs", "odometry", "asks for axles whose rates tell all of the motion")
     points = _points(bound, given)
     near = [near_of(bound, acting, given.get("start_time", 0), *point) for point in points.flat]
-    if hessians and acting.slips:
-        raise InvalidValueError("hessians", hessians, "are those of wheels that roll; a Contact lets them slip")
+    if hessians and by_tangents:
+        bound = "are those of omni-wheels in one row that roll: leave them out for mecanum, two rows and a Contact"
+        raise InvalidValueError("hessians", hessians, bound)
     models = [_model(rates, bound, acting, instruments, tuple(outputs)) for rates in near]
     if hessians:
         carrying = TangentKernel(bound)
@@ -180,6 +185,8 @@ def _model(
     if readings := [name for name in wanted if name in READINGS]:
         known = {name: parts[name] for name in own} | {"nu_dot": rates["nu"]}
         known |= {name: near.signals[name] for name in DRIVES if name in near.signals}
+        if bound.pivots:
+            known["rates"], slopes["rates"] = rates["chi"], by_state_and_input[layout["chi"]]
         slopes["nu_dot"] = by_state_and_input[layout["nu"]]
         slopes["torque"] = np.hstack([np.zeros((wheels, len(near.A))), np.diag(near.torque_per_signal)])
         read, by = readings_near(bound, acting, known, slopes, instruments, readings)

@@ -1,7 +1,8 @@
-"""The rates of a vehicle whose wheels may slip, near a state, under laws of the ground that are smooth.
+"""The rates of a vehicle near a state by functions that carry tangents, as they do for the sensitivities of runs.
 
-The wheels' rates and the axial speeds of the rollers in contact are states beside nu. The functions of the rates carry
-tangents, as they do for the sensitivities of runs.
+For wheels that may slip, under laws of the ground that are smooth; for mecanum wheels and those with two rows.
+
+Where wheels may slip, their rates and the axial speeds of the rollers in contact are states beside nu.
 """
 
 import numpy as np
@@ -16,7 +17,7 @@ from omniroll.vehicles.state import State
 CONSTANT = ("momenta",)  # states that a run between two switches need not integrate
 
 
-def slipping_near(
+def near_by_tangents(
     bound: Kernel,
     acting: EffectSet,
     start_time: float,
@@ -25,7 +26,7 @@ def slipping_near(
     pose: np.ndarray,
     axial: np.ndarray | None,
 ) -> RatesNear:
-    """Of wheels that may slip; axial (N, n-1), the axial speeds of free rollers that do not touch the ground, or None.
+    """Rates and slopes; axial (N, n-1), the axial speeds of free rollers that do not touch the ground, or None.
 
     bound  the kernel with Python's functions
     """
