@@ -413,6 +413,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     facts = deviating(effects, registry)
     called = (*PLAIN, IMPACT, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS)
     facts.plain = [f for f in facts.differentiated if f.name in called]
+    facts.absent = [name for name in called if name not in {f.name for f in facts.plain}]
     return template("along_set.h", facts=facts)
 
 

@@ -261,7 +261,8 @@ static void exchange_given(variations_t *w, long long step)
 
 void omniroll_deviate(const omniroll_variations_t *run, const double *spins)
 {
-#if SET_HAS_ROLLERS
+    if (!SET_HAS_ROLLERS)
+        return;
     variations_t own, *const w = &own;
     prepare(w, run);
     const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w), points = point_size(w);
@@ -279,21 +280,16 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins)
         set_axial_speeds_along(wheels, &w->column[g], at, at + point_chi(w), spin, moved, moved + point_chi(w),
                                moved_spin, axial, moved_axial);
         take_free(w, run->contact, g, moved_axial);
-#if SET_CORE_PARTS
         start_core_along(wheels, &w->column[g], at, at + point_chi(w), axial, moved, moved + point_chi(w), moved_axial,
                          at + POINT_CORE, moved + POINT_CORE);
-        for (int k = 0; k < w->known - 3; k++)
+        for (int k = 0; k < w->known - 3 && SET_CORE_PARTS; k++)
             w->moved[(6 + wheels + k)*w->groups + g] = moved[POINT_CORE + k];
-#endif
     }
     for (int i = 0; i < wheels; i++)
         for (int g = 0; g < w->groups; g++)
             w->axial[(i*w->rollers + (int)run->contact[i])*w->groups + g] = lanes_of(0);
     out_of_lanes(w, w->moved, w->size, run->moved);
     exchange_axial(w, 0, 1);
-#else
-    (void)run, (void)spins;
-#endif
 }
 
 /* Whether a wheel that switches after a row grazes its joint. */

@@ -44,24 +44,19 @@ ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t
     const int moves = own == w->along, wheels = w->wheels;
     const lanes_t *const sticks = moves ? own + point_still(w) : w->bearings.sticks;
     lanes_t *const holding = w->bearings.holding + 2*wheels*moves;
-    (void)sticks, (void)holding, (void)point;
-#if SET_AXLES_STICK
-    point->axle_sticks = sticks, point->axle_holding = holding;
-#endif
-#if SET_DISKS_STICK || SET_IN_SERIES
-    point->contact_sticks = moves ? sticks : sticks + wheels;
-#endif
-#if SET_DISKS_STICK || SET_STRIPS
-    point->contact_holding = holding + wheels;
-#endif
-#if SET_STRIPS
-    point->contact_spin = w->bearings.spin_dot + wheels*moves;
-#endif
-#if SET_DISKS_STICK
-    point->contact_spin_dot = w->bearings.spin_dot + wheels*w->rollers*moves;
-    point->spins_dot = point->contact_spin_dot + wheels;
-    point->yaw_mass = w->bearings.yaw_mass + moves;
-#endif
+    if (SET_AXLES_STICK)
+        point->axle_sticks = sticks, point->axle_holding = holding;
+    if (SET_DISKS_STICK || SET_IN_SERIES)
+        point->contact_sticks = moves ? sticks : sticks + wheels;
+    if (SET_DISKS_STICK || SET_STRIPS)
+        point->contact_holding = holding + wheels;
+    if (SET_STRIPS)
+        point->contact_spin = w->bearings.spin_dot + wheels*moves;
+    if (SET_DISKS_STICK) {
+        point->contact_spin_dot = w->bearings.spin_dot + wheels*w->rollers*moves;
+        point->spins_dot = point->contact_spin_dot + wheels;
+        point->yaw_mass = w->bearings.yaw_mass + moves;
+    }
 }
 
 /* Whether rollers in contact stick as in a row, with the torques of those that turn. */
@@ -78,17 +73,13 @@ static void put_modes_in_contact(const variations_t *w, long long row)
 /* The same of all bearings. */
 static void put_own_modes(const variations_t *w, long long row)
 {
-#if SET_AXLES_STICK
     const double *const drive = w->run->drive + row*SET_INPUTS*w->wheels;
-    for (int i = 0; i < w->wheels; i++) {
+    for (int i = 0; i < w->wheels && SET_AXLES_STICK; i++) {
         w->bearings.sticks[i] = lanes_of(own_mode(w, row, i) == 0);
         w->point[point_inputs(w) + SET_BEARING_INPUT*w->wheels + i] = lanes_of(drive[SET_BEARING_INPUT*w->wheels + i]);
     }
-#endif
-#if SET_DISKS_STICK || SET_IN_SERIES
-    put_modes_in_contact(w, row);
-#endif
-    (void)w, (void)row;
+    if (SET_DISKS_STICK || SET_IN_SERIES)
+        put_modes_in_contact(w, row);
 }
 
 /* Of a list with a place for each axle, each roller in contact and each free roller that of a bearing. */
@@ -107,43 +98,34 @@ ALWAYS_INLINE double own_dot(const variations_t *w, const point_t *at, int k, in
     lanes_t *contact = 0, *free = 0;
     if (SET_SERIES_ALONE && k >= roller_bearing(w, 0, 0))       /* no speed comes to rest: changes.c */
         return 0;
-#if SET_HOLDS
     const int row = row_of_bearing(w, k);
-    const double *const own = w->run->hold_row + 3*row;
-    const lanes_t *const nu_dot = w->bearings.nu_dot + (at->nu == w->along + POINT_NU ? 3 : 0);
-    if (row >= 0)
+    if (row >= 0) {
+        const double *const own = w->run->hold_row + 3*row;
+        const lanes_t *const nu_dot = w->bearings.nu_dot + (at->nu == w->along + POINT_NU ? 3 : 0);
         return own[0]*nu_dot[0][lane] + own[1]*nu_dot[1][lane] + own[2]*nu_dot[2][lane];
-    free = at->core_dot;
-#endif
-#if SET_STRIPS
-    if (k >= roller_bearing(w, 0, 0))
+    }
+    if (SET_STRIPS && k >= roller_bearing(w, 0, 0))
         return at->slip_dot[2*(k - roller_bearing(w, 0, 0))][lane]/w->run->standing[1];
-#endif
-#if SET_DISKS_STICK
-    contact = at->contact_spin_dot, free = at->spins_dot;
-#endif
+    if (SET_HOLDS)
+        free = at->core_dot;
+    if (SET_DISKS_STICK)
+        contact = at->contact_spin_dot, free = at->spins_dot;
     return (*of_bearing(w, k, at->core_dot, contact, free))[lane];
 }
 
 ALWAYS_INLINE double own_asked(const variations_t *w, const point_t *at, int k)
 {
     lanes_t *axles = 0, *contact = 0, *free = 0;
-    (void)at;
     if (row_of_bearing(w, k) >= 0)          /* what holds nu says it: holding.c */
         return 0;
-#if SET_SPINS_STICK
-    free = at->free_holding;
-#endif
-#if SET_AXLES_STICK
-    axles = at->axle_holding;
-#endif
-#if SET_SERIES_ALONE
-    contact = w->bearings.holding + (at->nu == w->along + POINT_NU ? 3 : 1)*w->wheels;
-#elif SET_STRIPS
-    contact = at->contact_holding;
-#elif SET_DISKS_STICK
-    contact = at->contact_holding, free = at->free_holding;
-#endif
+    if (SET_SPINS_STICK || SET_DISKS_STICK)
+        free = at->free_holding;
+    if (SET_AXLES_STICK)
+        axles = at->axle_holding;
+    if (SET_STRIPS || SET_DISKS_STICK)
+        contact = at->contact_holding;
+    if (SET_SERIES_ALONE)
+        contact = w->bearings.holding + (at->nu == w->along + POINT_NU ? 3 : 1)*w->wheels;
     return (*of_bearing(w, k, axles, contact, free))[0];
 }
 

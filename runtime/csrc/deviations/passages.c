@@ -121,7 +121,6 @@ ALWAYS_INLINE void take_free(variations_t *w, const long long *contact, int grou
             w->axial[(i*w->rollers + roller_at(w, contact, i, s))*w->groups + group] = free[i*(w->rollers - 1) + s];
 }
 
-#if SET_HAS_ROLLERS
 #define MOST_FREE(w) ((w)->wheels*((w)->rollers - 1))
 
 /* The free rollers' axial speeds in a row, by place. */
@@ -136,21 +135,19 @@ static void axial_in_row(const variations_t *w, long long row, lanes_t *axial)
     set_axial_speeds_along(wheels, w->vehicle, w->point, w->point + point_chi(w), spins, zero, zero, still, axial,
                            moved);
 }
-#endif
 
 /* A phase begins in a row: what it holds constant, and how that deviates. */
 static void begin_phase(variations_t *w, long long phase)
 {
-#if SET_HAS_ROLLERS
-    const int count = MOST_FREE(w);
+    if (!SET_HAS_ROLLERS)
+        return;
+    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w);
     const long long row = w->run->phase_start[phase];
     lanes_t axial[count], moved[count], momenta[2*MOST_WHEELS], momenta_moved[2*MOST_WHEELS];
     axial_in_row(w, row, axial);
     for (int k = 0; k < count; k++)
         w->free_axial[k] = axial[k][0];
-#if SET_HOLDS_MOMENTA
-    const int wheels = OWN_WHEELS(w->wheels);
-    for (int g = 0; g < w->groups; g++) {
+    for (int g = 0; g < w->groups && SET_HOLDS_MOMENTA; g++) {
         put_free(w, w->run->contact + row*wheels, g, moved);
         set_momenta_along(wheels, &w->column[g], axial, moved, momenta, momenta_moved);
         for (int k = 0; k < 2*wheels; k++) {
@@ -158,12 +155,6 @@ static void begin_phase(variations_t *w, long long phase)
             w->given[(SET_MOVING*wheels + k)*w->groups + g] = momenta_moved[k];
         }
     }
-#else
-    (void)moved, (void)momenta, (void)momenta_moved;
-#endif
-#else
-    (void)w, (void)phase;
-#endif
 }
 
 /* +1 or -1 where a wheel's contact has passed on between two rows, else 0; how many have. */
@@ -180,7 +171,6 @@ static int directions_of(const variations_t *w, long long row, int *direction)
 }
 
 /* Deviations of the free rollers' axial speeds, where they follow from the core: later in the phase than `before`. */
-#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
 static void follow_axial(variations_t *w, int group, const long long *contact, const lanes_t *before,
                          const lanes_t *before_moved, const lanes_t *after, const lanes_t *after_moved,
                          double elapsed, lanes_t elapsed_moved)
@@ -195,11 +185,9 @@ static void follow_axial(variations_t *w, int group, const long long *contact, c
                       before_moved + POINT_CORE, after_moved + POINT_CORE, elapsed_moved, later, later_moved);
     take_free(w, contact, group, later_moved);
 }
-#endif
 
 /* nu after the switch, from `at` and its deviations `moved`; chi in them is that after the switch, chi_before and
  * chi_moved were before it. entering: deviations of the spins of the rollers that come. */
-#if SET_HAS_IMPACT
 static void strike(const variations_t *w, int group, const int *direction, lanes_t *at, lanes_t *moved,
                    const lanes_t *chi_before, const lanes_t *chi_moved, const lanes_t *spin, const lanes_t *spin_moved)
 {
@@ -221,9 +209,7 @@ static void strike(const variations_t *w, int group, const int *direction, lanes
     memcpy(at, nu, sizeof nu);
     memcpy(moved, nu_moved, sizeof nu_moved);
 }
-#endif
 
-#if SET_HAS_IMPACT && SET_HAS_ROLLERS
 /* The spins with which the rollers enter that the wheels pass to; those that leave keep their axial speeds. */
 static void exchange_rollers(variations_t *w, int group, long long row, const int *direction, const lanes_t *at,
                              const lanes_t *moved, lanes_t *spin, lanes_t *spin_moved)
@@ -244,9 +230,7 @@ static void exchange_rollers(variations_t *w, int group, long long row, const in
             w->axial[(i*w->rollers + (int)contact[i])*w->groups + group] = own_moved[i];
         }
 }
-#endif
 
-#if SET_HAS_CONTACT_SPEEDS
 /* Where wheels may slip no speed changes: the entering roller comes with the axial speed that it has. */
 static void exchange_contacts(variations_t *w, int group, long long row, const int *direction, lanes_t *moved)
 {
@@ -258,40 +242,28 @@ static void exchange_contacts(variations_t *w, int group, long long row, const i
             moved[own + i] = w->axial[(i*w->rollers + (int)enters[i])*w->groups + group];
         }
 }
-#endif
 
 /* The state and its deviations after the wheels have switched together, in one vector of columns. */
 static void apply_switch(variations_t *w, int group, long long row, const int *direction, lanes_t *at, lanes_t *moved)
 {
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
-#if SET_HAS_IMPACT
     lanes_t chi_before[MOST_WHEELS], chi_moved[MOST_WHEELS], spin[MOST_WHEELS] = {{0}}, spin_moved[MOST_WHEELS] = {{0}};
     memcpy(chi_before, at + chi, wheels*sizeof *at);
     memcpy(chi_moved, moved + chi, wheels*sizeof *at);
-#if SET_HAS_ROLLERS
-    exchange_rollers(w, group, row, direction, at, moved, spin, spin_moved);
-#endif
-#endif
+    if (SET_HAS_IMPACT && SET_HAS_ROLLERS)
+        exchange_rollers(w, group, row, direction, at, moved, spin, spin_moved);
     for (int i = 0; i < wheels; i++)
         if (direction[i]) {
             at[chi + i] = lanes_of(w->run->y[(row + 1)*w->run->row_size + w->run->place[3 + i]]);
             moved[chi + i] = lanes_of(0);
         }
-#if SET_HAS_IMPACT
-    if (w->run->impact)
+    if (SET_HAS_IMPACT && w->run->impact)
         strike(w, group, direction, at, moved, chi_before, chi_moved, spin, spin_moved);
-#elif SET_HAS_CONTACT_SPEEDS
-    exchange_contacts(w, group, row, direction, moved);
-#else
-    (void)group;
-#endif
+    if (SET_HAS_CONTACT_SPEEDS)
+        exchange_contacts(w, group, row, direction, moved);
 }
 
-#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
-#define AXIAL_FOLLOWS 1             /* the rollers' axial speeds follow from the core                       */
-#else
-#define AXIAL_FOLLOWS 0
-#endif
+#define AXIAL_FOLLOWS (SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA)   /* the rollers' axial speeds follow from the core */
 
 /* Up to the switch, in one vector of columns: from where the phase has begun to the row, `time` later in the motions
  * beside the run. In `moved` are the deviations there. */
@@ -303,7 +275,8 @@ ALWAYS_INLINE void come_to_switch(variations_t *w, int group, long long phase, l
     put_state(w, row, at);
     memset(moved, 0, point_size(w)*sizeof *moved);
     put_moved(w, w->moved, group, moved);
-#if AXIAL_FOLLOWS
+    if (!AXIAL_FOLLOWS)
+        return;
     const long long first = w->run->phase_start[phase];
     lanes_t start[point_size(w)], start_moved[point_size(w)];
     memset(start_moved, 0, sizeof start_moved);
@@ -311,25 +284,20 @@ ALWAYS_INLINE void come_to_switch(variations_t *w, int group, long long phase, l
     put_moved(w, w->began, group, start_moved);
     follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, at, moved,
                  w->run->elapsed[row] - w->run->elapsed[first], time);
-#else
-    (void)phase;
-#endif
 }
 
 /* Take what the switch has made of a state, whose core begins anew. */
 ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lanes_t *at, lanes_t *moved)
 {
     const int wheels = OWN_WHEELS(w->wheels), groups = w->groups;
-#if SET_HAS_ROLLERS && SET_CORE_PARTS
-    const int count = w->wheels*(w->rollers - 1);
-    lanes_t axial[count], axial_moved[count];
-    axial_in_row(w, row + 1, axial);
-    put_free(w, w->run->contact + (row + 1)*wheels, group, axial_moved);
-    start_core_along(wheels, &w->column[group], at, at + point_chi(w), axial, moved, moved + point_chi(w), axial_moved,
-                     at + POINT_CORE, moved + POINT_CORE);
-#else
-    (void)at, (void)row;
-#endif
+    if (SET_HAS_ROLLERS && SET_CORE_PARTS) {
+        const int count = MOST_FREE(w);
+        lanes_t axial[count], axial_moved[count];
+        axial_in_row(w, row + 1, axial);
+        put_free(w, w->run->contact + (row + 1)*wheels, group, axial_moved);
+        start_core_along(wheels, &w->column[group], at, at + point_chi(w), axial, moved, moved + point_chi(w),
+                         axial_moved, at + POINT_CORE, moved + POINT_CORE);
+    }
     for (int k = 0; k < w->known; k++)
         w->moved[(k < 3 ? k : 3 + wheels + k)*groups + group] = moved[k];
     for (int i = 0; i < wheels; i++)
@@ -339,21 +307,19 @@ ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lane
 /* Back to the time of the row, in one vector of columns: the motions beside the run have switched `time` later. */
 ALWAYS_INLINE void come_back(variations_t *w, int group, long long row, const lanes_t *rate, lanes_t time)
 {
-#if AXIAL_FOLLOWS
     lanes_t start[point_size(w)], start_moved[point_size(w)], moved[point_size(w)];
-    memset(start_moved, 0, sizeof start_moved);
-    memset(moved, 0, sizeof moved);
-    put_state(w, row, start);
-    put_moved(w, w->moved, group, start_moved);
-#endif
+    if (AXIAL_FOLLOWS) {
+        memset(start_moved, 0, sizeof start_moved);
+        memset(moved, 0, sizeof moved);
+        put_state(w, row, start);
+        put_moved(w, w->moved, group, start_moved);
+    }
     for (int k = 0; k < w->size; k++)
         w->moved[k*w->groups + group] -= rate[k]*time;
-#if AXIAL_FOLLOWS
-    put_moved(w, w->moved, group, moved);
-    follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, start, moved, 0, -time);
-#else
-    (void)row;
-#endif
+    if (AXIAL_FOLLOWS) {
+        put_moved(w, w->moved, group, moved);
+        follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, start, moved, 0, -time);
+    }
 }
 
 /* The deviations after the switch between a row and the next, from those before it. The first of the wheels that

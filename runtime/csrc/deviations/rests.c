@@ -67,7 +67,6 @@ static void put_slips_moved(const variations_t *w, const int *component, int cou
     }
 }
 
-#if SET_TURNS
 /* Keep of a list of components those of slips whose directions turn. Returns how many. */
 static int keep_turns(const variations_t *w, long long row, int *component, int count)
 {
@@ -162,7 +161,7 @@ static void begin_aiming(const variations_t *w, long long row, double *heading)
 /* Turn slips that come to rest behind a row to where they go last: against their rates, to which their forces add. */
 static void aim_rests(variations_t *w, long long row)
 {
-    if (row == w->contacts.aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
+    if (!SET_TURNS || row == w->contacts.aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
         return;
     int component[MOST_COMPONENTS];
     const int count = keep_turns(w, row, component, list_rests(w, row, component));
@@ -216,9 +215,6 @@ static int put_rests_right(const variations_t *w, long long row, const int *comp
     return 1;
 }
 #else
-static void aim_rests(const variations_t *w, long long row) { (void)w, (void)row; }
-#endif
-#else
 #define MOST_COMPONENTS 0
 #endif
 
@@ -271,9 +267,8 @@ static void put_turning(const variations_t *w, const int *of, int count, lanes_t
         put_axle_speeds_moved(w, g, own, axle);
         contact = axle;
 #endif
-#if SET_SPINS_STICK
-        free = own + POINT_CORE;
-#endif
+        if (SET_SPINS_STICK)
+            free = own + POINT_CORE;
         for (int j = 0; j < count; j++)
             to[j*w->groups + g] = row_of_bearing(w, of[j]) >= 0 ? rate_moved(w, row_of_bearing(w, of[j]), own, g)
                                                                 : *of_bearing(w, of[j], own + POINT_CORE, contact, free);
@@ -396,10 +391,10 @@ static void forget_what_is_held(const variations_t *w, const resting_t *rests, d
 /* Put slips right that come to rest in directions that turn. Returns whether that is determinate. */
 static int put_directions_right(variations_t *w, const change_t *e, const resting_t *rests)
 {
-#if SET_TURNS
+#if SET_GRIPS
     int turning[MOST_COMPONENTS];
     memcpy(turning, rests->unit, rests->contacts*sizeof *turning);
-    const int turns = keep_turns(w, e->row, turning, rests->contacts);
+    const int turns = SET_TURNS ? keep_turns(w, e->row, turning, rests->contacts) : 0;
     double to_known[w->known*(turns + 1)], to_own[(turns + 1)*(turns + 1)];
     if (turns) {
         put_responses(w, turning, turns, to_known, to_own);

@@ -182,16 +182,13 @@ ALWAYS_INLINE lanes_t slope_of_speed(const variations_t *w, int i, int k, int pl
 {
     const nodes_t *const y = slope_of_slip(w, i, 1);
     const int first = contact_speed(w, i, 0);
-#if SET_HAS_CONTACT_SPEEDS
+    if (!SET_HAS_CONTACT_SPEEDS)
+        return -y[place].lanes[b]/y[first].lanes[b];
     const nodes_t *const x = slope_of_slip(w, i, 0);
     const int second = contact_speed(w, i, 1);
     const lanes_t both = x[first].lanes[b]*y[second].lanes[b] - x[second].lanes[b]*y[first].lanes[b];
     return k == 0 ? (x[second].lanes[b]*y[place].lanes[b] - x[place].lanes[b]*y[second].lanes[b])/both
                   : (x[place].lanes[b]*y[first].lanes[b] - x[first].lanes[b]*y[place].lanes[b])/both;
-#else
-    (void)k;
-    return -y[place].lanes[b]/y[first].lanes[b];
-#endif
 }
 
 /* Whether a direction is a speed of a contact that sticks. */

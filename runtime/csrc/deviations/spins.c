@@ -199,7 +199,6 @@ static void begin_spins(variations_t *w, long long row)
     put_momenta_moved(w);
 }
 
-#if SET_SPINS_STICK
 /* The axial speeds at a block of nodes, whose state stands in w->point. */
 static void put_axial_at_nodes(variations_t *w)
 {
@@ -208,7 +207,6 @@ static void put_axial_at_nodes(variations_t *w)
     set_axial_speeds_along(OWN_WHEELS(w->wheels), w->vehicle, w->point, w->point + chi, w->point + POINT_CORE, w->along,
                            w->along + chi, w->along + POINT_CORE, w->spins.axial_at, moved);
 }
-#endif
 
 /* Which of the momenta a direction is, or which of the moments, or -1. */
 ALWAYS_INLINE int momentum_of(const variations_t *w, int d)

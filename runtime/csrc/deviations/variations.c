@@ -316,8 +316,9 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     put_held(w, row, -1);
 #if SET_GRIPS
     put_ground(w, row, b);
-#elif SET_SPINS_STICK
-    put_axial_at_nodes(w);
+#elif SET_GATHERS
+    if (SET_SPINS_STICK)
+        put_axial_at_nodes(w);
 #endif
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
@@ -433,8 +434,9 @@ static void put_point(const variations_t *w, long long step, long long row, int 
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->node.lanes[b]*(then[k] - first[k])
                                                                  : lanes_of(first[k]);
-#if SET_IN_SERIES
-    put_modes_in_contact(w, row);           /* of the step: in its last row may be those of the next one */
+#if SET_CHANGES
+    if (SET_IN_SERIES)
+        put_modes_in_contact(w, row);       /* of the step: in its last row may be those of the next one */
 #endif
     put_headings(w, SET_TURNS ? row + 1 : row, w->point);   /* a slip's rest knows where it went */
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
