@@ -11,7 +11,7 @@ from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivat
 from tests.sensitivities.test_sticking import AT_REST, HELD_LONGER, RAMP, modes
 
 BREAKING_AWAY = Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=2.2)
-STOPPING = Case("free", effects=(Bearings(wheel_coulomb=0.002),), duration=6.5)
+STOPPING = Case("free", effects=(Bearings(wheel_coulomb=0.005),), duration=3.2)
 
 
 @pytest.mark.long
