@@ -117,3 +117,11 @@ def test_a_session_and_a_file_know_wheels_that_stand(tmp_path):
         again = omniroll.Trajectory.load(tmp_path / name)
         assert (again.pivots == run.pivots).all()
         np.testing.assert_array_equal(again.sample([0.01, 0.05]).spins, run.sample([0.01, 0.05]).spins)
+
+
+def test_many_runs_end_with_wheels_that_stand():
+    task = two_stand() | {"duration": 0.01, "roller_model": "massless"}
+    many, one = omniroll.simulate_many(trio(), **task), omniroll.simulate(trio(), **task)
+    assert one.pivots[-1].any()
+    np.testing.assert_array_equal(many.end.contact, one.contact[-1])
+    assert many.end.energy == one.energy[-1]

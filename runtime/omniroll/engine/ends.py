@@ -15,6 +15,7 @@ from omniroll.engine.member import COUNTS, ON_DEMAND, SAMPLED, Found, Run, nothi
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.sweep import Sweep, cores
 from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results import tables_of_many
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand
 from omniroll.results.slipping import Contacts
@@ -125,7 +126,7 @@ def gathered(shape: tuple[int, ...], sweep: Sweep) -> Many:
     return Many(
         end=Ends(
             **{name: of(name, default=value) for name, value in missing.items()},
-            contact=of("contact", int, np.full(wheels, -1)),
+            contact=_stacked(shape, [states.contact(k, np.full(wheels, -1)) for k in range(len(found))], int),
             made={
                 "contact_spin": lambda: states.of_vehicles(_contact_spins),
                 "spins": lambda: states.of_vehicles(lambda k, nu, chi, spins, contacts: spins),
@@ -185,13 +186,28 @@ class _States:
         """(..., ...) function(kernel, nu, chi, spins, contacts) of the states at the ends or starts, all of a vehicle
         at once; contacts are Contacts where wheels may slip, else None."""
         values: list[Any] = [None] * len(self.runs)
-        for bound, effects, places in self._by_kernel():
+        for bound, effects, places in self._in_phases(start):
             nu, chi, axial = (self._of(name, places, start) for name in ("nu", "chi", "axial"))
             spins = bound.spins_from_axial(nu, chi, axial) if bound.has_spins else None
             contacts = self._contacts(effects, places, start) if effects.slips else None
             for k, value in zip(places, _each(function(bound, nu, chi, spins, contacts), len(places)), strict=True):
                 values[k] = value
         return _stacked(self.shape, values)
+
+    def contact(self, place: int, missing: np.ndarray) -> np.ndarray:
+        """(N,) the rollers in contact at a run's end; the engine counts n more of wheels that stand on their joints."""
+        numbers = self.found[place].get("contact")
+        return missing if numbers is None else np.asarray(numbers) % self.runs[place]["vehicle"].rollers_per_wheel
+
+    def _in_phases(self, start: bool) -> Iterator[tuple[Kernel, EffectSet, list[int]]]:
+        """The same as _by_kernel, with what carries at the end of each run."""
+        for bound, effects, places in self._by_kernel():
+            if start or not bound.pivots:
+                yield bound, effects, places
+                continue
+            for k in places:
+                carry = Carry.of_numbers(np.asarray(self.found[k]["contact"], int), bound.rollers_per_wheel)
+                yield kernel_in_phase(bound, carry), effects, [k]
 
     def _contacts(self, effects: EffectSet, places: list[int], start: bool) -> Contacts:
         """Those of some runs. Their spins and energies do not depend on the law of the ground."""
