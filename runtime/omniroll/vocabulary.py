@@ -613,15 +613,6 @@ WITH_ERRORS = ("wheel_rate", "tracking_rate", "net_torque", "motor_current", "mo
 INSTRUMENTS = (
     Entry("counts_per_turn", POSITIVE, "1", "counts of an encoder in one turn of the wheel", "4096"),
     Entry("place", PLACE, "m", "place of the accelerometer in the platform's frame", "(0, 0)"),
-    Entry(
-        "place_height",
-        NOT_NEGATIVE,
-        "m",
-        "height of the accelerometer above the ground",
-        "that of the centre of mass",
-        optional=True,
-        note="It matters on springs, where the platform tilts",
-    ),
     Entry("seed", Whole(0), "", "of the noise", "0", note="The same seed gives the same noise"),
     Entry(
         "tracking_places",
@@ -641,6 +632,15 @@ INSTRUMENTS = (
     ),
     derived("tracking_radius", POSITIVE, optional=True),
     Entry("tracking_counts_per_turn", POSITIVE, "1", "counts of an encoder in one turn of a tracking wheel", "2000"),
+    Entry(
+        "place_height",
+        NOT_NEGATIVE,
+        "m",
+        "height of the accelerometer above the ground",
+        "that of the centre of mass",
+        optional=True,
+        note="It matters on springs, where the platform tilts",
+    ),
 )
 
 KINDS_OF_ERROR = {

@@ -21,7 +21,7 @@ def errors(states, base, judge):
 @pytest.mark.parametrize("name", HELD)
 def test_what_holds_keeps_its_digits(name):
     sharp = rounding.set_key("free_sharp", HELD[name])
-    states = sample(71, 40, 3, 5, closest_tip=1e-9)
+    states = sample(71, 160, 3, 5, closest_tip=1e-9)
     states = with_effects(states.at(np.flatnonzero(states.sharpness() > SHARP)), sharp, 171)
     judge = rounding.judged_by(states, sharp, [name])[name]
     assert worst(errors(states, "free_sharp", judge)) <= BOUND

@@ -42,7 +42,6 @@ class Instruments:
 
     counts_per_turn: float = 4096.0
     place: tuple[float, float] = (0.0, 0.0)
-    place_height: float | None = None
     seed: int = 0
     resolution: Mapping[str, float] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
@@ -51,6 +50,7 @@ class Instruments:
     tracking_directions: tuple[float, ...] | None = None
     tracking_radius: float | None = None
     tracking_counts_per_turn: float = 2000.0
+    place_height: float | None = None
 
     def __post_init__(self) -> None:
         for entry in vocabulary.INSTRUMENTS:

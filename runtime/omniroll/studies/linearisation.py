@@ -113,7 +113,7 @@ def linearise(
     else:
         near_of, bound = rolling_near, acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
     if "odometry" in outputs and by_tangents:
-        bound = "asks for omni-wheels in one row that roll: of others it is not the pose"
+        bound = "asks for wheels that roll, omni-wheels in one row: of others it is not the pose"
         raise InvalidValueError("outputs", "odometry", bound)
     if "odometry" in outputs and not axles_tell_all(bound):
         raise InvalidValueError("outputs", "odometry", "asks for axles whose rates tell all of the motion")
