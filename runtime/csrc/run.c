@@ -124,7 +124,7 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     lanes_t *const memory = (lanes_t *)run->work;
     lay_out(work, memory, wheels, run->rollers_per_wheel);
     lanes_spread(constants, memory, &work->vehicle);
-    if (SET_PIVOTS)
+    if (SET_CARRIES)
         carry_rows(run, work);
     s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
     s->sweeps = 0;

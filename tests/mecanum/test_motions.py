@@ -127,7 +127,6 @@ def test_a_session_goes_as_a_run_does():
 @pytest.mark.parametrize(
     "effects, words",
     [
-        ([omniroll.Contact(coefficient=50.0)], "roller_angle = .*wheels that may slip"),
         ([omniroll.Bearings(roller_viscous=1e-5)], "roller_angle = .*rollers' bearings"),
         ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks"),
     ],

@@ -185,7 +185,6 @@ def test_controllers_know_the_middle_of_the_wheels():
 
 REFUSED = [
     ({"engine": "python"}, "engine"),
-    ({"effects": (omniroll.Contact(coefficient=100.0),)}, "effects"),
     ({"effects": (omniroll.Bearings(wheel_coulomb=0.01),)}, "effects"),
     ({"sensitivities": ("mass",)}, "sensitivities"),
 ]

@@ -56,7 +56,7 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
         at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
     if (SET_STANDS)
         rollers_at_rest_at_end(s, wheels, at);
-    wheels_stick(s, wheels, at->nu, s->core_here);
+    wheels_stick(s, wheels, at->nu, at->chi, s->core_here);
     if (SET_HAS_CONTACT_SPEEDS)
         rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
     return point;

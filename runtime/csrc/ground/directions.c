@@ -106,10 +106,10 @@ ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
 }
 
 /* Speeds of contacts that stick follow from nu: into the core that it is part of. */
-NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, lanes_t *core)
+NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi, lanes_t *core)
 {
     lanes_t rates[MOST_WHEELS];
-    rolling_wheels(wheels, s->vehicle, nu, 0, rates);
+    rolling_wheels(wheels, s->vehicle, nu, chi, rates);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
             core[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : rates[i];

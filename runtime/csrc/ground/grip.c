@@ -119,7 +119,7 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
         nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);
-    rolling_wheels(run->wheels, &work->vehicle, nu, 0, speeds);
+    rolling_wheels(run->wheels, &work->vehicle, nu, chi, speeds);
     for (int i = 0; i < run->wheels; i++)
         if (sticking ? run->grips[i].sticks : run->grips[i].resting)
             run->core[rates_at(run->wheels) + i] = speeds[i][0];
@@ -131,7 +131,6 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
             if (sticking ? run->grips[i].sticks : run->grips[i].resting)
                 run->core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
     }
-    (void)chi;
 }
 
 /* Whether a direction is that of a slip (2,) within its rounding. */
@@ -244,7 +243,7 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
 static void contacts_have_switched(omniroll_run_t *run, const int *directions)
 {
     for (int i = 0; i < run->wheels; i++) {
-        if (SET_FIRST_DIRECTION == 0)
+        if (SET_FIRST_DIRECTION == 0 || SET_HAS_ROWS || SET_CHI_FEEDS_BACK)
             run->grips[i].resting &= directions[i] == 0;
         run->grips[i].keeps &= directions[i] == 0;
         run->grips[i].released = 0;

@@ -32,15 +32,15 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
         lacking[k] = lanes_of(SET_SLIPS || SET_PIVOTS ? wanted[k] : wanted[k] - run->nu[k]);
         nu[k] = lanes_of(run->nu[k]);
     }
-    if (SET_PIVOTS)
+    if (SET_CARRIES)
         rates_in_the_middle(run, work, lacking, in_lanes);
     else
         rolling_wheels(run->wheels, &work->vehicle, lacking, 0, in_lanes);
     for (int i = 0; i < run->wheels; i++)
-        errors[i] = in_lanes[i][0] - (SET_HAS_ROWS ? rate_by(run->wheel_rows + 3*i, run->nu) : 0);
+        errors[i] = in_lanes[i][0] - (SET_HAS_ROWS && !SET_SLIPS ? rate_by(run->wheel_rows + 3*i, run->nu) : 0);
     for (int i = 0; SET_SLIPS && i < run->wheels; i++)
         errors[i] -= run->core[rates_at(run->wheels) + i];
-    if (SET_CHI_FEEDS_BACK) {
+    if (SET_CHI_FEEDS_BACK && !SET_SLIPS) {
         wheel_rates_now(run, work, nu, in_lanes);
         for (int i = 0; i < run->wheels; i++)
             errors[i] -= in_lanes[i][0];

@@ -67,7 +67,7 @@ static void change_rows(omniroll_run_t *run, const work_t *work, const int *dire
     lanes_t demanded[MOST_WHEELS];
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->before, c->excess);
     for (int i = 0; i < run->wheels; i++)
-        if (!directions[i])
+        if (SET_PIVOTS && !directions[i])
             run->contact[i] += stance[i]*run->rollers_per_wheel;
     carry_rows(run, work);
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->after, demanded);

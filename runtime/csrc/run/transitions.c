@@ -115,7 +115,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     }
     if (SET_HAS_IMPACT && !SET_SLIPS)
         speeds_of_contacts(run, work, c.nu, c.before, c.left);
-    if (SET_PIVOTS)
+    if (SET_CARRIES)
         change_rows(run, work, directions, stance, &c);
     if (SET_SLIPS)
         exchange_rollers(run, work, directions);

@@ -24,7 +24,7 @@ ALWAYS_INLINE double turns(const step_t *s, int wheel)
     return 1;
 }
 
-NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, lanes_t *core);
+NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi, lanes_t *core);
 static void find_directions(step_t *s, const int wheels);
 NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi,
                                 lanes_t *core);
@@ -77,12 +77,18 @@ ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
         rate->lanes[b] *= s->approach.stretch.lanes[b];
 }
 
+/* The wheels' angles of the last sweep in a vector of nodes. */
+ALWAYS_INLINE void angles_before(const step_t *s, const int wheels, int b, lanes_t *chi)
+{
+    for (int i = 0; i < wheels; i++)
+        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+}
+
 /* The same where these depend on the wheels' angles: with those of the last sweep. */
 ALWAYS_INLINE void wheels_by_angles(step_t *s, const int wheels, int b, const lanes_t *nu)
 {
     lanes_t chi[MOST_WHEELS], chi_dot[MOST_WHEELS];
-    for (int i = 0; i < wheels; i++)
-        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+    angles_before(s, wheels, b, chi);
     rolling_wheels(wheels, s->vehicle, nu, chi, chi_dot);
     for (int i = 0; i < wheels; i++) {
         s->turning_moved = lanes_max(s->turning_moved, lanes_abs(chi_dot[i] - s->rate_chi[i].lanes[b]));
@@ -93,11 +99,18 @@ ALWAYS_INLINE void wheels_by_angles(step_t *s, const int wheels, int b, const la
 /* The wheels' rates in vector b of the nodes. */
 ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lanes_t *nu)
 {
-    if (SET_GRIPS && !only_rolls(s, wheels))
-        wheels_stick(s, wheels, nu, core_at(s, b));
-    if (SET_SLIPS)
-        for (int i = 0; i < wheels && !only_rolls(s, wheels); i++)
-            s->rate_chi[i].lanes[b] = core_at(s, b)[rates_at(wheels) + i];
+    if (SET_GRIPS && !only_rolls(s, wheels)) {
+        lanes_t chi[MOST_WHEELS];
+        if (SET_CHI_FEEDS_BACK)
+            angles_before(s, wheels, b, chi);
+        wheels_stick(s, wheels, nu, chi, core_at(s, b));
+    }
+    for (int i = 0; SET_SLIPS && i < wheels && !only_rolls(s, wheels); i++) {
+        const lanes_t rate = core_at(s, b)[rates_at(wheels) + i];
+        if (SET_CHI_FEEDS_BACK)
+            s->turning_moved = lanes_max(s->turning_moved, lanes_abs(rate - s->rate_chi[i].lanes[b]));
+        s->rate_chi[i].lanes[b] = rate;
+    }
     if (SET_SLIPS && !only_rolls(s, wheels))
         return;
     if (SET_CHI_FEEDS_BACK) {

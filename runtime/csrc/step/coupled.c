@@ -300,10 +300,9 @@ ALWAYS_INLINE void rolling_speeds(const step_t *s, const int wheels, int b, lane
         nu[k] = b < 0 ? lanes_of(s->nu[k]) : s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)
         chi[i] = b < 0 ? lanes_of(s->chi[i]) : lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-    rolling_wheels(wheels, s->vehicle, nu, 0, speeds + rates_at(wheels));
+    rolling_wheels(wheels, s->vehicle, nu, chi, speeds + rates_at(wheels));
     if (SET_HAS_CONTACT_SPEEDS)
         set_contact_axial(wheels, s->vehicle, nu, chi, speeds + contact_speeds_at(wheels));
-    (void)chi;
 }
 
 /* Rates with which a speed has the values `at` at the nodes. */

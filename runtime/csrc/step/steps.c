@@ -595,7 +595,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         const double sign = s->end_chi[i] < 0 ? -1 : 1;
         run->chi[i] = i == s->landing ? sign*run->joint : fmax(fmin(s->end_chi[i], run->joint), -run->joint);
     }
-    if (SET_CHI_FEEDS_BACK && run->modal_count)
+    if (SET_CHI_FEEDS_BACK && !SET_SLIPS && run->modal_count)
         carry_rows(run, work);                  /* which guards read                                        */
     const double limit = limit_of_step(run);
     const int last = s->landing < 0 && s->h >= limit - run->elapsed - run->carry;

@@ -119,7 +119,7 @@ ALWAYS_INLINE void core_sticks(const step_t *s, const int wheels, const arrays_t
     if (SET_GRIPS) {
         if (!s->gripping || only_rolls(s, wheels))
             return;
-        wheels_stick(s, wheels, at->nu, s->core_here);
+        wheels_stick(s, wheels, at->nu, at->chi, s->core_here);
         if (SET_HAS_CONTACT_SPEEDS)
             rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
     }

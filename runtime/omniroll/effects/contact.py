@@ -21,6 +21,7 @@ from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts as generated_parts
 from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.vehicles import parts
 from omniroll.vehicles.loads import contact_loads, loads_carried, refuse_collinear
@@ -257,12 +258,17 @@ class Contact(Effect):
 
     def begin(self, kernel: Kernel, state: State) -> State:
         rates, spins = (self._given(name, kernel.wheels) for name in ("wheel_rates", "contact_spins"))
+        kernel = kernel_in_phase(kernel, Carry(state.contact, np.zeros_like(state.contact)))
         rolling, rolling_spins = kernel.wheel_rates(state.nu, state.chi)
         state = replace(state, rates=rolling if rates is None else np.broadcast_to(rates, rolling.shape))
         if not kernel.has_spins:
             return state
         excess = 0.0 if spins is None else spins - rolling_spins
-        return state.with_contact_axial(kernel.contact_axial(state.nu, state.chi) + excess)
+        carried = np.sin(kernel.vehicle.roller_angle) * (
+            state.rates - rolling
+        )  # of rollers at an angle, by their wheel
+        state = replace(state, axial=state.axial + carried[..., None])
+        return state.with_contact_axial(kernel.contact_axial(state.nu, state.chi) + carried + excess)
 
     def initial(self, kernel: Kernel, state: State) -> dict[str, np.ndarray]:
         states = {"rates": state.rates}

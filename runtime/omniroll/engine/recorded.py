@@ -11,7 +11,7 @@ from omniroll.engine import workspace
 from omniroll.engine.runs import Places, Task
 from omniroll.engine.what_acts import WhatActs
 from omniroll.engine.workspace import NODES, Columns, Workspace
-from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.kernel import JOINTS, Kernel
 
 
 def wheels_switched(space: Workspace, switches: int) -> int:
@@ -89,7 +89,7 @@ class Recorded:
     @property
     def pivots(self) -> np.ndarray | None:
         rollers = self.task.vehicle.rollers_per_wheel
-        return (self._numbers >= rollers).astype(int) if self.task.kernel.pivots else None
+        return (self._numbers >= rollers).astype(int) if JOINTS in self.task.kernel.effects else None
 
     @property
     def modes(self) -> np.ndarray | None:

@@ -161,16 +161,17 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         return bound().wheel_rates(trajectory.nu[some], trajectory.chi[some])[1]
 
     def spins(some: Places = ALL) -> np.ndarray:
-        carry = Carry(trajectory.contact, trajectory.pivots).at(some)
-        axial = rows.axial(some)
-        return call_in_phases(bound(), "spins_from_axial", carry, trajectory.nu[some], trajectory.chi[some], axial)
+        carry, nu, chi = Carry(trajectory.contact, trajectory.pivots).at(some), trajectory.nu, trajectory.chi
+        found = call_in_phases(bound(), "spins_from_axial", nu[some], chi[some], rows.axial(some), carry=carry)
+        contacts = trajectory.contacts
+        return found if contacts is None else found - contacts.carried(nu, chi)[some]
 
     def energy(some: Places = ALL) -> np.ndarray:
         if trajectory.contacts is not None:
             return trajectory.contacts.energy(trajectory.nu, trajectory.chi, trajectory.spins)[some]
         own = (trajectory.spins if some is ALL else spins(some),) if task.kernel.has_spins else ()
         carry = Carry(trajectory.contact, trajectory.pivots).at(some)
-        return call_in_phases(bound(), "energy", carry, trajectory.nu[some], trajectory.chi[some], *own)
+        return call_in_phases(bound(), "energy", trajectory.nu[some], trajectory.chi[some], *own, carry=carry)
 
     def added() -> np.ndarray | None:
         return rows.y[:, 6 + wheels :].copy() if task.effects else None

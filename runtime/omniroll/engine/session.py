@@ -301,8 +301,11 @@ class Session:
     @property
     def spins(self) -> np.ndarray | None:
         """(N, n-1) in rad/s, of the free rollers j = 2..n relative to their disks; None but for "free" rollers."""
-        bound = self._phase_kernel
-        return bound.spins_from_axial(self._nu, self._chi, self._run.axial_now()) if bound.has_spins else None
+        bound, contacts = self._phase_kernel, self._contacts
+        if not bound.has_spins:
+            return None
+        found = bound.spins_from_axial(self._nu, self._chi, self._run.axial_now())
+        return found if contacts is None else found - contacts.carried(self._nu, self._chi)
 
     @property
     def energy(self) -> float:
@@ -332,7 +335,7 @@ class Session:
     def _phase_kernel(self) -> Kernel:
         """The kernel with the rows that carry now."""
         bound = self._task.kernel
-        return kernel_in_phase(bound, self._carry) if bound.pivots else bound
+        return kernel_in_phase(bound, self._carry)
 
     @property
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
@@ -345,7 +348,7 @@ class Session:
             return None
         task = self._task
         states = self._run.integrated(self._run.space.core)
-        return Contacts(task.kernel, states, task.effects.grip(task.kernel.vehicle), self._beside)
+        return Contacts(self._phase_kernel, states, task.effects.grip(task.kernel.vehicle), self._beside)
 
     def _beside(self) -> dict[str, np.ndarray]:
         """What the forces of contacts that stick ask for beside the state."""

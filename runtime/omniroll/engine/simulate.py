@@ -191,11 +191,12 @@ def _refuse_beside_rows(vehicle: Vehicle, acting: EffectSet, engine: str) -> Non
     names = acting.names()
     if engine == "python":
         states.refuse_two_rows(vehicle, "engine", engine, "choose engine='compiled'")
-    if "contact" in names:
-        states.refuse_two_rows(vehicle, "effects", "Contact", "rows = 1 lets wheels slip on the ground")
     if "axle_sticking" in names or "roller_sticking" in names:
         bound = "give Bearings a wheel_speed and a roller_speed, below which friction fades, or rows = 1"
         states.refuse_two_rows(vehicle, "effects", "Bearings that stick", bound)
+    if "contact_springs" in names:
+        for refuse in (states.refuse_two_rows, states.refuse_mecanum):
+            refuse(vehicle, "effects", "Springs", "leave them out for the loads of the vehicle at rest")
 
 
 def check_vehicle(given: object) -> None:

@@ -36,17 +36,18 @@ GROUND, STICKY_GROUND = ("contact", "contact_viscous", "contact_regularised"), (
 MECANUM = ("joints", "mecanum")
 SPRINGS = tuple(("contact", law, "contact_springs") for law in ("contact_regularised", "contact_coulomb"))
 ROWS = ("joints", "rows")  # rollers in two rows
+OTHER_KINDS = ("joints", "mecanum", "rows")  # beside friction of the ground: an absent one has the paper's numbers
 CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
     "locked": ((*SMOOTH, *STICKING), (*SMOOTH, *ROWS), MECANUM),
     "massless": (
         (*SMOOTH, *STICKING), (*SMOOTH, *GROUND), (*SMOOTH, *STICKY_GROUND), (*STICKING, *STICKY_GROUND), *SPRINGS,
         *((*DAMPED, *STICKING, "contact", law) for law in GROUND[1:]),  # in series with a bearing
-        (*SMOOTH, *ROWS), MECANUM,
+        (*SMOOTH, *ROWS), MECANUM, *((*OTHER_KINDS, *ground) for ground in (GROUND, STICKY_GROUND)),
     ),
     "free": (
         *((*rollers, *ground) for ground in ((), STICKY_GROUND) for rollers in ((), DAMPED, (*SMOOTH, *STICKING))),
         (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, (*DAMPED, *ROWS), (*SMOOTH, *ROWS),
-        MECANUM,
+        MECANUM, *((*OTHER_KINDS, *ground) for ground in (GROUND, STICKY_GROUND)),
     ),
 }  # fmt: skip
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from

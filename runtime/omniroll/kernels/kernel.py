@@ -182,11 +182,12 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
 def _refuse_beside_mecanum(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> None:
     """Raise InvalidValueError for what is not derived for mecanum wheels."""
     entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
-    beside = [entries[name]["meaning"] for name in entries[MECANUM]["excludes"] if name in effects]
+    present = {*effects} - {"rows"}  # of a general set, at an offset of zero; a vehicle that has both is refused before
+    beside = [entries[name]["meaning"] for name in entries[MECANUM]["excludes"] if name in present]
     if beside:
         bound = f"is not derived beside this: {beside[0]}; leave that out, or take omni-wheels (roller_angle = 0)"
         raise InvalidValueError("roller_angle", vehicle.roller_angle, bound)
-    if is_sharp(vehicle, roller_model):
+    if any(vehicle.roller_angle) and is_sharp(vehicle, roller_model):
         bound = (
             "takes no rollers with sharp tips under this roller model: make roller_axis_radius less, or take massless"
         )
@@ -256,6 +257,7 @@ class Kernel:
         self.sprung = "sprung_dynamics" in self.signatures  # whether they may stick on the ground, under springs
         self.grips = self.sprung or "ground_dynamics" in self.signatures  # or under given loads
         self.pivots = JOINTS in self.effects and not self.slips  # whether wheels may stand on their joint
+        self.has_phases = self.pivots or "rows" in self.effects  # whether constants go by what carries
         self.rollers_stick = "contact_spin_rates" in self.signatures
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 

@@ -6,7 +6,8 @@ without them knows wheels that turn, of two rows their middle (kernel.IN_THE_MID
 all phases.
 """
 
-from functools import lru_cache
+import copy
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,7 +41,7 @@ class Carry(NamedTuple):
 
 def kernel_in_phase(bound: Kernel, carry: Carry) -> Kernel:
     """The kernel with what carries in one state."""
-    if not bound.pivots:
+    if not bound.has_phases:
         return bound
     sides, turns = np.where(carry.contact % 2, -1.0, 1.0), np.where(carry.pivots, 0.0, 1.0)
     return _in_phase(bound, tuple(sides.tolist()) if "rows" in bound.effects else (), tuple(turns.tolist()))
@@ -56,20 +57,30 @@ def _in_phase(bound: Kernel, sides: tuple[float, ...], turns: tuple[float, ...])
     return kernel(*arguments, bound.backend, effects=bound.effects, constants=constants)
 
 
-def call_in_phases(bound: Kernel, name: str, carry: Carry, *values: ArrayLike) -> np.ndarray:
-    """A generated function with one output, of states each with what carries in it; `values` have its leading axes."""
-    if not bound.pivots:
+def call_in_phases(bound: Kernel, name: str, *values: ArrayLike, carry: Carry) -> Any:
+    """A generated function of states each with what carries in it; `values` have its leading axes, or none."""
+    if not bound.has_phases:
         return bound.call(name, *values)
-    lead, wheels = carry.contact.shape[:-1], bound.wheels
-    flat = [np.asarray(value).reshape(-1, *np.shape(value)[len(lead) :]) for value in values]
+    lead, wheels, signature = carry.contact.shape[:-1], bound.wheels, bound.signatures[name]
+    pairs = zip(values, signature.inputs, strict=True)
+    flat = [np.broadcast_to(value, (*lead, *a.shape)).reshape(-1, *a.shape) for value, a in pairs]
     sides = carry.contact % 2 if "rows" in bound.effects else np.zeros_like(carry.contact)
     numbers = np.concatenate([sides, carry.pivots], axis=-1).reshape(-1, 2 * wheels)
     patterns, which = np.unique(numbers, axis=0, return_inverse=True)
-    parts = [
-        kernel_in_phase(bound, Carry(pattern[:wheels], pattern[wheels:])).call(name, *(v[which == k] for v in flat))
-        for k, pattern in enumerate(patterns)
-    ]
-    found = np.empty((len(numbers), *parts[0].shape[1:]))
-    for k, part in enumerate(parts):
-        found[which == k] = part
-    return found.reshape((*lead, *found.shape[1:]))
+    found = [np.empty((len(numbers), *a.shape)) for a in signature.outputs]
+    for k, pattern in enumerate(patterns):
+        own = kernel_in_phase(bound, Carry(pattern[:wheels], pattern[wheels:]))
+        parts = own.call(name, *(value[which == k] for value in flat))
+        for whole, part in zip(found, parts if len(found) > 1 else (parts,), strict=True):
+            whole[which == k] = part
+    shaped = tuple(whole.reshape((*lead, *whole.shape[1:])) for whole in found)
+    return shaped if len(shaped) > 1 else shaped[0]
+
+
+def in_phases(bound: Kernel, carry: Carry) -> Kernel:
+    """The kernel for states each with what carries in it: its functions take values with the leading axes of these."""
+    if not bound.has_phases:
+        return bound
+    found = copy.copy(bound)
+    found.call = partial(call_in_phases, bound, carry=carry)  # type: ignore[method-assign]
+    return found

@@ -177,7 +177,8 @@ def true_values(
     found["gyro"] = moments.nu[..., 2] / bound.constant("yaw_scale")
     if "accelerometer" in wanted:
         found["accelerometer"] = _felt(bound, effects, moments, instruments)
-        if any(vehicle.roller_angle) and moments.rates is not None:  # not known while a wheel stands on its joint
+        if any(vehicle.roller_angle) and moments.rates is not None and not effects.slips:
+            # Not known while a wheel stands on its joint.
             at_joint = np.abs(moments.chi) >= math.pi / vehicle.rollers_per_wheel
             stands = ((moments.rates == 0) & at_joint).any(axis=-1) & (moments.nu[..., 2] != 0)
             found["accelerometer"] = np.where(stands[..., None], np.nan, found["accelerometer"])

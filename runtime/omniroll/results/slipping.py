@@ -100,9 +100,17 @@ class Contacts:
             if self.grip is not None:
                 values, _ = self._pushed(nu, chi)
             return self._called("slip_spins", values)["contact_spin"]
-        if not self.axial:
+        if not self.axial and "slip_spins" not in self.kernel.signatures:
             return self.kernel.wheel_rates(nu, chi)[1]
         return call_named(self.kernel, "slip_spins", self._state(nu, chi))
+
+    def carried(self, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
+        """(..., N, 1) in rad/s, what rollers at an angle have along their axes of their wheels' rates beyond those of
+        rolling."""
+        angles = self.kernel.vehicle.roller_angle
+        if not any(angles):
+            return np.zeros_like(self.rates)[..., None]
+        return (np.sin(angles) * (self.rates - self.kernel.wheel_speeds(nu, chi)))[..., None]
 
     @property
     def _massless_stick(self) -> bool:
@@ -127,7 +135,7 @@ class Contacts:
 
     def energy(self, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None) -> np.ndarray:
         """(...) in J, the kinetic energy; `spins` are those of the free rollers."""
-        free = () if spins is None else (self.kernel.axial_speeds(nu, chi, spins),)
+        free = () if spins is None else (self.kernel.axial_speeds(nu, chi, spins) + self.carried(nu, chi),)
         upright = self.kernel.call("slip_energy", nu, self.rates, *self.axial, *free)
         if not self.tilts:
             return upright

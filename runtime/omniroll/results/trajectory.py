@@ -16,7 +16,7 @@ from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.neutral_kernel import best_backend, kernel_by
-from omniroll.kernels.phases import Carry, call_in_phases
+from omniroll.kernels.phases import Carry, call_in_phases, in_phases
 from omniroll.results import on_springs, tables, trajectory_files
 from omniroll.results.dense import places_in_steps, steps_of, values_at
 from omniroll.results.ledger import Ledger
@@ -293,13 +293,13 @@ class Trajectory(MadeOnDemand):
         """The rates (T, N) of wheels that may slip, and what makes the motion's accelerations by name; of wheels that
         may stand on their joint their rates; nothing elsewhere."""
         y, row = self.state_and_row(times)
-        if self.pivots is not None:
+        if self.pivots is not None and not self.effects.slips:
             angles = self.kernel.angles_or_nothing(y[:, 3 : 3 + self.vehicle.wheels])
             carry = Carry(self.contact, self.pivots).at(row)
-            return (call_in_phases(self.kernel, "wheel_speeds", carry, y[:, :3], *angles),)
+            return (call_in_phases(self.kernel, "wheel_speeds", y[:, :3], *angles, carry=carry),)
         if not self.effects.slips:
             return ()
-        contacts, end = self._contacts_in(y, partial(self._beside, times, y, row)), 3 + self.vehicle.wheels
+        contacts, end = self._contacts_in(y, row, partial(self._beside, times, y, row)), 3 + self.vehicle.wheels
         return contacts.rates, lambda: contacts.accelerations(y[:, :3], y[:, 3:end])
 
     def _ways(self, times: np.ndarray) -> np.ndarray:
@@ -371,7 +371,7 @@ class Trajectory(MadeOnDemand):
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         on_row = times == self.t[row]
-        slipping = self._contacts_in(y, partial(self._beside, times, y, row))
+        slipping = self._contacts_in(y, row, partial(self._beside, times, y, row))
 
         def with_rows(name: str, values: np.ndarray) -> np.ndarray:
             if on_row.any():
@@ -382,14 +382,15 @@ class Trajectory(MadeOnDemand):
             if self.roller_model != "free":
                 return None
             carry, axial = Carry(self.contact, self.pivots).at(row), self._axial(times, y, row)
-            return with_rows("spins", call_in_phases(self.kernel, "spins_from_axial", carry, nu, chi, axial))
+            found = call_in_phases(self.kernel, "spins_from_axial", nu, chi, axial, carry=carry)
+            return with_rows("spins", found if slipping is None else found - slipping.carried(nu, chi))
 
         def energy() -> np.ndarray:
             if slipping is not None:
                 return with_rows("energy", slipping.energy(nu, chi, samples.spins))
             bound, carry = self.kernel, Carry(self.contact, self.pivots).at(row)
             own = bound.spins_or_nothing(samples.spins)
-            return with_rows("energy", call_in_phases(bound, "energy", carry, nu, chi, *own))
+            return with_rows("energy", call_in_phases(bound, "energy", nu, chi, *own, carry=carry))
 
         def contact_spin() -> np.ndarray:
             inside = np.concatenate([nu, chi, y[..., end:]], axis=-1)
@@ -405,7 +406,9 @@ class Trajectory(MadeOnDemand):
         """The free rollers' axial speeds (..., N, n-1), from the last row at or before each time."""
         spins = self._some("spins", row, len(self))
         carry = Carry(self.contact, self.pivots).at(row)
-        axial = call_in_phases(self.kernel, "axial_speeds", carry, self.nu[row], self.chi[row], spins)
+        axial = call_in_phases(self.kernel, "axial_speeds", self.nu[row], self.chi[row], spins, carry=carry)
+        if self.effects.slips and any(self.vehicle.roller_angle):
+            axial = axial + self._contacts_in(self._rows(row), row).carried(self.nu[row], self.chi[row])
         if not self.effects:
             return axial
         before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
@@ -444,23 +447,26 @@ class Trajectory(MadeOnDemand):
         row    (...) the last row at or before each time
         """
         nu, chi = y[..., :3], y[..., 3 : 3 + self.vehicle.wheels]
-        contacts = self._contacts_in(y, partial(self._beside, times, y, row))
+        contacts = self._contacts_in(y, row, partial(self._beside, times, y, row))
         return self.kernel.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
 
     # Contacts that slip
 
-    def _contacts_in(self, y: np.ndarray, beside: Callable[[], Mapping[str, np.ndarray]] = dict) -> "Contacts | None":
-        """Those in states y (..., 6 + N + E), where wheels may slip; beside: see omniroll.results.slipping."""
+    def _contacts_in(
+        self, y: np.ndarray, row: np.ndarray, beside: Callable[[], Mapping[str, np.ndarray]] = dict
+    ) -> "Contacts | None":
+        """Those in states y (..., 6 + N + E), where wheels may slip, with the last row at or before each; beside: see
+        omniroll.results.slipping."""
         if not self.effects.slips:
             return None
-        kernel = self._effect_kernel
+        kernel = in_phases(self._effect_kernel, Carry(self.contact, self.pivots).at(row))
         return Contacts(kernel, self._state_vector.views(y), self.effects.grip(kernel.vehicle), beside)
 
     @cached_property
     def contacts(self) -> "Contacts | None":
         """What the contacts do in the T rows, where wheels may slip: see omniroll.results.slipping. None elsewhere."""
         rows = np.arange(len(self))
-        return self._contacts_in(self._rows(rows), partial(self._beside, None, self._rows(rows), rows))
+        return self._contacts_in(self._rows(rows), rows, partial(self._beside, None, self._rows(rows), rows))
 
     def _beside(self, times: np.ndarray | None, y: np.ndarray, row: np.ndarray) -> dict[str, np.ndarray]:
         """What the forces of contacts that stick ask for beside the state, at times (...), or in the rows (None)."""
