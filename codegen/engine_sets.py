@@ -130,7 +130,8 @@ class EngineSet:
         self.pivots = (self.rows or self.chi_feeds_back) and not self.slips  # whether wheels may stand on their joint
         self.fields = {field.name for field in effects.fields}
         rows = effects.function(ROWS)
-        self.folds = rows is not None and "row_factors" in {array.name for array in rows.outputs}
+        self.of_rows = {array.name for array in (*rows.inputs, *rows.outputs)} if rows is not None else set()
+        self.folds = "row_factors" in self.of_rows
         self.acted = bool(present or self.inputs or self.heading or self.pivots)  # these have guards
         self.spins_stick = self.spins and effects.function(STUCK) is not None
         self.axles_stick = OF_AXLES[-1] in own
