@@ -56,6 +56,7 @@ def test_the_account_closes_and_switches_change_no_speed(kind, model, law):
     )
     assert len(run.switches) > 10 and np.abs(run.slip).max() > 1e-3
     assert abs(run.ledger.residual) <= 1e-9 * run.energy.max()
+    assert run.contact_spin.shape == run.chi.shape
     same = np.flatnonzero(np.diff(run.elapsed) == 0)
     np.testing.assert_array_equal(run.nu[same], run.nu[same + 1])
     np.testing.assert_array_equal(run.quantity("rates")[same], run.quantity("rates")[same + 1])

@@ -102,7 +102,7 @@ class Contacts:
             return self._called("slip_spins", values)["contact_spin"]
         if not self.axial and "slip_spins" not in self.kernel.signatures:
             return self.kernel.wheel_rates(nu, chi)[1]
-        return call_named(self.kernel, "slip_spins", self._state(nu, chi))
+        return self._called("slip_spins", self._state(nu, chi))["contact_spin"]
 
     def carried(self, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
         """(..., N, 1) in rad/s, what rollers at an angle have along their axes of their wheels' rates beyond those of
@@ -244,4 +244,5 @@ class Contacts:
         """What a function gives, by name."""
         outputs = self.kernel.signatures[name].outputs
         found = call_named(self.kernel, name, values)
-        return {argument.name: value for argument, value in zip(outputs, found, strict=True)}
+        each = found if len(outputs) > 1 else (found,)
+        return {argument.name: value for argument, value in zip(outputs, each, strict=True)}
