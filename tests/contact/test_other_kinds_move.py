@@ -99,6 +99,23 @@ def replace_vehicle(case, numbers):
 
 
 @pytest.mark.parametrize("kind", VEHICLES)
+def test_an_accelerometer_feels_what_the_middle_does(kind):
+    """Against differences of where it is."""
+    run = simulate(
+        VEHICLES[kind], nu=(0.5, 0.8, 1.0), duration=0.3, roller_model="massless", accuracy=1e-10,
+        effects=[PUSH, Contact(**LAWS["viscous"], wheel_rates=0)],
+    )  # fmt: skip
+    step, times = 1e-5, np.array([0.0213, 0.0837, 0.1511, 0.2713])
+    assert np.array_equal(*(run.state_and_row(times + way)[1] for way in (-step, step))), "no event lies between"
+    before, now, after = (run.sample(times + way).pose for way in (-step, 0.0, step))
+    moved = (before - 2 * now + after)[:, :2] / step**2
+    cosine, sine = np.cos(now[:, 2]), np.sin(now[:, 2])
+    felt = np.stack([cosine * moved[:, 0] + sine * moved[:, 1], cosine * moved[:, 1] - sine * moved[:, 0]], axis=-1)
+    read = run.measure(times)["accelerometer"]
+    assert np.abs(read - felt).max() < 1e-4 * np.abs(read).max()
+
+
+@pytest.mark.parametrize("kind", VEHICLES)
 def test_what_does_not_go_with_them_is_refused(kind):
     springs = [Contact(law="coulomb", friction=0.5), omniroll.Springs(height=0.1)]
     with pytest.raises(InvalidValueError, match="leave them out for the loads of the vehicle at rest"):

@@ -40,7 +40,7 @@ def test_a_path_is_followed():
 
 
 def test_odometry_reckons_with_rollers_in_their_middle():
-    """As robots do: ahead it is right, aside it is short by the strafe factor."""
+    """As robots do: ahead it is right, aside it overrates the way, by one over the strafe factor."""
     vehicle = usual().replace(mass=1e9, yaw_inertia=1e9)
     instruments = omniroll.Instruments(counts_per_turn=10**6)
     way = {}
@@ -51,6 +51,18 @@ def test_odometry_reckons_with_rollers_in_their_middle():
     joint = np.pi / vehicle.rollers_per_wheel
     assert way["ahead"] == pytest.approx(1, abs=1e-4)
     assert way["aside"] == pytest.approx(joint / np.sin(joint), abs=2e-3)
+
+
+def test_instruments_read_what_is_told_of_wheels_that_may_stand_on_their_joint():
+    """Without names all but the acceleration, which depends on how two rollers share the force."""
+    run = omniroll.simulate(usual(), nu=(0.5, 0.8, 0.6), duration=0.5, control=False)
+    read = run.measure(np.linspace(0, 0.5, 6))
+    assert {"wheel_angle", "gyro", "odometry"} <= read.keys() and "accelerometer" not in read
+    assert all(np.isfinite(values).all() for values in read.values())
+    session = omniroll.Session(usual(), nu=(0.5, 0.8, 0.6))
+    assert session.measure()["wheel_rate"] == pytest.approx(read["wheel_rate"][0], abs=1e-14)
+    with pytest.raises(omniroll.InvalidValueError, match="names = 'accelerometer': is told of omni-wheels in one row"):
+        run.measure([0.1], names=("accelerometer",))
 
 
 @pytest.mark.parametrize("model", MODELS)

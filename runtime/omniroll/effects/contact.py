@@ -264,9 +264,7 @@ class Contact(Effect):
         if not kernel.has_spins:
             return state
         excess = 0.0 if spins is None else spins - rolling_spins
-        carried = np.sin(kernel.vehicle.roller_angle) * (
-            state.rates - rolling
-        )  # of rollers at an angle, by their wheel
+        carried = kernel.carried_beyond_rolling(state.nu, state.chi, state.rates)
         state = replace(state, axial=state.axial + carried[..., None])
         return state.with_contact_axial(kernel.contact_axial(state.nu, state.chi) + carried + excess)
 

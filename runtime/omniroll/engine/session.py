@@ -27,7 +27,7 @@ from omniroll.engine.stepped_run import SteppedRun
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
-from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
+from omniroll.results.measurements import Instruments, Moments, checked_instruments, readings_of, true_values
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.state import State, by_roller
@@ -378,7 +378,8 @@ class Session:
         instruments  Instruments; None: without errors. Their noise depends on their seed and on the time
 
         Arrays (N,), (2,) or (), as `outputs` before this instant's events. There is no odometry, which would depend on
-        when it was read before, and of tracking wheels there are the rates alone.
+        when it was read before, and of tracking wheels there are the rates alone. Mecanum wheels and two rows have no
+        accelerometer.
         """
         instruments = checked_instruments(instruments)
         signals = {name: value[None] for name, value in self._run.signals_now().items() if name in DRIVES}
@@ -389,7 +390,8 @@ class Session:
             self.wheel_speeds[None] if self._task.kernel.pivots else None,
         )  # fmt: skip
         model = self._task.kernel.roller_model
-        true = true_values(self.vehicle, model, self._task.effects, moments, instruments)
+        effects = self._task.effects
+        true = true_values(self.vehicle, model, effects, moments, instruments, readings_of(self.vehicle, effects, None))
         rng = np.random.default_rng([instruments.seed, *np.frombuffer(np.float64(self._elapsed).tobytes(), np.uint32)])
         return instruments.read({name: value[0] for name, value in true.items()}, rng)
 

@@ -392,6 +392,13 @@ class Kernel:
         """The inverse of axial_speeds."""
         return self.call("spins_from_axial", nu, chi, axial)
 
+    def carried_beyond_rolling(self, nu: ArrayLike, chi: ArrayLike, rates: np.ndarray) -> np.ndarray:
+        """(..., N) in rad/s, what rollers at an angle turn about their axes with their wheels' rates (..., N), beyond
+        those of rolling, which axial_speeds and spins_from_axial have: sin psi (chi' - g . nu), of section 3.4."""
+        if not any(self.vehicle.roller_angle):
+            return np.zeros_like(rates)
+        return np.sin(self.vehicle.roller_angle) * (rates - self.wheel_speeds(nu, chi))
+
     def momenta(self, axial: ArrayLike) -> np.ndarray:
         """The two constants (..., N, 2) of each wheel's free rollers."""
         return self.call("momenta", axial)

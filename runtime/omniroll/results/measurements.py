@@ -19,7 +19,6 @@ from omniroll.generated.python import parts
 from omniroll.kernels.kernel import MECANUM, Kernel, kernel
 from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.tracking import TrackingWheels, turns_of
-from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = tuple(entry.name for entry in vocabulary.MEASUREMENTS)
@@ -144,13 +143,28 @@ class Moments:
     ways: Callable[[], np.ndarray] | None = None
 
 
+def readings_of(vehicle: Vehicle, effects: EffectSet, names: Sequence[str] | None) -> tuple[str, ...]:
+    """The names of the wanted readings; None: of all that there are. Raises InvalidValueError for one that is not told.
+
+    Where wheels may stand on the joint of two rollers, the acceleration depends on how these share the force.
+    """
+    untold = () if vehicle.has_wheels_of_the_paper or effects.slips else ("accelerometer",)
+    if names is None:
+        return tuple(name for name in NAMES if name not in untold)
+    for name in untold:
+        if name in names:
+            bound = "is told of omni-wheels in one row, and of wheels that may slip: ask for other readings"
+            raise InvalidValueError("names", name, bound)
+    return tuple(names)
+
+
 def true_values(
     vehicle: Vehicle,
     roller_model: str,
     effects: EffectSet,
     moments: Moments,
     instruments: Instruments,
-    wanted: Sequence[str] = NAMES,
+    wanted: Sequence[str],
     bound: Kernel | None = None,
 ) -> dict[str, np.ndarray]:
     """What ideal instruments of the wanted names read; without odometries, which depend on the readings before.
@@ -165,8 +179,6 @@ def true_values(
         raise InvalidValueError(
             "effects", given, "must be without Contact: a session's instruments know wheels that roll"
         )
-    if "accelerometer" in wanted:
-        refuse_two_rows(vehicle, "names", "accelerometer", "ask for other readings, or take rows = 1")
     bound = bound or measuring_kernel(vehicle, roller_model, effects, wanted)
     rate = bound.wheel_speeds(moments.nu, moments.chi) if moments.rates is None else moments.rates
     angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)
@@ -177,11 +189,6 @@ def true_values(
     found["gyro"] = moments.nu[..., 2] / bound.constant("yaw_scale")
     if "accelerometer" in wanted:
         found["accelerometer"] = _felt(bound, effects, moments, instruments)
-        if any(vehicle.roller_angle) and moments.rates is not None and not effects.slips:
-            # Not known while a wheel stands on its joint.
-            at_joint = np.abs(moments.chi) >= math.pi / vehicle.rollers_per_wheel
-            stands = ((moments.rates == 0) & at_joint).any(axis=-1) & (moments.nu[..., 2] != 0)
-            found["accelerometer"] = np.where(stands[..., None], np.nan, found["accelerometer"])
     found["contact_roller"] = moments.contact
     if (wheels := tracking_of(instruments)) is not None:
         found |= _tracked(bound, moments, wheels, wanted)

@@ -105,12 +105,8 @@ class Contacts:
         return self._called("slip_spins", self._state(nu, chi))["contact_spin"]
 
     def carried(self, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
-        """(..., N, 1) in rad/s, what rollers at an angle have along their axes of their wheels' rates beyond those of
-        rolling."""
-        angles = self.kernel.vehicle.roller_angle
-        if not any(angles):
-            return np.zeros_like(self.rates)[..., None]
-        return (np.sin(angles) * (self.rates - self.kernel.wheel_speeds(nu, chi)))[..., None]
+        """(..., N, 1) in rad/s, for each wheel's free rollers."""
+        return self.kernel.carried_beyond_rolling(nu, chi, self.rates)[..., None]
 
     @property
     def _massless_stick(self) -> bool:

@@ -21,10 +21,10 @@ from omniroll.results import on_springs, tables, trajectory_files
 from omniroll.results.dense import places_in_steps, steps_of, values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.measurements import (
-    NAMES,
     Instruments,
     Moments,
     checked_instruments,
+    readings_of,
     reckoned,
     reckoned_by_tracking,
     tracking_of,
@@ -259,17 +259,19 @@ class Trajectory(MadeOnDemand):
             raise InvalidValueError("t", times.tolist(), bound)
 
     def measure(
-        self, t: ArrayLike, instruments: Instruments | None = None, names: Sequence[str] = NAMES
+        self, t: ArrayLike, instruments: Instruments | None = None, names: Sequence[str] | None = None
     ) -> dict[str, np.ndarray]:
         """What instruments on the robot read, by the names of omniroll.vocabulary.MEASUREMENTS.
 
         t            (T,) increasing times within the run, in s; at each of them odometry goes on
         instruments  Instruments; None: without errors
-        names        of the readings that are wanted; the others are not computed
+        names        of the readings that are wanted; the others are not computed. None: all that there are. Mecanum
+                     wheels and two rows have an accelerometer where they may slip
 
         Arrays (T, N), (T, W) of W tracking wheels, (T, 2), (T, 3) or (T,). Raises InvalidValueError as `sample` does.
         """
         instruments = checked_instruments(instruments)
+        names = readings_of(self.vehicle, self.effects, names)
         times = np.array(vocabulary.TIMES.checked("t", t))
         samples = self.sample(times)
         moments = Moments(
