@@ -75,7 +75,8 @@ int main(int count, char **arguments)
 
     const size_t needed = sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS);
     double *const work = aligned_alloc(64, (needed + 63)/64*64);
-    static double rows[ROWS*(7 + (2 + INPUTS)*WHEELS + CORE + ACCOUNTS)];
+    const size_t row = 7 + (2 + INPUTS)*WHEELS + CORE + ACCOUNTS + (size_t)omniroll_run_modes(WHEELS, ROLLERS);
+    double *const rows = calloc(ROWS*row, sizeof *rows);
     static double steps[ROWS*(2 + 16*(6 + WHEELS + CORE + ACCOUNTS))];
     static double switches[ROWS*(2 + WHEELS)], switch_axial[ROWS*WHEELS*PLACES];
     omniroll_run_t run = {
@@ -198,6 +199,7 @@ int main(int count, char **arguments)
     for (int k = 0; k < 3; k++)
         printf(" %.17g %.17g %.17g", nu[k], chi[k], pose[k]);
     printf("\n");
+    free(rows);
     free(work);
     return 0;
 }
