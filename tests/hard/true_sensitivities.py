@@ -8,10 +8,8 @@ over the rollers' inertia.
 A run is followed over the generated Python formulas in python-flint's balls, whose midpoints are taken, by Gauss's
 collocation (hard.collocated), iterated from where the run in doubles is. Which wheel is the next to switch is read from
 that run and then proved: the time at which it is there is solved for in 40 digits, by Gragg's rule extrapolated, and no
-other wheel may be beyond its joint. Runs with other events are followed by Taylor series, which find all events by
-themselves, with the number larger and smaller: where axles stick by those of
-omniroll.studies.accuracy.reference, where rollers do by hard.true_bearings, and where wheels may slip by
-hard.true_ground.
+other wheel may be beyond its joint. Runs in which axles stick are followed by the Taylor series of
+omniroll.studies.accuracy.reference, which find all events by themselves, with the number larger and smaller.
 """
 
 import math
@@ -23,7 +21,7 @@ import numpy as np
 from flint import arb
 
 import omniroll
-from hard import collocated, true_bearings, true_ground
+from hard import collocated
 from hard.collocated import State, Step
 from hard.moving import CONSTANTS, larger, split
 from omniroll.effects.effect import Table
@@ -260,22 +258,6 @@ def derivatives(task: Task, run: omniroll.Trajectory, names: Sequence[str]) -> I
         for name in names:
             change = arb(CHANGE) * size(task, name)
             yield quotient(Flow(Moved(task, name, change), base.steps).to_the_end(known), end, change)
-
-
-def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tuple]]:
-    """The same where rollers stick on their disks or wheels may slip; and what happens in these runs, as (time, ...).
-
-    Raises ValueError where other things happen in the run beside.
-    """
-    reference = true_ground if task.kernel.slips else true_bearings
-    with digits(DIGITS, ORDER):
-        change = arb(CHANGE) * size(task, name)
-        runs = [reference.Run(task, name, side * change) for side in (1, -1)]
-        found = quotient(*(run.to_the_end() for run in runs), 2 * change)
-    one, other = (sorted((what for _, *what in run.log), key=lambda what: what[0]) for run in runs)
-    if one != other:  # of each wheel by itself: what happens at one instant has no order
-        raise ValueError(f"a change of {CHANGE} of {name} makes other events")
-    return found, runs[0].log
 
 
 def quotient(one: State, other: State, change: Any) -> np.ndarray:
