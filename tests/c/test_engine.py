@@ -14,15 +14,9 @@ pytestmark = pytest.mark.long
 
 ROOT = Path(__file__).resolve().parents[2]
 SCALARS = (
-    "mass",
-    "yaw_inertia",
-    "wheel_inertia",
-    "roller_inertia",
-    "yaw_scale",
-    "platform_radius",
-    "wheel_radius",
+    "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
     "roller_axis_radius",
-)
+)  # fmt: skip
 FLAGS = [
     "-std=c11",
     "-g",
@@ -35,7 +29,6 @@ FLAGS = [
 ]
 
 
-BEARINGS = omniroll.Bearings(wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3))
 ROLLERS = omniroll.Bearings(
     wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3),
     roller_coulomb=(3e-7, 4e-7, 5e-7), roller_break_away=(6e-7, 8e-7, 1e-6),
@@ -55,8 +48,6 @@ EQUAL_BEARINGS = omniroll.Bearings(
     roller_coulomb=(3e-2, 4e-2, 5e-2), roller_break_away=(3.6e-2, 4.8e-2, 6e-2),
 )  # fmt: skip
 CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how long
-    "bare": ((), [], [], 5.0),
-    "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS], 5.0),
     "axles and rollers that stick": (
         ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS], 5.0,
     ),
@@ -86,22 +77,9 @@ def test_engine_from_c_under_sanitizers(tmp_path, case):
     for name, text in sets.programs().kernel(rollers, effects).files().items():
         (tmp_path / name).write_text(text)
     sources = [ROOT / "tests/c/engine.c", tmp_path / "omniroll.c", *(csrc / name for name in building.ENGINE_SOURCES)]
-    built = subprocess.run(
-        [
-            compiler,
-            *FLAGS,
-            *macro,
-            f"-I{tmp_path}",
-            f"-I{csrc}",
-            f"-I{constants}",
-            *map(str, sources),
-            "-lm",
-            "-o",
-            program,
-        ],
-        capture_output=True,
-        text=True,
-    )
+    folders = (f"-I{folder}" for folder in (tmp_path, csrc, constants))
+    command = [compiler, *FLAGS, *macro, *folders, *map(str, sources), "-lm", "-o", program]
+    built = subprocess.run(command, capture_output=True, text=True)
     if "cannot find" in built.stderr and "san" in built.stderr:
         pytest.skip("no sanitizer libraries")
     assert built.returncode == 0, built.stderr

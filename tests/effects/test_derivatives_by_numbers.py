@@ -130,13 +130,13 @@ def compared(model, effects, numbers, sharp):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model, effects, numbers", [*SETS, *EVERY, FALLING, *PUSHED])
+@pytest.mark.parametrize("model, effects, numbers", [*SETS, *EVERY[3:], FALLING, PUSHED[1]])
 def test_they_are_the_derivatives_of_every_rate(model, effects, numbers):
     assert compared(model, effects, numbers, sharp=False) > 50
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model, effects, numbers", SETS[1:] + EVERY[1:])
+@pytest.mark.parametrize("model, effects, numbers", EVERY[3:5])
 def test_so_are_those_of_the_forms_for_sharp_tips(model, effects, numbers):
     assert compared(model, effects, numbers, sharp=True) > 50
 
@@ -148,7 +148,7 @@ def assert_digits_kept(states, name, functions):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model, effects, numbers", SETS[1:] + EVERY[1:])
+@pytest.mark.parametrize("model, effects, numbers", [SETS[1], EVERY[2], EVERY[5]])
 def test_they_keep_their_digits_where_tips_are_sharp(model, effects, numbers):
     name = rounding.set_key(f"{model}_sharp", asked(effects, numbers))
     states = sample(73, 12, 3, 5, closest_tip=1e-9)
@@ -169,34 +169,22 @@ def test_so_do_those_of_places_and_damping_and_of_impacts(model):
 
 @pytest.mark.long
 @pytest.mark.parametrize("effects, number", [
-    *((effects, "mass") for effects in (("layout",), ("slope",), FALLING[1])), (("layout",), "yaw_inertia"),
-    *(((), number) for number in ("mass", *OF_MASSLESS)), *((FALLING[1], number) for number in FALLING[2]),
+    ((), "mass"), ((), "wheel_radius"), (("layout",), "yaw_inertia"), (FALLING[1], "wheel_inertia"),
+    (FALLING[1], "wheel_places"), (FALLING[1], "slope_angle"),
+    *((PUSHED[1][1], number) for number in ("axle_damping", "roller_damping", "center_of_mass", "gravity")),
 ])  # fmt: skip
 def test_the_derivatives_keep_their_digits_beside_light_wheels(effects, number):
     name = rounding.set_key("massless", asked(effects, (number,)))
     assert_digits_kept(with_effects(sample(73, 100, 3, 5), name, 173), name, ("forward_dynamics_by_numbers",))
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("number", PUSHED[1][2])
-@pytest.mark.parametrize("effects", [PUSHED[0][1], PUSHED[1][1]])
-def test_so_do_those_of_wheels_that_are_pushed(effects, number):
-    name = rounding.set_key("massless", asked(effects, (number,)))
-    if number not in numbers_of("massless", (*effects, "derivatives")):
-        pytest.skip("the set has no such number")
-    assert_digits_kept(with_effects(sample(73, 100, 3, 5), name, 173), name, ("forward_dynamics_by_numbers",))
-
-
-MODELS = ("massless", "locked", "free")
 LENGTHS = ("platform_radius", "roller_axis_radius", "wheel_radius")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("model, effects", [
-    *((model, (effect,)) for effect in ("motor", "axle_coulomb", "axle_viscous", "layout") for model in MODELS[1:]),
-    *(("massless", (effect,)) for effect in ("axle_coulomb", "roller_viscous", "roller_sticking")),
-    *((model, ("layout", effect)) for effect in ("motor", "axle_coulomb") for model in MODELS),
-    *((model, ("layout", "axle_viscous")) for model in MODELS[1:]), ("locked", ("layout", "roller_viscous")),
+    ("locked", ("motor",)), ("free", ("axle_coulomb",)), ("massless", ("roller_viscous",)),
+    ("massless", ("layout", "motor")), ("free", ("layout", "axle_viscous")), ("locked", ("layout", "roller_viscous")),
 ])  # fmt: skip
 def test_so_do_those_by_lengths_where_one_follows_from_the_others(model, effects):
     numbers = {*LENGTHS, "yaw_scale"} & numbers_of(model, (*effects, "derivatives")).keys()
@@ -262,7 +250,7 @@ def components(model, effects, numbers, wheels):
 
 @pytest.mark.long
 @pytest.mark.parametrize("form", ["", "_sharp"])
-@pytest.mark.parametrize("model, effects, numbers", [*SETS, *EVERY, FALLING, *PUSHED])
+@pytest.mark.parametrize("model, effects, numbers", [SETS[2], EVERY[1], EVERY[4], FALLING, PUSHED[1]])
 def test_each_number_costs_at_most_half_the_accelerations_beyond_six_times_them(model, effects, numbers, form):
     if form and model == "massless":
         pytest.skip("massless rollers have no form for sharp tips")
@@ -296,7 +284,7 @@ def test_both_kernels_call_the_form_for_sharp_tips(base):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model, effects, numbers", [*EVERY, FALLING, *PUSHED])
+@pytest.mark.parametrize("model, effects, numbers", [EVERY[4], PUSHED[1]])
 def test_both_kernels_have_every_number(model, effects, numbers):
     name = rounding.set_key(model, asked(effects, ("mass", *numbers)))
     part = sample(3, 20, 3, 5)

@@ -2,10 +2,7 @@
 
 import inspect
 import re
-import subprocess
-import tempfile
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,21 +50,6 @@ def words(base, effects):
     codes = [re.sub(r'/\*.*?\*/|""".*?"""', "", text, flags=re.DOTALL)
              for text in (pair.source, pair.header, texts.in_lanes, texts.python)]  # fmt: skip
     return [set(re.findall(r"\w+", code)) for code in codes]
-
-
-@cache
-def object_size(base, effects, name):
-    """Bytes of machine code of a function of the set."""
-    pair = made(base, effects).pair()
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        (folder / "omniroll.h").write_text(pair.header)
-        source = folder / "kernel.c"
-        source.write_text(pair.source)
-        output = folder / "kernel.o"
-        subprocess.run(["cc", "-O2", "-std=c99", "-c", str(source), "-o", str(output)], check=True)
-        table = subprocess.run(["nm", "-S", str(output)], check=True, capture_output=True, text=True).stdout
-    return int(re.search(rf"\w+ (\w+) T omniroll_{name}$", table, re.MULTILINE)[1], 16)
 
 
 LAWS = ("contact_viscous", "contact_regularised", "contact_coulomb")
@@ -126,12 +108,6 @@ def test_the_smaller_set_has_fewer_operations(effect, base):
     assert operations(without, solver(effect)) < operations(with_it, solver(effect))
 
 
-@pytest.mark.parametrize("effect", [e for e in EFFECTS if e not in ("contact", "contact_coulomb", "contact_springs")])
-def test_the_smaller_set_has_less_machine_code(effect):
-    larger, name = added_to_nothing(effect), solver(effect)
-    assert object_size("free", tuple(e for e in larger if e != effect), name) < object_size("free", larger, name)
-
-
 @pytest.mark.parametrize("base", ["free"])
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_no_symbol_of_an_absent_effect_is_left(effect, base):
@@ -183,12 +159,3 @@ def test_both_backends_of_a_set_made_on_demand():
     found = [k.forward_dynamics(*STATE, [0.1, 0.2, 0.3], 0.4) for k in (compiled, python)]
     np.testing.assert_allclose(*found, rtol=1e-13)
 
-
-@pytest.mark.parametrize("number_type", ["float", "long_double"])
-def test_other_number_types(number_type):
-    vehicle = omniroll.Vehicle.paper()
-    wanted = kernel(vehicle, "locked", "python", effects=("slope",), constants=SLOPE).forward_dynamics(*STATE, 0.4)
-    found = kernel(vehicle, "locked", "compiled", number_type, effects=("slope",), constants=SLOPE).forward_dynamics(
-        *STATE, 0.4
-    )
-    np.testing.assert_allclose(np.asarray(found, float), wanted, rtol=1e-4 if number_type == "float" else 1e-13)

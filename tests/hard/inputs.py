@@ -1,12 +1,10 @@
-"""Any vehicle, any state, any scene: refused by name, or run to something finite that satisfies the invariants."""
+"""Any vehicle, any state: refused by name, or run to something finite that satisfies the invariants."""
 
 import signal
 import sys
-import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
@@ -16,10 +14,8 @@ import omniroll
 from hard.case import Case, Measurement
 from hard.setting import DOUBLE, ENGINES, LAWS, MODELS, PAPER, speeds_of_wheels
 from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Trajectory, Vehicle, kernel
-from omniroll.scenes import SceneError, load_scene
 
 SECTION = "Input"
-SCENES = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))
 PATIENCE, ASLEEP = 60, 600  # s, for one input
 MOST_PHASES = 4  # of an accepted run, about
 
@@ -144,66 +140,6 @@ def check_state(arguments: dict) -> None:
         check_run(run)
 
 
-JUNK = st.sampled_from(
-    [
-        "nan",
-        "-1",
-        "0",
-        "1e400",
-        "1e-320",
-        "true",
-        '"x"',
-        "[]",
-        "[1, 2]",
-        "[[1], [2, 3]]",
-        "{ a = 1 }",
-        "2026-01-01",
-        "=",
-    ]
-)
-
-
-@st.composite
-def scene_texts(draw: Callable) -> str:
-    """A shipped scene with lines changed, dropped, doubled, or with bytes that belong nowhere."""
-    lines = draw(st.sampled_from(SCENES)).read_text(encoding="utf-8").splitlines()
-    for _ in range(draw(st.integers(1, 3))):
-        place = draw(st.integers(0, len(lines) - 1))
-        change = draw(st.sampled_from(("value", "value", "key", "drop", "double", "text")))
-        key, equals, value = lines[place].partition("=")
-        if change == "value" and equals:
-            lines[place] = f"{key}= {draw(JUNK)}"
-        elif change == "key" and equals:
-            lines[place] = f"{key.strip()}x ={value}"
-        elif change == "drop" and len(lines) > 1:
-            del lines[place]
-        elif change == "double":
-            lines.insert(place, lines[place])
-        else:
-            lines.insert(place, draw(st.text(max_size=20)))
-    return "\n".join(lines)
-
-
-def check_scene(text: str) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "scene.toml")
-        path.write_text(text, encoding="utf-8", errors="surrogateescape")
-        try:
-            scene = load_scene(path)
-        except SceneError as refused:
-            assert refused.problems and all(problem.expected for problem in refused.problems)
-            return
-    duration = min(scene.options["duration"], 0.1 * phases_long(scene.vehicle, scene.options["nu"]), 0.05)
-    try:
-        run = omniroll.simulate(scene.vehicle, **scene.options | {"duration": duration, "control": False})
-    except SimulationStopped as stopped:
-        check_stopped(stopped)
-    except InvalidValueError as refused:
-        assert refused.field
-    else:
-        check_run(run)
-
-
 @contextmanager
 def in_time() -> Iterator[None]:
     """An error where the body takes more than PATIENCE of the processor's time, whatever else runs on the machine; or,
@@ -270,13 +206,5 @@ CASES = [
         naive="",
         promise="as above; no run takes longer than a minute, and one that is stopped keeps its trajectory",
         run=lambda scale: measured(check_state, states(), scale.of(80, 3000), "both engines"),
-    ),
-    Case(
-        name="any-scene",
-        section=SECTION,
-        title="Any scene",
-        naive="",
-        promise="either refused with a list of all that is wrong, or the run is finite",
-        run=lambda scale: measured(check_scene, scene_texts(), scale.of(60, 1500), "engine of the scene"),
     ),
 ]

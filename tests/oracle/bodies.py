@@ -125,22 +125,6 @@ def kinetic_energy(parts, q, dq):
     return twice / 2
 
 
-@working_precision
-def contact_point_speed(parts, wheel_radius, q, dq, i):
-    """Speed of the roller's material point that is at the contact of wheel i: a point fixed in the
-    roller's axes.
-    """
-    found = list(bodies(parts, along(q, dq)))
-    per_wheel = parts.rollers_per_wheel + 1 + (parts.rotor is not None)
-    _, _, centre, rotation = found[1 + i * per_wheel + per_wheel - parts.rollers_per_wheel]
-    hub_centre = found[1 + i * per_wheel][2]
-    contact = [coefficient(c, 0) for c in hub_centre]
-    contact[2] -= exact(wheel_radius)
-    arm = [c - coefficient(p, 0) for c, p in zip(contact, centre, strict=True)]
-    at = [[coefficient(v, 0) for v in row] for row in rotation]
-    local = [sum((at[i][k] * arm[i] for i in range(1, 3)), at[0][k] * arm[0]) for k in range(3)]
-    return [coefficient(c, 1) + coefficient(m, 1) for c, m in zip(centre, apply(rotation, local), strict=True)]
-
 
 @working_precision
 def inertias(parts):

@@ -19,9 +19,10 @@ def random_start(rng, vehicle):
     return {"nu": rng.normal(size=3), "chi": rng.uniform(-joint, joint, vehicle.wheels)}, spins
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("wheels, rollers", [(1, 4), (2, 3), (3, 5), (4, 8), (5, 6)])
+@pytest.mark.parametrize("wheels, rollers, model, law", [
+    *((3, 5, model, law) for model in MODELS for law in LAWS), (1, 4, "free", "impact"), (2, 3, "locked", "impact"),
+    (4, 8, "free", "smooth"), (5, 6, "massless", "impact"),
+])  # fmt: skip
 def test_both_engines_give_the_same_switches_and_motion(wheels, rollers, model, law):
     rng = np.random.default_rng([wheels, rollers, MODELS.index(model), LAWS.index(law)])
     vehicle = (
