@@ -101,11 +101,6 @@ def test_failures_are_told_by_their_files():
     assert sum("leaves" in line for line in what_if.every_failure(found)) == 5
 
 
-def test_asked_of_the_paper_alone_the_equations_are_as_committed(asked):
-    told, _ = asked("paper/geometry.mac", "axle: level_axle$", "axle: 1*level_axle$", "--only-paper")
-    assert "0 fail" in told and re.search(r"\b0 of \d+ equations change", told)
-
-
 def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path, monkeypatch, capsys):
     """m*_23 gains M R e/Lambda; the motion is that of a vehicle whose centre of mass is beside S."""
     eccentric = "I_S*theta_dot^2)/2 + M*e*theta_dot*(y_dot*cos(theta) - x_dot*sin(theta))$"
@@ -144,12 +139,6 @@ def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path, mo
     assert f"after 10 s  x {x:.4f} m  y {y:.4f} m  heading" in capsys.readouterr().out
 
 
-@pytest.mark.long
-def test_a_letter_that_has_a_value_is_an_error(asked):
-    told, _ = asked("paper/kinetic_energy.mac", TURNING, "I_S*theta_dot^2 - q*x^2)/2$", "--only-paper")
-    assert re.search("paper/(kinetic_energy|momenta) stopped before its end: .+", told)
-
-
 def test_a_syntax_error_is_told_with_its_line(tmp_path, capfd):
     folder = shutil.copytree(ROOT / "maxima", tmp_path / "maxima")
     file = folder / "paper/kinetic_energy.mac"
@@ -173,3 +162,4 @@ def compiled(source: Path) -> None:
     command = ["pdflatex", "-interaction=nonstopmode", f"-output-directory={source.parent}", source]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     assert done.returncode == 0 and re.findall("Overfull.*", done.stdout) == []
+

@@ -48,8 +48,7 @@ def assert_agreement(own, other, bound):
         assert abs(run.ledger.residual) <= 1e-9 * (run.energy.max() + 1e-3)
 
 
-@pytest.mark.parametrize("bearings", BEARINGS)
-@pytest.mark.parametrize("law", GROUNDS)
+@pytest.mark.parametrize("law, bearings", [("coulomb", "no friction"), ("viscous", "fading")])
 def test_the_set_of_a_scene_gives_what_the_general_one_gives(law, bearings):
     vehicle, options = slipping_task(law, bearings)
     own, general = (

@@ -145,8 +145,7 @@ def test_a_roller_stops_where_its_contact_gives_way_and_cannot_drag_it():
 # Every body
 
 
-@pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
-@pytest.mark.parametrize("wheels, rollers", [(2, 4), (3, 5), (4, 6)])
+@pytest.mark.parametrize("wheels, rollers, axles", [(2, 4, ("axle_sticking",)), (3, 5, ()), (4, 6, ("axle_sticking",))])
 def test_modes_agree_with_every_body(wheels, rollers, axles):
     """Newton's and Euler's equations with the bearings' torques and the forces of contacts that slip give the same
     accelerations, and the same forces along the axles; those that hold contacts and axles stop them."""

@@ -52,9 +52,10 @@ def expected(case, second):
     return [case.nu_dot(second), second[case.wheels], axial]
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("model", ["massless", "free"])
-@pytest.mark.parametrize("name", SUBJECTS)
+@pytest.mark.parametrize("name, model, law", [
+    (name, model, list(LAWS)[(k + m) % 2]) for k, name in enumerate(SUBJECTS)
+    for m, model in enumerate(("massless", "free"))
+])  # fmt: skip
 def test_smooth_ground_moves_the_vehicle_as_it_moves_all_bodies(name, model, law):
     case, (force_of, constants) = SUBJECTS[name](model), LAWS[law]
     torque, force = np.linspace(-1, 2, case.count), force_of(case.slip)

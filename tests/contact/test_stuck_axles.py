@@ -1,15 +1,12 @@
 """Axles whose bearings stick where wheels may slip, under the laws viscous and regularised: closed forms, every body,
 and a stiff ground."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracle.balls import exact, working_precision
-from reactions.newton_euler import Acting
 from scipy.linalg import expm
 
-from contact.test_newton_euler import MODELS, RELATIVE, by_bodies, by_kernel, slipping_case, viscous
+from contact.test_newton_euler import MODELS
 from omniroll import (
     Bearings,
     Contact,
@@ -104,50 +101,3 @@ def test_a_growing_torque_breaks_an_axle_away():
     assert bearing_torques(run)[row + 1, 0] == -sliding
     assert 0.2 < stops < 0.4 and not run.quantity("rates")[-1, 0]
 
-
-@pytest.mark.parametrize("model", MODELS)
-def test_what_holds_an_axle_stops_it_in_the_equations_of_every_body(model):
-    """Newton's and Euler's equations with the torque that the kernel says give the same accelerations, and none of the
-    wheels whose axles stick."""
-    rng = np.random.default_rng([11, MODELS.index(model)])
-    case = slipping_case(rng, 3, 5, model, has_layout=True)
-    case = replace(case, rates=case.rates * (0, 1, 0))
-    sticks, turning = np.array([1.0, 0.0, 1.0]), np.array([0.0, 0.3, 0.0])
-    torque = rng.normal(size=3)
-    (nu_rates, rates, *rest), _ = by_kernel(
-        case, ("drive", "axle_sticking"), torque=torque, bearing_torque=turning, axle_sticks=sticks
-    )
-    axial, holding = rest[:-1], rest[-1]
-    assert not rates[sticks > 0].any() and not holding[sticks == 0].any() and np.abs(holding).max() > 0.1
-    wheel_torques = working_precision(lambda: [exact(t) for t in torque + turning + holding])()
-    wanted = by_bodies(case, Acting(ground=viscous, wheel_torques=wheel_torques))
-    for value, other in zip((nu_rates, rates, *axial), wanted, strict=False):
-        assert value == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(wanted[1]).max())
-
-
-def stiff_scene(number):
-    """A vehicle at rest on a ground so stiff that slip decays within 1e-6 s, with wheels that may turn."""
-    rng = np.random.default_rng([77, number])
-    wheels = int(rng.choice((3, 4, 6)))
-    friction, speed = 10 ** rng.uniform(-1, 0.3), 10 ** rng.uniform(-6, -3)
-    numbers = {"law": "regularised", "friction": friction, "speed": speed}
-    if rng.random() < 0.3:
-        numbers = {"coefficient": 10 ** rng.uniform(3, 6)}
-    ground = Contact(**numbers, wheel_rates=rng.normal(size=wheels) * (rng.random(wheels) < 0.6))
-    torques = 10 ** rng.uniform(-3, -0.5) * rng.uniform(0.5, 1.5, wheels)
-    bearings = Bearings(wheel_coulomb=torques, wheel_break_away=torques * rng.choice((1.0, 1.3)))
-    table = TorqueTable((0.0, 0.02, 0.05, 0.1), 0.3 * rng.normal(size=(4, wheels)))
-    assert rng.random() >= 0.8  # those of the others start with some nu
-    options = {"nu": (0, 0, 0), "roller_model": MODELS[1 - number % 2], "effects": [ground, bearings, table]}
-    return Vehicle.paper(wheels, 5), options | {"accuracy": rng.choice((1e-5, 1e-7, 1e-9)), "control": False}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", [153, 263, 288])
-def test_axles_stop_and_break_away_on_a_stiff_ground(number):
-    """Each once stayed where an axle had just begun to turn: what the iteration had left of the slip turned it back."""
-    vehicle, options = stiff_scene(number)
-    run = simulate(vehicle, duration=0.05, **options)
-    assert run.t[-1] == 0.05 and len(run) < 1000
-    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-    assert abs(run.ledger.residual) <= 10 * options["accuracy"] * scale

@@ -148,8 +148,7 @@ def test_rollers_hold_a_vehicle_along_their_axles_until_they_break_away(above):
     assert np.abs(contact_torques(run)).max() == pytest.approx(breaks, rel=1e-11)
 
 
-@pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
-@pytest.mark.parametrize("wheels, rollers", [(2, 4), (3, 5), (4, 6)])
+@pytest.mark.parametrize("wheels, rollers, axles", [(2, 4, ("axle_sticking",)), (3, 5, ()), (4, 6, ("axle_sticking",))])
 def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, rollers, axles):
     """Newton's and Euler's equations with the torques that the kernel says give the same accelerations, and none of the
     spins of rollers that stick, in contact and not."""

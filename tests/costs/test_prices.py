@@ -8,7 +8,7 @@ from .prices import prices, prices_of_events
 pytestmark = [pytest.mark.long, pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")]
 
 
-DIFFERENT = ("motor", "rollers, Coulomb", "axles that stick", "layout")  # `python -m costs.prices` has all
+DIFFERENT = ("motor", "axles that stick")  # `python -m costs.prices` has all
 
 
 def test_effects_cost_what_their_operations_cost():

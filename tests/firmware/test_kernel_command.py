@@ -75,7 +75,7 @@ def test_a_roller_model_gives_functions_of_the_pair_that_ships(model, tmp_path, 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("scene", SCENES[::3], ids=lambda path: path.stem)
 def test_a_scene_compiles_with_the_line_that_is_printed(scene, tmp_path, capsys):
     if tool("cc"):
         assert kernel_command(scene, "--output", tmp_path, "--constants") == 0

@@ -14,8 +14,8 @@ from identification.coverage import FREE, fit_of, study
 from identification.oracle_motion import FRICTION, MACHINE, ORACLE, ROWS, VEHICLE, motion, recorded
 
 START = 101  # rows of each motion that are made again, 1 s
-SEVERAL = 60  # logs
-LEAST, MOST = 52, 238  # fewer of 60 intervals, or more of 240, hold the truth once in 350 and in 16000 such studies
+SEVERAL = 30  # logs
+LEAST, MOST = 25, 119  # fewer of 30 intervals, or more of 120, hold the truth once in 300 and in 470 such studies
 
 
 @working_precision
@@ -37,7 +37,7 @@ def test_the_motions_in_the_files_are_those_of_the_oracle(name):
     assert motion(name, START) == pytest.approx(recorded(name)[:START], abs=1e-6)
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 20))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 @pytest.mark.parametrize(
     "name, words",
     [
@@ -60,7 +60,7 @@ def test_turning_while_driving_shows_all():
 
 @pytest.mark.long
 def test_intervals_hold_the_truth_as_often_as_they_say():
-    """Of 400 logs docs/fitting.md has the numbers; here are the first 60."""
+    """Of 400 logs docs/fitting.md has the numbers; here are the first 30."""
     held, errors = study(range(SEVERAL))
     assert (held.sum(axis=0) >= LEAST).all() and held.sum() <= MOST, dict(zip(FREE, held.sum(axis=0), strict=True))
     assert (np.abs(errors.mean(axis=0)) < 3.3 * SEVERAL**-0.5).all()

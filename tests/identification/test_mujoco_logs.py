@@ -9,13 +9,13 @@ WHEEL_AS_MASS, WHEEL_AS_YAW_INERTIA = 506.2, 33.94  # of a wheel_inertia, drivin
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(DRIVES))
+@pytest.mark.parametrize("seed", range(0, DRIVES, 3))
 def test_each_number_is_found_within_5_percent(seed):
     assert all(abs(error) < 0.05 for error in errors(fit_of(seed)).values())
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("seed", [4])
 def test_what_the_motion_feels_is_found_and_the_residuals_tell_of_the_model(seed):
     """Rollers of few spheres: the whole inertia ahead and around, and friction. How the inertia parts into body and
     wheels is worse."""

@@ -76,7 +76,7 @@ def test_what_follows_from_effects_and_names_is_made_once(kind, monkeypatch):
 
 
 # A run of each way that derivatives go, the dearest over its plain run: `python -m costs.derivatives` has all.
-COUNTED = ("free", "coulomb, axles stick, no drive", "in series, coulomb, skid, no drive")
+COUNTED = ("free", "coulomb, axles stick, no drive")
 MOST = 6  # times the plain run
 
 

@@ -21,7 +21,7 @@ from omniroll import (
     TorqueTable,
 )
 from omniroll.kernels.kernel import kernel
-from tests.sensitivities.differences import START, VEHICLE, Case, derivative, differenced, motion
+from tests.sensitivities.differences import VEHICLE, Case, derivative, differenced, motion
 
 # How much each number is changed; its size times about 1e-4.
 CHANGES = {
@@ -142,29 +142,6 @@ def test_with_massless_rollers_every_order_has_the_same_one(recwarn):
     assert found == pytest.approx(differenced(case, "nu[0]", 1e-4), abs=1e-9)
 
 
-def test_a_start_on_a_joint():
-    """The motions beside it that start inside the roller pass the joint a little later."""
-    outwards = np.sign(omniroll.kernel(VEHICLE, "free", "python").wheel_speeds(START["nu"])[1])
-    case = Case("free", start={"chi": (0.1, outwards * np.pi / VEHICLE.rollers_per_wheel, -0.1)})
-    run = case.run(sensitivities=("nu[0]", "mass"))
-    assert run.switches.t[0] == 0
-    for name, change in {"nu[0]": 1e-4, "mass": 1e-3}.items():
-        assert derivative(run, name) == pytest.approx(differenced(case, name, change), rel=1e-8, abs=1e-9)
-
-
-def test_a_wheel_that_grazes_its_joint_is_named():
-    """Wheel 0 starts at its joint and hardly moves: its rate is 1e-9 of the others'."""
-    joint = np.pi / VEHICLE.rollers_per_wheel
-    bound = omniroll.kernel(VEHICLE, "locked", "python")
-    still = np.linalg.svd(bound.wheel_rows[:1])[2][1]  # wheel 0 rests
-    nudge = bound.wheel_rows[0] / np.linalg.norm(bound.wheel_rows[0]) ** 2
-    nu = still + 1e-8 * nudge
-    start = {"nu": tuple(nu), "chi": (joint, 0.1, 0.1)}
-    with pytest.raises(NoDerivativeError, match="grazes") as caught:
-        Case("massless", start=start, duration=0.5).run(sensitivities=("nu[0]",))
-    assert caught.value.wheels == (0,) and caught.value.t == 0
-
-
 @pytest.mark.parametrize(
     "names, message",
     [
@@ -246,23 +223,3 @@ def test_a_trajectory_that_was_read_says_that_files_keep_no_derivatives(ending, 
     with pytest.raises(InvalidValueError, match="not asked"):
         pickle.loads(pickle.dumps(Case().run())).sensitivity("mass")
 
-
-def test_a_scaled_motion_over_many_switches():
-    """With massless rollers the path is the same at any speed: everything depends on nu through its size alone."""
-    case = Case("massless", start={"nu": (1.0, 0.3, 0.8)}, duration=40.0)
-    run = case.run(sensitivities=("nu[0]", "nu[1]", "nu[2]"))
-    assert len(run.switches) > 100
-    along = sum(np.array(run.sensitivity(f"nu[{k}]").pose[-1]) * run.nu[0, k] for k in range(3))
-    rates = run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2])
-    assert along == pytest.approx(rates * case.duration, rel=1e-11)
-
-
-@pytest.mark.parametrize("effects", [(), (VISCOUS,)], ids=["none", "viscous"])
-def test_along_the_python_engine_they_are_the_same(effects):
-    """Its polynomials and steps are others; its motion is good to 1e-12, times what the motion makes of that."""
-    case, names = Case("free", effects=effects), ("nu[0]", "mass")
-    runs = [case.run(engine=engine, sensitivities=names, accuracy=1e-12) for engine in ("compiled", "python")]
-    for name in names:
-        for t in (0.37, None):
-            one, other = (derivative(run, name, t) for run in runs)
-            assert np.abs(one - other).max() <= 1e-10 * np.abs(one).max()
