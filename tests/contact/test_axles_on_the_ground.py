@@ -15,7 +15,7 @@ from contact.test_stuck_axles import CROSS, bearing_torques
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 
-RADIUS, INERTIA, MASS, ARM = CROSS.wheel_radius, CROSS.wheel_inertia, CROSS.mass, CROSS.platform_radius
+RADIUS, INERTIA, MASS = CROSS.wheel_radius, CROSS.wheel_inertia, CROSS.mass
 GRAVITY = 9.80665
 INSTANT = 1e-10  # relative, of instants in closed form
 STANDS, ROLLS, DRAGGED, SLIPS = (1, 1), (1, 0), (0, 1), (0, 0)  # whether the contact sticks, and the axle
@@ -104,48 +104,6 @@ def changed(modes, t):
     return [t[k + 1] for k in np.flatnonzero(modes[1:] != modes[:-1])]
 
 
-def effective(model):
-    """The mass of the vehicle along a wheel's axle: rollers of the two wheels that look that way turn with it."""
-    reach = RADIUS - CROSS.roller_axis_radius
-    return MASS + (2 * CROSS.roller_inertia / reach**2 if model == "free" else 0.0)
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1.5])
-def test_a_vehicle_stands_on_a_slope_until_its_bearings_give(model, part):
-    """Two wheels hold M g sin b, each by the torque l M g sin b/2: beyond it the vehicle rolls down."""
-    angle, breaks = 0.1, 0.05
-    gravity = part * 2 * breaks / (RADIUS * MASS * np.sin(angle))
-    ground = Contact(law="coulomb", friction=2.0, normal_gravity=gravity)
-    effects = [ground, Bearings(wheel_coulomb=breaks), Slope(angle, 0.0, gravity=gravity)]
-    run = run_of(model, effects, 0.02)
-    if part < 1:
-        assert not run.nu.any() and not run.quantity("rates").any() and run.sticks.all()
-        assert np.abs(bearing_torques(run)[-1]) == pytest.approx([0, part * breaks, 0, part * breaks], abs=1e-13)
-        assert np.abs(run.ground_force[-1, :, 1]) == pytest.approx(np.array([0, 1, 0, 1]) * part * breaks / RADIUS,
-                                                                   abs=1e-12)  # fmt: skip
-        return
-    wanted = (MASS * gravity * np.sin(angle) - 2 * breaks / RADIUS) / (effective(model) + 2 * INERTIA / RADIUS**2)
-    size = gravity * run.t[-1]
-    # the rollers' reach changes a little as the wheels turn
-    assert run.nu[-1, 0] * ARM == pytest.approx(wanted * run.t[-1], rel=1e-3 if model == "free" else 1e-12,
-                                                abs=1e-14 * size)  # fmt: skip
-    assert run.sticks.all() and run.nu[-1, 0] > 0
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_a_skidding_vehicle_with_blocked_wheels_comes_to_rest(model):
-    speed, friction = 4.0, 0.3
-    brake = friction * MASS * GRAVITY / 2 / effective(model)
-    effects = [Contact(law="coulomb", friction=friction, wheel_rates=0), Bearings(wheel_coulomb=1.0)]
-    rest = ARM * speed / brake
-    run = run_of(model, effects, 1.3 * rest, nu=(speed, 0, 0))
-    assert changed(run.sticks[:, 1], run.t) == [pytest.approx(rest, rel=INSTANT)]
-    assert not run.nu[-1].any() and run.sticks[-1].all()
-    assert run.pose[-1, 0] == pytest.approx((ARM * speed) ** 2 / (2 * brake), rel=1e-10)
-    assert -run.contributions()["ground_loss"][-1] == pytest.approx(run.energy[0], rel=1e-10)
-
-
 @pytest.mark.parametrize("model", MODELS)
 def test_a_growing_torque_breaks_the_axles_before_the_contacts(model):
     """The axles at b t = S; the contacts where what is left of the torque asks them for all their friction."""
@@ -180,32 +138,6 @@ def test_one_wheel_spins_on_the_spot_where_bearing_and_ground_are_both_used_up(m
     assert abs(run.quantity("rates")[-1, 0]) == pytest.approx(wanted, rel=1e-9)
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("blocked", [True, False])
-def test_a_turn_begins_where_contacts_or_axles_of_the_other_wheels_give(model, blocked):
-    """Equal torques on two opposite wheels want to turn the vehicle.  Their axles give with S each, and the other two
-    wheels by their ground or their bearings, whichever is less: 2 (b t - S)/l = 2 min(mu N, S'/l)."""
-    growth, breaks, friction = 2.0, 0.05, 0.3
-    others, load = (1.0, 3.0) if blocked else (0.04, 20.0)
-    effects = [Contact(law="coulomb", friction=friction, load=(20.0, load, 20.0, load)),
-               Bearings(wheel_coulomb=(breaks, others, breaks, others)),
-               TorqueTable((0.0, 0.2), ((0, 0, 0, 0), (0.2 * growth, 0, 0.2 * growth, 0)))]  # fmt: skip
-    run = run_of(model, effects, 0.08)
-    least = min(RADIUS * friction * load, others)
-    begins = (breaks + least) / growth
-    moving = np.flatnonzero(np.abs(run.nu[:, 2]) > 0)
-    assert run.t[moving[0] - 1] == pytest.approx(begins, rel=INSTANT)
-    assert np.abs(run.nu[-1, :2]).max() <= 1e-12 * abs(run.nu[-1, 2])
-    rates = run.quantity("rates")[-1]
-    assert (rates[[1, 3]] == 0).all() == blocked and rates[[0, 2]].all()
-    assert run.sticks[-1].tolist() == [True, not blocked, True, not blocked]
-    if model == "massless":
-        turning = 2 if blocked else 4
-        inertia = CROSS.yaw_inertia + turning * INERTIA * (ARM / RADIUS) ** 2
-        yaw = ARM * growth / RADIUS * (run.t[-1] - begins) ** 2 / inertia
-        assert abs(run.nu[-1, 2] / CROSS.yaw_scale) == pytest.approx(yaw, rel=1e-9)
-
-
 # ---- random scenes ---------------------------------------------------------------------------------------------------
 
 
@@ -228,3 +160,4 @@ def test_indeterminate_forces_are_those_of_least_norm():
     z = np.linalg.lstsq(rows[free], force[free], rcond=None)[0]
     assert np.clip(rows @ z, low, high) == pytest.approx(force, abs=1e-9) and (~free).any()
     assert bearing_torques(run)[-1] == pytest.approx(-torque - vehicle.wheel_radius * force, abs=1e-12)
+

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import Contact, InvalidValueError, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
+from omniroll import Contact, InvalidValueError, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 
 pytestmark = pytest.mark.long
@@ -55,38 +55,6 @@ def test_a_growing_torque_breaks_wheels_away(model):
     assert np.abs(run.ground_force[-1, :, 1]) == pytest.approx([friction * load] * 2, rel=1e-12)
 
 
-@pytest.mark.parametrize("friction", [0.0681292, 0.1])
-def test_wheels_that_reach_their_bounds_together_break_away_together(friction):
-    """The paper's vehicle drives straight ahead by two of its wheels, which ask the ground for the same."""
-    drives = TorqueTable((0.0, 1.0), ((0, 0, 0), tuple(0.5 * np.sin(PAPER.wheel_angles))))
-    ground = Contact(law="coulomb", friction=friction)
-    run = simulate(PAPER, nu=(0, 0, 0), duration=0.3, roller_model="free", effects=[ground, drives], control=False)
-    [one], [other] = instants(run, 1, False), instants(run, 2, False)
-    assert one == other and instants(run, 0, False).size == 0
-    assert run.slip[-1, 1, 1] == pytest.approx(-run.slip[-1, 2, 1], rel=1e-9) and len(run.t) < 60
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_a_vehicle_on_a_ramp_slides_or_rolls(model):
-    """Down the slope across both axles: rolling asks each contact for J a/l^2 with a = g sin/(1 + 2 J/(M l^2))."""
-    angle = 0.3
-    radius, inertia, mass = PAIR.wheel_radius, PAIR.wheel_inertia, PAIR.mass
-    rolling = GRAVITY * np.sin(angle) / (1 + 2 * inertia / (mass * radius**2))
-    load = mass * GRAVITY * np.cos(angle) / 2
-    needed = inertia * rolling / radius**2 / load
-    for part, held in ((1.001, True), (0.999, False)):
-        ground = Contact(law="coulomb", friction=part * needed, load=load)
-        across = [ground, Slope(angle, np.pi / 2)]
-        run = simulate(PAIR, nu=(0, 0, 0), duration=0.02, roller_model=model, effects=across, control=False)
-        assert (run.sticks == held).all()
-        taken = inertia * rolling / radius**2 if held else part * needed * load
-        wanted = GRAVITY * np.sin(angle) - 2 * taken / mass
-        assert PAIR.platform_radius * run.nu[-1, 1] == pytest.approx(
-            wanted * run.t[-1] * np.sign(run.nu[-1, 1]), rel=1e-10
-        )
-        assert run.energy[-1] == pytest.approx(run.gained()[-1], rel=1e-10)
-
-
 def test_static_friction_holds_and_sliding_friction_does_not():
     """One wheel alone is pushed beyond its static friction: it slips at once, under the sliding friction."""
     law = {"law": "coulomb", "friction": 0.3, "static_friction": 0.5, "load": 10.0}
@@ -105,34 +73,6 @@ def test_static_friction_holds_and_sliding_friction_does_not():
 def skidding(law, **numbers):
     ground = Contact(law=law, wheel_rates=(3, -2, 5), contact_spins=4, load=PAPER.mass * GRAVITY / 3, **numbers)
     return simulate(PAPER, nu=(2, -1, 3), duration=0.02, effects=[ground], control=False)
-
-
-def test_contacts_of_heavy_rollers_let_go_along_curved_ways():
-    """On a slope under growing torques, at static = sliding friction: a slip begins without an acceleration, and turns.
-
-    The force at that instant is the whole friction; its direction is continuous, and so is the slip's from there on.
-    """
-    ramp = TorqueTable((0.0, 1.0), ((0, 0, 0), (1.0, -0.6, 0.4)))
-    effects = [Contact(law="coulomb", friction=0.3, load=PAPER.mass * GRAVITY / 3), Slope(0.15, 0.4), ramp]
-    run = simulate(PAPER, nu=(0, 0, 0), chi=(0.1, 0.2, -0.3), duration=0.2, effects=effects, control=False)
-    (instant,) = instants(run, 0, False)
-    before, after = np.flatnonzero(run.t == instant)
-    assert np.linalg.norm(run.ground_force[before, 0]) == pytest.approx(0.3 * PAPER.mass * GRAVITY / 3, rel=1e-9)
-    assert run.ground_force[after] == pytest.approx(run.ground_force[before], abs=1e-6)
-    soon = run.sample(instant + np.array([1e-4, 1e-3]))
-    cosines = -(soon.slip[:, 0] * run.ground_force[before, 0]).sum(axis=-1)
-    cosines /= np.linalg.norm(soon.slip[:, 0], axis=-1) * np.linalg.norm(run.ground_force[before, 0])
-    assert (1 - cosines < [1e-6, 1e-4]).all()
-    assert np.linalg.norm(soon.slip[1, 0]) / np.linalg.norm(soon.slip[0, 0]) == pytest.approx(100, rel=0.05)  # s ~ t^2
-    assert run.ledger.residual == pytest.approx(0, abs=1e-12)
-
-
-def test_kept_in_files(tmp_path):
-    run = skidding("coulomb", friction=0.4)
-    for name in ("run.npz", "run.csv"):
-        run.save(tmp_path / name)
-        same = Trajectory.load(tmp_path / name)
-        assert np.array_equal(same.ground_force, run.ground_force) and np.array_equal(same.sticks, run.sticks)
 
 
 def test_what_makes_no_sense_is_refused():
@@ -214,3 +154,4 @@ def test_heavy_rollers_make_the_forces_of_sticking_contacts_determinate(wheels):
     assert np.linalg.svd(rows, compute_uv=False).min() >= least * (1 - 1e-12) > 0
     if wheels > 1:  # without these speeds of their own they would not be: a rolling platform has three
         assert np.linalg.matrix_rank(rows[:, :3]) < 2 * wheels
+

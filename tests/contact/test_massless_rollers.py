@@ -8,7 +8,6 @@ import pytest
 from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting, position, solve
 from reactions.test_newton_euler import call
-from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LAWS, LOAD, RELATIVE, nu_dot, slipping_case
@@ -19,7 +18,6 @@ from omniroll.results.comparison import distance_at
 CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
 MASS, DISTANCE = CROSS.mass, CROSS.platform_radius
 RHO = CROSS.wheel_radius - CROSS.roller_axis_radius  # of a roller that touches the ground in its middle
-GRAVITY, INCLINE = 9.80665, 0.2
 INSTANT = 1e-10  # relative, of instants in closed form
 MASSLESS = {"roller_model": "massless", "control": False}
 
@@ -52,24 +50,6 @@ def test_rollers_that_turn_stop_on_their_disks():
     assert run.nu[-1, 0] * DISTANCE == pytest.approx(wanted, rel=1e-10)
     assert run.ledger.contributions["roller_loss"] < 0
     assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
-
-
-def test_break_away_on_sliding_ground_with_a_named_speed():
-    """M v' = M g sin b - 4 mu N v/sqrt(v^2 + w^2) until rho mu N v/sqrt(v^2 + w^2) is what a bearing holds."""
-    mu, named, torque = 0.4, 0.05, 0.03
-    ground = Contact(law="regularised", friction=mu, speed=named, normal_gravity=GRAVITY * np.cos(INCLINE))
-    effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=3.0), Slope(INCLINE, 0.0, gravity=GRAVITY)]
-    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, **MASSLESS)
-    load = MASS * GRAVITY * np.cos(INCLINE) / 4
-    part = torque / (RHO * mu * load)
-    assert part < 0.9
-    speed = named * part / np.sqrt(1 - part**2)
-    pull = MASS * GRAVITY * np.sin(INCLINE)
-    let_go, _ = quad(lambda v: MASS / (pull - 4 * mu * load * v / np.hypot(v, named)), 0, speed, epsabs=0, epsrel=1e-13)
-    assert let_go < 0.1
-    torques = np.abs(contact_torques(run)).max(axis=1)
-    assert run.t[first_row(torques >= torque * (1 - 1e-12))] == pytest.approx(let_go, rel=INSTANT)
-    assert np.abs(run.contact_spin[-1]).max() > 0.1
 
 
 # Every body
@@ -212,15 +192,3 @@ def assert_free_rollers_tend_to_it(vehicle, options):
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
     assert_free_rollers_tend_to_it(*scene(number))
 
-
-@pytest.mark.parametrize("number", [0, 2])
-def test_without_torque_it_is_the_vehicle_whose_rollers_do_not_stick(number):
-    vehicle, options = scene(number)
-    contact, _, *others = options["effects"]
-    plain = simulate(vehicle, duration=0.1, **options | {"effects": [contact, *others]})
-    times, distances = np.linspace(0, 0.1, 11), []
-    for torque in (1e-5, 1e-6):
-        stick = Bearings(roller_coulomb=torque)
-        run = simulate(vehicle, duration=0.1, **options | {"effects": [contact, stick, *others]})
-        distances.append(distance_at(run, plain, times))
-    assert distances[0] < 1e-3 and 0.99 <= np.log10(distances[0] / distances[1]) <= 1.01

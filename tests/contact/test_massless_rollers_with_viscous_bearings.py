@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from reactions.test_newton_euler import call
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from contact.test_massless_rollers import (
     CROSS,
     DISTANCE,
-    GRAVITY,
-    INCLINE,
     INSTANT,
     MASS,
     MASSLESS,
@@ -24,14 +20,13 @@ from contact.test_massless_rollers import (
     first_row,
 )
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LOAD
-from contact.test_newton_euler import LAWS as GROUNDS
 from omniroll import Bearings, Contact, Slope, simulate
 from omniroll.kernels.kernel import kernel
 
+GRAVITY, INCLINE = 9.80665, 0.2
 EPS = float(np.finfo(float).eps)
-LAWS = ("viscous", "regularised")
+
 DAMPED = ("contact", "contact_regularised", "roller_sticking", "roller_viscous")
-BOTH_LAWS = pytest.mark.parametrize("law", LAWS)
 DAMPER = 4e-4  # N m s, of the bearings in closed forms: over rho^2 that is 2.8 N s/m, beside ground of 6 N s/m
 
 
@@ -72,51 +67,6 @@ def test_bearings_hold_a_vehicle_on_a_slope_and_brake_it(damper, above):
     most = above * sliding if damper == 0 else above * sliding + damper * spins.max()
     assert above * sliding <= np.abs(contact_torques(run)).max() * (1 + 1e-10) <= most * (1 + 2e-10)
     assert not run.quantity("rates").any()
-
-
-@pytest.mark.parametrize("damping", [2e-6, 4e-4])
-def test_rollers_that_turn_stop_on_sliding_ground(damping):
-    """M v' = -2 F(v) - 2 F(s) with F(s) = mu N s/sqrt(s^2 + w^2), and v = s + (F(s) - T/rho)/d, until F(v) = T/rho. In
-    the slip s as the variable that is an integral."""
-    mu, named, torque, start = 0.4, 0.02, 0.03, 0.5
-    ground = Contact(law="regularised", friction=mu, speed=named, normal_gravity=GRAVITY, wheel_rates=0)
-    effects = [ground, Bearings(roller_coulomb=torque, roller_viscous=damping, wheel_coulomb=3.0)]
-    load, d, held = MASS * GRAVITY / 4, damping / RHO**2, torque / RHO
-
-    def force(slip):
-        return mu * load * slip / np.hypot(slip, named)
-
-    def speed(slip):
-        return slip + (force(slip) - held) / d
-
-    def time_by(slip):
-        rises = 1 + mu * load * named**2 / np.hypot(slip, named) ** 3 / d
-        return MASS * rises / (2 * force(speed(slip)) + 2 * force(slip))
-
-    part = held / (mu * load)
-    assert part < 0.95
-    slowest = named * part / np.sqrt(1 - part**2)
-    first = brentq(lambda slip: speed(slip) - start, slowest, start, xtol=1e-300, rtol=1e-15)
-    stops, _ = quad(time_by, slowest, first, epsabs=0, epsrel=1e-13, limit=200)
-    options = {"duration": 1.5 * stops, "effects": effects, "accuracy": 1e-12, **MASSLESS}
-    run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), **options)
-    spins = np.abs(run.contact_spin).max(axis=1)
-    assert spins[0] == pytest.approx((start - first) / RHO, rel=1e-10)
-    assert run.t[first_row(spins < 1e-9)] == pytest.approx(stops, rel=INSTANT)
-    assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
-
-
-def test_what_bearings_take_is_of_both_kinds():
-    """The ledger's loss is T |phi'| + c phi'^2, added up over finely sampled rows."""
-    c, torque, end = 6.0, 0.02, 0.2
-    effects = [Contact(c, wheel_rates=0), Bearings(roller_coulomb=torque, roller_viscous=DAMPER, wheel_coulomb=3.0)]
-    options = {"duration": end, "effects": effects, "accuracy": 1e-12, **MASSLESS}
-    run = simulate(CROSS, nu=(1 / DISTANCE, 0, 0), **options)
-    nodes, weights = np.polynomial.legendre.leggauss(20)
-    spins = np.array([run.sample(end * (1 + node) / 2).contact_spin for node in nodes])
-    power = (torque * np.abs(spins) + DAMPER * spins**2).sum(axis=1)
-    assert (np.abs(spins).max(axis=1) > 1).all()
-    assert -run.ledger.contributions["roller_loss"] == pytest.approx(end / 2 * weights @ power, rel=1e-9)
 
 
 # Every body
@@ -175,11 +125,3 @@ def test_slips_are_the_roots_as_well_as_the_pull_is_known(part, drag):
 
 # Runs
 
-
-@BOTH_LAWS
-def test_beside_bearings_that_do_not_stick_contacts_do_not_slip_along_their_axles(law):
-    constants = (*GROUNDS[f"contact_{law}"].items(), ("roller_damping", DAMPER))
-    effects = ("contact", f"contact_{law}", "roller_viscous")
-    bound = kernel(CROSS, "massless", "python", constants=constants, effects=effects)
-    slip, _ = call(bound, "slip_forces", {"nu": np.array([0.3, -0.2, 0.1]), "chi": np.zeros(4), "rates": np.zeros(4)})
-    assert not slip[:, 0].any() and slip[:, 1].all()

@@ -13,9 +13,9 @@ from scipy.optimize import minimize
 
 from contact.laws import judged
 from contact.test_axles_on_the_ground import case_in_modes
+from contact.test_massless_rollers import contact_torques
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_axles import bearing_torques
-from contact.test_stuck_rollers import all_spins, contact_torques
 from omniroll import (
     Bearings,
     Contact,
@@ -166,28 +166,6 @@ def test_a_vehicle_stands_on_a_slope_until_bearings_and_ground_give(part, fricti
     assert run.nu[-1, 0] * ARM == pytest.approx(wanted, rel=1e-9, abs=1e-13 * most / mass * run.t[-1])
 
 
-@pytest.mark.parametrize("turns", [0.01, 1.0])
-def test_torques_break_axles_and_what_holds_the_other_wheels_together(turns):
-    """Two wheels push by (b t - S)/l each, and two hold by T/rho each or by the ground's friction, whichever is less.
-    Then (M + 2 J/l^2 + 2 B/rho^2) v' is the rest of it, without the rollers' inertia where these wheels slip."""
-    growth, breaks, friction, load = 2.0, 0.05, 0.3, 6.0
-    ground = Contact(law="coulomb", friction=friction, load=(load, 20.0, load, 20.0))
-    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=turns)
-    run = run_of([ground, bearings, pushed(growth)], 0.12)
-    least = min(turns / RHO, friction * load)
-    begins = (breaks + RADIUS * least) / growth
-    moving = np.flatnonzero(np.abs(run.nu[:, 0]) > 0)
-    assert run.t[moving[0] - 1] == pytest.approx(begins, rel=INSTANT)
-    rolls = turns / RHO < friction * load
-    mass = MASS + 2 * WHEEL / RADIUS**2 + 2 * ROLLER / RHO**2 * rolls
-    wanted = growth / RADIUS * (run.t[-1] - begins) ** 2 / mass
-    assert run.nu[-1, 0] * ARM == pytest.approx(wanted, rel=1e-9)
-    assert run.sticks[-1].tolist() == [rolls, True, rolls, True]
-    spin = run.contact_spin[-1, [0, 2]]
-    assert np.abs(spin) == pytest.approx(np.full(2, wanted / RHO * rolls), rel=1e-9, abs=1e-12)
-    assert np.abs(run.nu[-1, 1:]).max() <= 10 * ACCURACY * run.nu[-1, 0]
-
-
 @pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1 + 1e-6, 1.3])
 @pytest.mark.parametrize("way", [0.0, 0.3, np.pi / 4, 4.0])
 def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(way, part):
@@ -213,21 +191,6 @@ def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(way, part):
     assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= turns
 
 
-@pytest.mark.parametrize("part", [1 + 1e-7, 1.3])
-@pytest.mark.parametrize("holds", [1e6, 1e10])
-def test_ample_bearings_do_not_hide_that_contacts_slip(holds, part):
-    """What pulls at a contact is a part of 1e-10 of what such bearings could do, and less. The block lets go at its
-    static friction and slides with the lower one: v' = g (sin b - mu cos b)."""
-    angle, above = 0.25, 1.4
-    static = np.tan(angle) / part
-    ground = Contact(law="coulomb", friction=static / above, static_friction=static,
-                     normal_gravity=GRAVITY * np.cos(angle))  # fmt: skip
-    bearings = Bearings(wheel_coulomb=holds, roller_coulomb=holds)
-    run = run_of([ground, bearings, Slope(angle, 0.3, gravity=GRAVITY)], 0.02)
-    wanted = GRAVITY * np.sin(angle) * (1 - 1 / part / above) * run.t[-1]
-    assert not run.sticks.any() and np.linalg.norm(run.nu[-1, :2]) * ARM == pytest.approx(wanted, rel=1e-12)
-
-
 def test_a_push_across_the_slope_breaks_a_round_bound():
     """On a slope along y wheels 2 and 4 push along x by P = (b t - S)/l each, and 1 and 3 hold against them; each also
     holds a quarter of the weight's part G along y. So all let go at P^2 = (mu N)^2 - (G/4)^2."""
@@ -239,44 +202,6 @@ def test_a_push_across_the_slope_breaks_a_round_bound():
     push = np.sqrt((friction * MASS * gravity / 4) ** 2 - (MASS * GRAVITY * np.sin(angle) / 4) ** 2)
     moving = np.flatnonzero(np.abs(run.nu).max(axis=1) > 0)
     assert run.t[moving[0] - 1] == pytest.approx((breaks + RADIUS * push) / growth, rel=INSTANT)
-
-
-@pytest.mark.parametrize("way", [0.0, 1.0])
-def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(way):
-    """v' = -mu g: what the ellipse gives does not depend on how the wheels look."""
-    friction, speed = 0.3, 3.0
-    ground = Contact(law="coulomb", friction=friction, wheel_rates=0, contact_spins=0)
-    nu = speed * np.array([np.cos(way), np.sin(way), 0])
-    stops = ARM * speed / (friction * GRAVITY)
-    run = run_of([ground, Bearings(wheel_coulomb=HOLDS, roller_coulomb=HOLDS)], 1.3 * stops, nu=nu)
-    sticks = run.sticks.all(axis=1)
-    assert run.t[np.flatnonzero(sticks)[0]] == pytest.approx(stops, rel=INSTANT)
-    assert not run.nu[-1].any()
-    assert np.linalg.norm(run.pose[-1, :2]) == pytest.approx((ARM * speed) ** 2 / (2 * friction * GRAVITY), rel=1e-10)
-    assert -run.contributions()["ground_loss"][-1] == pytest.approx(run.energy[0], rel=1e-10)
-
-
-def test_a_vehicle_with_blocked_bearings_stops_to_turn():
-    """All rollers turn with their disks: I theta'' = -4 mu N R with the yaw inertia of the whole."""
-    friction, turn = 0.3, 2.0
-    ground = Contact(law="coulomb", friction=friction, wheel_rates=0, contact_spins=0)
-    stops = CROSS.yaw_inertia * turn / CROSS.yaw_scale / (friction * MASS * GRAVITY * ARM)
-    run = run_of([ground, Bearings(wheel_coulomb=HOLDS, roller_coulomb=HOLDS)], 1.3 * stops, nu=(0, 0, turn))
-    assert run.t[np.flatnonzero(run.sticks.all(axis=1))[0]] == pytest.approx(stops, rel=INSTANT)
-    assert not run.nu[-1].any() and np.abs(all_spins(run)).max() <= 1e-12 * turn
-
-
-def test_a_rolling_vehicle_rests_by_its_bearings():
-    """(M + 2 J/l^2 + 2 B/rho^2) v' = -2 S/l - 2 T/rho: two wheels roll on their rollers, two on their axles."""
-    breaks, turns, speed = 0.02, 0.002, 0.1
-    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=turns)
-    run = run_of([Contact(law="coulomb", friction=3.0), bearings], 0.2, nu=(speed, 0, 0))
-    mass = MASS + 2 * WHEEL / RADIUS**2 + 2 * ROLLER / RHO**2
-    stops = mass * ARM * speed / (2 * breaks / RADIUS + 2 * turns / RHO)
-    assert stops < 0.15
-    rest = np.flatnonzero(~run.nu.any(axis=1))
-    assert run.t[rest[0]] == pytest.approx(stops, rel=INSTANT)
-    assert not run.nu[-1].any() and run.sticks.all()
 
 
 # ---- forces that are not determinate ---------------------------------------------------------------------------------
@@ -353,3 +278,4 @@ def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
     run = simulate(vehicle, **options)
     assert run.stats["engine"] == "compiled"
     assert_obeys_the_laws(vehicle, run, options)
+

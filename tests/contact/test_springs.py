@@ -377,19 +377,6 @@ def test_loads_of_a_braking_vehicle_whose_contacts_stick_tend_to_those_of_rigid_
     assert np.abs(orders[1:] - 1).max() < 0.05
 
 
-@pytest.mark.parametrize("roller_model", ["massless", "free"])
-def test_friction_that_fades_below_a_small_speed_tends_to_that_which_sticks_at_first_order(roller_model):
-    """Contacts slip, come to rest and stick under loads that swing."""
-    sticks = braking_run(omniroll.Contact(law="coulomb", friction=0.2), 1e-3, 0.12, roller_model)
-    assert sticks.sticks.any() and not sticks.sticks.all()
-    distances = []
-    for speed in (1e-3, 1e-4, 1e-5):
-        ground = omniroll.Contact(law="regularised", friction=0.2, speed=speed)
-        distances.append(np.abs(braking_run(ground, 1e-3, 0.12, roller_model).nu[-1] - sticks.nu[-1]).max())
-    orders = -np.diff(np.log10(distances))
-    assert np.abs(orders - 1).max() < 0.2, distances
-
-
 def test_the_account_of_contacts_that_stick_on_springs_closes():
     for roller_model in ("massless", "free"):
         run = braking_run(omniroll.Contact(law="coulomb", friction=0.2), 1e-3, 0.12, roller_model)
@@ -465,3 +452,4 @@ def test_an_accelerometer_feels_the_tilt(law):
     assert np.abs(weight).max() > 0.02 * np.abs(read).max()
     lower = run.measure(times, omniroll.Instruments(place=place))["accelerometer"]
     assert np.abs(lower - read).max() > 1e-2 * np.abs(read).max()
+

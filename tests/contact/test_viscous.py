@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from hard.ground_anywhere import missed_on_steep_ground
 
-import omniroll
 from omniroll import Contact, InvalidValueError, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
-TOGETHER = 0.00562787126614158  # rad, of docs/ground_contact.py
 PAPER = Vehicle.paper()
 # Two wheels that face each other: what moves the vehicle across their axles, or along them, does not turn it.
 PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))
@@ -89,27 +87,6 @@ def test_rolling_with_impact_is_the_limit_of_a_strong_ground():
     assert_forces_are_those_of_rolling(runs[-1])
 
 
-def test_wheels_that_switch_together_stay_a_little_off_the_joint_projection():
-    """Two wheels that turn in opposite directions, and whose switches the impact law projects together: with slip they
-    come one after the other by a time as long as the spin-up. Their start is where rolling brings both to a joint."""
-
-    def motion(by=0.0, **options):
-        start = {"nu": (1.0, 0.35, 0.6), "chi": (0.0, TOGETHER + by, 0.0)}
-        return simulate(PAPER, **start, duration=0.5, control=False, **options)
-
-    joint, one, other = (motion(by, accuracy=1e-14) for by in (0.0, 1e-9, -1e-9))
-    assert len(set(joint.switches.t)) == 1 and joint.switches.direction.tolist() == [1, -1]
-    assert len(set(one.switches.t)) == len(set(other.switches.t)) == 2
-    found = []
-    for coefficient in (1e4, 1e5, 1e6):
-        slips = motion(accuracy=1e-11, effects=[Contact(coefficient)]).nu[-1]
-        to_joint, to_one, to_other = (np.abs(slips - run.nu[-1]).max() for run in (joint, one, other))
-        assert to_joint < 2e-6 and to_one > 2e-5 and to_other > 2e-5
-        found.append(slips)
-    stays = np.abs(found[-1] - joint.nu[-1]).max()
-    assert stays > 5e-7 and np.abs(found[-1] - found[-2]).max() < 0.2 * stays
-
-
 def assert_forces_are_those_of_rolling(run):
     """At the end, long after a switch: coefficient times slip is the reaction of rolling in that state."""
     bound = kernel(PAPER, "free", "python", effects=("reactions",))
@@ -117,15 +94,6 @@ def assert_forces_are_those_of_rolling(run):
     momenta = bound.momenta(bound.axial_speeds(nu, chi, run.spins[-1]))
     wanted = bound.call("contact_forces", nu, chi, momenta, bound.forward_dynamics(nu, chi, momenta))
     assert run.ground_force[-1] == pytest.approx(wanted, rel=1e-4, abs=1e-4 * np.abs(wanted).max())
-
-
-def test_kept_in_files(tmp_path):
-    run = simulate(PAPER, nu=(1, 0, 1), duration=0.3, effects=[Contact(40.0, wheel_rates=(1, 2, 3))], control=False)
-    for name in ("run.npz", "run.csv"):
-        run.save(tmp_path / name)
-        same = omniroll.Trajectory.load(tmp_path / name)
-        assert np.array_equal(same.slip, run.slip) and np.array_equal(same.ground_force, run.ground_force)
-        assert np.array_equal(same.sample(0.1).contact_spin, run.sample(0.1).contact_spin)
 
 
 @pytest.mark.parametrize("number", [778, 1337, 2144])
@@ -150,3 +118,4 @@ def test_what_makes_no_sense_is_refused():
     for coefficient in (-1.0, (1.0, -1.0), (1, 2, 3)):
         with pytest.raises(InvalidValueError, match="coefficient"):
             Contact(coefficient)
+

@@ -5,6 +5,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
@@ -16,6 +17,7 @@ from hard.setting import DOUBLE, ENGINES, LAWS, MODELS, PAPER, speeds_of_wheels
 from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Trajectory, Vehicle, kernel
 
 SECTION = "Input"
+SCENES = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))
 PATIENCE, ASLEEP = 60, 600  # s, for one input
 MOST_PHASES = 4  # of an accepted run, about
 

@@ -19,8 +19,8 @@ AT_REST = {"nu": (0.0, 0.0, 0.0)}
 BREAKING_AWAY = {"mass": 1e-3, "torque[1][0]": 1e-5, "times[1]": 1e-4, "wheel_coulomb[0]": 1e-5, "chi[1]": 1e-4}
 HELD_LONGER = Bearings(wheel_coulomb=0.01, wheel_break_away=0.016)
 ROLLERS = Bearings(wheel_coulomb=1e-3, roller_coulomb=2e-3, roller_break_away=4e-3)
-OF_ROLLERS = {"roller_coulomb": 1e-7, "roller_break_away": 1e-7, "wheel_radius": 1e-6, "roller_axis_radius": 1e-6}
 RUBBING = Bearings(roller_coulomb=1e-4, roller_speed=0.8, wheel_coulomb=0.003)
+OF_ROLLERS = {"roller_coulomb": 1e-7, "roller_break_away": 1e-7, "wheel_radius": 1e-6, "roller_axis_radius": 1e-6}
 
 
 def modes(run):
