@@ -11,7 +11,7 @@ from toy import derivation
 
 from codegen import last_screen
 from codegen.__main__ import main
-from codegen.derivation import Derivation, json_text
+from codegen.derivation import Derivation
 from codegen.programs import ContractError
 from codegen.rendering import render
 
@@ -54,13 +54,6 @@ def test_check_names_different_missing_and_surplus_files(toy_file, folder, capsy
 def test_check_of_an_empty_folder(toy_file, tmp_path, capsys):
     assert check(toy_file, tmp_path / "nothing") == 1
     assert "missing: c/toy.c" in capsys.readouterr().out
-
-
-def test_python_caches_are_no_surplus(toy_file, folder):
-    cache = folder / "python/__pycache__"
-    cache.mkdir()
-    (cache / "toy.pyc").write_bytes(b"")
-    assert check(toy_file, folder) == 0
 
 
 def test_a_folder_of_someone_else_is_left_alone(toy_file, tmp_path, capsys):
@@ -149,21 +142,9 @@ def test_emitted_data_can_be_derived_from_again(folder):
     assert all(again[path] == (folder / path).read_bytes() for path in again)
 
 
-def test_json_text_is_the_data():
-    data = derivation()
-    text = json_text(data)
-    assert json.loads(text) == json.loads(json.dumps(data))
-    assert max(map(len, text.splitlines())) <= 140
-
-
-def test_latex_shows_the_equation(folder):
-    text = (folder / "latex/equations.tex").read_text()
-    assert r"\frac{\sin l - \nu_1}{\rho}" in text
-    assert r"a\_b" in text
-
-
 def test_the_last_screen_of_make_is_short_and_names_what_is_there():
     shown = last_screen.screen({"setup": 1, "build": 71}).strip().splitlines()
     assert shown[0] == "==> all done in 1 min 12 s: setup 1 s, build 1 min 11 s" and len(shown) <= 14
     places = [place for line in shown if line.startswith("          ") for place in line.strip().split(", ")]
     assert len(places) == 6 and all((ROOT / place).exists() for place in places if not place.startswith("out/"))
+

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 from test_expressions import random_expression
-from toy import ARGUMENTS, FIELDS, FUNCTIONS, GROUPS, array, function, let, put, random_data, run
+from toy import ARGUMENTS, FIELDS, GROUPS, array, function, let, put, random_data, run
 
 from codegen.expressions import Symbol
 from codegen.operations import count_operations
@@ -71,7 +71,7 @@ def random_program(rng):
     return function("random", "Random.", "nu chi spins", "nu_dot chi_dot", body)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(12))
 def test_random_programs_keep_their_values(seed):
     rng = random.Random(seed)
     before = read(random_program(rng))
@@ -80,14 +80,7 @@ def test_random_programs_keep_their_values(seed):
     assert run(after, 2, 3, data) == run(before, 2, 3, data)
 
 
-@pytest.mark.parametrize("data", FUNCTIONS, ids=lambda f: f["name"])
-def test_toy_keeps_its_values(data):
-    before = read(data)
-    values = random_data(before, 3, 4, random.Random(1))
-    assert run(share(before), 3, 4, values) == run(before, 3, 4, values)
-
-
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(8))
 def test_work_never_grows(seed):
     turns = {"once": 1, "wheel": 4, "slot": 5, "roller": 20}
 
@@ -122,28 +115,10 @@ def test_what_a_loop_does_not_change_is_computed_before_it():
     assert count_operations(f)["wheel"] == {"add": 0, "mul": 1, "div": 0, "sqrt": 0, "sincos": 0, "exp": 0}
 
 
-def test_a_let_gives_its_name_to_what_it_is():
-    difference = ["+", "a", ["*", -1, "b"]]
-    f = shared([let("rho", difference), put(["nu_dot", 0], ["^", difference, 2]),
-                put(["nu_dot", 1], ["+", "b", ["*", -1, "a"]]), put(["nu_dot", 2], "rho")])  # fmt: skip
-    assert names(f.body) == ["rho"]
-    assert count_operations(f)["once"]["add"] == 1
-
-
-def test_common_factors_are_shared_across_products():
-    f = shared([put(["nu_dot", 0], ["*", "a", "b", "gain"]), put(["nu_dot", 1], ["*", "a", "b", "c"])])
-    assert names(f.body) == ["a_b"]
-
-
 def test_a_changing_accumulator_is_not_shared():
     f = shared([{"var": "s", "expr": "a"}, put(["nu_dot", 0], ["sin", "s"]), {"add": "s", "expr": "b"},
                 put(["nu_dot", 1], ["sin", "s"]), put(["nu_dot", 2], ["*", 2, ["sin", "s"]])])  # fmt: skip
     assert count_operations(f)["once"]["sincos"] == 2
-
-
-def test_a_function_names_the_groups_that_it_is_made_of():
-    function = read(next(f for f in FUNCTIONS if f["name"] == "wheel_rates"))
-    assert function.groups == ("wheel",), "a group whose steps are not needed is none of them"
 
 
 def test_steps_without_use_are_dropped():
@@ -188,3 +163,4 @@ def test_unknown_shapes_are_refused():
 def test_an_argument_without_an_entry_is_refused():
     with pytest.raises(ContractError, match="toy.f: force is not in the table of arguments"):
         read(function("f", "F.", "force", "nu_dot", []))
+

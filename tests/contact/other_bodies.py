@@ -1,6 +1,6 @@
 """Wheels with rollers at an angle or in two rows that slip: rigid bodies in all coordinates, with forces on the ground.
 
-The bodies are those of tests/mecanum and tests/rows, which know the velocity of the material point that touches the
+The bodies are those of tests/mecanum, which know the velocity of the material point that touches the
 ground. Here that point has no constraint but a force, across the roller and along it; a massless roller turns so that
 the force across it vanishes, since nothing else acts on it about its axis.
 """
@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mecanum import all_bodies
-from mecanum.vehicles import coordinates, free_places, own, platform_rates, random_bodies, vehicle_of
-from rows.test_all_bodies import Subject
+from mecanum.vehicles import contacts, coordinates, drawn, free_places, own, platform_rates
 
 from omniroll import Vehicle
 from omniroll.kernels.kernel import kernel
@@ -132,11 +131,10 @@ class Slipping:
         return kernel_in_phase(found, Carry(self.contact, np.zeros_like(self.contact)))
 
 
-def mecanum(seed, wheels, rollers, model):
+def slipping(kind, seed, wheels, rollers, model):
+    """A random vehicle whose rollers stand at angles or in two rows, all of whose wheels slip."""
     draw = np.random.default_rng(seed)
-    bodies = random_bodies(seed, wheels, rollers, model == "massless")
-    vehicle = vehicle_of(bodies, 1e-6 if model == "massless" else None)
-    nu, chi = draw.normal(size=3), draw.uniform(-1, 1, wheels) * np.pi / rollers
+    bodies, vehicle, nu, chi, _ = drawn(kind, seed, wheels, rollers, model)
     q, rates = coordinates(bodies, chi), draw.normal(size=bodies.size) * 10
     rates[:3] = platform_rates(vehicle, nu)
 
@@ -155,23 +153,7 @@ def mecanum(seed, wheels, rollers, model):
 
     places = own(bodies)
     return Slipping(
-        vehicle, model, nu, chi, np.zeros(wheels, int), q, rates, all_bodies.mass_matrix(bodies, q).real,
+        vehicle, model, nu, chi, contacts(bodies), q, rates, all_bodies.mass_matrix(bodies, q).real,
         lambda q: all_bodies.constraints(bodies, q), horizon, lambda rates: all_bodies.inertial_force(bodies, q, rates),
         places[:wheels], places[wheels:], free_places(bodies), nu_dot,
-    )  # fmt: skip
-
-
-def two_rows(seed, wheels, model):
-    subject = Subject(seed, model, wheels=wheels)
-    bodies, n, q = subject.bodies, subject.vehicle.rollers_per_wheel, subject.turned
-    rates = subject.random.normal(size=bodies.size) * 10
-    cosine, sine = np.cos(q[2]), np.sin(q[2])
-    rates[:2] = subject.radius * np.array([[cosine, -sine], [sine, cosine]]) @ subject.nu[:2]
-    rates[2] = subject.nu[2] / subject.scale
-    contacts = [bodies.phi(i, c) for i, c in enumerate(subject.contact)]
-    frees = [bodies.phi(i, (c + j) % n) for i, c in enumerate(subject.contact) for j in range(1, n)]
-    return Slipping(
-        subject.vehicle, model, subject.nu, subject.chi, subject.contact, q, rates, bodies.mass(q),
-        lambda q: bodies.held(q, subject.contact), lambda _: np.tile([0.0, 1.0], (wheels, 1)),
-        lambda rates: bodies.slopes(q, rates), [3 + i for i in range(wheels)], contacts, frees, subject.nu_dot,
     )  # fmt: skip

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from contact.other_bodies import mecanum, two_rows
+from contact.other_bodies import slipping
 from omniroll.results.accelerations import call_named
 
 CLOSE = 1e-10  # of the largest number
@@ -33,11 +33,9 @@ LAWS = {
     ),
 }  # fmt: skip
 SUBJECTS = {
-    **{
-        f"mecanum {seed}": (lambda model, seed=seed: mecanum(seed, 2 + seed, 3 + 2 * seed, model)) for seed in (1, 2, 3)
-    },
-    **{f"rows {seed}": (lambda model, seed=seed: two_rows(40 + seed, 3 + seed, model)) for seed in (0, 1, 2)},
-}
+    f"{kind} {seed}": (lambda model, kind=kind, seed=seed: slipping(kind, seed, 2 + seed, 3 + 2 * seed, model))
+    for kind in ("mecanum", "rows") for seed in (1, 2, 3)
+}  # fmt: skip
 
 
 def assert_close(found, wanted):

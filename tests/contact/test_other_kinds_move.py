@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from contact.other_bodies import mecanum, two_rows
+from contact.other_bodies import slipping
 from omniroll import Contact, InvalidValueError, TorqueTable, Vehicle, simulate
 from omniroll.results.accelerations import call_named
 
@@ -79,7 +79,7 @@ def test_slip_tends_to_rolling_as_the_ground_grows_strong(kind):
 @pytest.mark.parametrize("model", ["massless", "free"])
 @pytest.mark.parametrize("what", ["roller_angle", "row_offset"])
 def test_small_angles_and_offsets_tend_to_the_omni_wheel(what, model):
-    case = mecanum(2, 4, 7, model) if what == "roller_angle" else two_rows(41, 4, model)
+    case = slipping("mecanum" if what == "roller_angle" else "rows", 2, 4, 7, model)
     damping = {"ground_damping": (3.7, 1.9)}
     known, found = case.known() | {"torque": np.ones(4)}, []
     for size in (0.0, 1e-6, 2e-6):

@@ -1,4 +1,5 @@
-"""A mecanum vehicle as what it is: rigid bodies, in all coordinates, with points that touch the ground without slip.
+"""A vehicle as what it is: rigid bodies, in all coordinates, with points that touch the ground without slip. Rollers
+stand at angles to their disks, or alternate in two rows.
 
 Nothing here comes from the derivation. A roller is the envelope of the spheres on its axis that touch the ground while
 the wheel's centre stays at its height; the contact is the lowest point of these. A wheel that stands on its joint
@@ -20,7 +21,11 @@ STEP = 1e-30
 
 @dataclass(frozen=True)
 class Bodies:
-    """Masses in kg, lengths in m, inertias in kg m^2; places, angles and angles of rollers by wheel."""
+    """Masses in kg, lengths in m, inertias in kg m^2; places, angles and angles of rollers by wheel.
+
+    row_offset  how far outward rollers of even numbers stand, and inward the others
+    contact     by wheel, the number of the roller that touches the ground, which is roller 0 in the coordinates
+    """
 
     places: np.ndarray
     axles: np.ndarray
@@ -31,6 +36,8 @@ class Bodies:
     platform: tuple[float, float] = (9.0, 0.35)
     hub: tuple[float, float, float] = (0.4, 9e-4, 5e-4)
     roller: tuple[float, float, float] = (0.03, 2.5e-6, 4e-6)
+    row_offset: float = 0.0
+    contact: Sequence[int] | None = None
 
     @property
     def wheels(self) -> int:
@@ -39,6 +46,10 @@ class Bodies:
     @property
     def size(self) -> int:
         return 3 + self.wheels * (1 + self.rollers)
+
+    def aside(self, wheel: int, roller: int) -> float:
+        """How far outward a roller stands."""
+        return self.row_offset * (-1) ** (roller + (0 if self.contact is None else int(self.contact[wheel])))
 
     def place(self, wheel: int, roller: int = -1) -> int:
         """Where a wheel's angle, or that of one of its rollers, stands among the coordinates."""
@@ -60,7 +71,8 @@ def _roller(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> tuple[np.ndarr
     axle, across, _ = _frame(bodies, q, wheel)
     beta, psi = q[bodies.place(wheel)] + 2 * np.pi * j / bodies.rollers, bodies.roller_angles[wheel]
     axis = np.cos(psi) * (np.cos(beta) * across + np.sin(beta) * UP) + np.sin(psi) * axle
-    return axis, -bodies.axis_radius * (np.cos(beta) * UP - np.sin(beta) * across)
+    middle = -bodies.axis_radius * (np.cos(beta) * UP - np.sin(beta) * across)
+    return axis, middle + bodies.aside(wheel, j) * axle
 
 
 def _moving(bodies: Bodies, arm: np.ndarray, axle: np.ndarray, wheel: int, own: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Random mecanum vehicles, as bodies and as Vehicle, with states of both."""
+"""Random vehicles with rollers at angles, or in two rows, as bodies and as Vehicle, with states of both."""
 
 from collections.abc import Sequence
 
@@ -21,16 +21,47 @@ def random_bodies(seed: int, wheels: int, rollers: int, is_massless: bool = Fals
     )  # fmt: skip
 
 
+def random_rows(seed: int, wheels: int, rollers: int, is_massless: bool = False) -> Bodies:
+    draw, rollers = np.random.default_rng(seed), rollers + rollers % 2
+    radius = draw.uniform(0.04, 0.08)
+    axis = radius * draw.uniform(0.6, 0.9) * np.cos(np.pi / rollers)
+    return Bodies(
+        draw.normal(0, 0.2, (wheels, 2)), 2 * np.pi * np.arange(wheels) / wheels + draw.normal(0, 0.2, wheels),
+        np.zeros(wheels), rollers, radius, axis, roller=(0.03, 0.0 if is_massless else 2.5e-6, 4e-6),
+        row_offset=float(draw.choice((1, -1)) * radius * draw.uniform(0.1, 0.8)),
+        contact=draw.integers(0, rollers, wheels),
+    )  # fmt: skip
+
+
+KINDS = {"mecanum": random_bodies, "rows": random_rows}
+
+
+def drawn(kind: str, seed: int, wheels: int, rollers: int, model: str):
+    """Bodies, vehicle, nu, chi and spins of the free rollers."""
+    draw = np.random.default_rng(1000 + seed)
+    bodies = KINDS[kind](seed, wheels, rollers, model == "massless")
+    vehicle = vehicle_of(bodies, 1e-6 if model == "massless" else None)
+    nu, chi = draw.normal(size=3), draw.uniform(-1, 1, wheels) * np.pi / bodies.rollers
+    spins = draw.normal(size=(wheels, bodies.rollers - 1)) * (20 if model == "free" else 0)
+    return bodies, vehicle, nu, chi, spins
+
+
+def contacts(bodies: Bodies) -> np.ndarray:
+    return np.zeros(bodies.wheels, int) if bodies.contact is None else np.asarray(bodies.contact)
+
+
 def vehicle_of(bodies: Bodies, roller_inertia: float | None = None) -> Vehicle:
     """Its numbers are entries of the mass matrix of the bodies."""
     mass = mass_matrix(bodies, np.zeros(bodies.size)).real
     axial = bodies.roller[1] if roller_inertia is None else roller_inertia
+    kind = {"rows": 2, "row_offset": bodies.row_offset} if bodies.row_offset else {
+        "roller_angle": tuple(bodies.roller_angles)}  # fmt: skip
     return Vehicle(
         wheels=bodies.wheels, rollers_per_wheel=bodies.rollers, mass=mass[0, 0], yaw_inertia=mass[2, 2],
         wheel_inertia=mass[bodies.place(0), bodies.place(0)], roller_inertia=axial, platform_radius=0.3,
         wheel_radius=bodies.wheel_radius, roller_axis_radius=bodies.axis_radius, yaw_scale=1.7,
         wheel_angles=tuple(bodies.axles), wheel_places=tuple(map(tuple, bodies.places)),
-        center_of_mass=(mass[1, 2] / mass[0, 0], -mass[0, 2] / mass[0, 0]), roller_angle=tuple(bodies.roller_angles),
+        center_of_mass=(mass[1, 2] / mass[0, 0], -mass[0, 2] / mass[0, 0]), **kind,
     )  # fmt: skip
 
 

@@ -1,70 +1,65 @@
 """Runs on two rows of rollers: switches, wheels that stand on their joint, what goes with them and what does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from mecanum.all_bodies import after_impact, mass_matrix
+from mecanum.vehicles import coordinates, drawn, free_places, platform_rates, rolling_rates
 
 import omniroll
 from omniroll.errors import InvalidValueError
 from rows import reversals
-from rows.test_all_bodies import Subject
 
 DURATION = 2.0
+SEEDS = (41, 44, 47, 48)  # in which wheels stand
 
 
-def free_run(subject, **options):
-    return omniroll.simulate(
-        subject.vehicle, nu=subject.nu, chi=0.3 * np.pi / subject.vehicle.rollers_per_wheel, duration=DURATION,
-        roller_model=subject.model, **{"control": False, "accuracy": 1e-10} | options,
+def free_run(seed, model, **options):
+    """Bodies with two rows and their run, in which wheels reverse while the vehicle turns."""
+    bodies, vehicle, *_ = drawn("rows", seed, 3 + seed % 2, 6, model)
+    run = omniroll.simulate(
+        vehicle, nu=(1.2, -0.8, 1.5 * vehicle.yaw_scale), chi=0.3 * np.pi / bodies.rollers, duration=DURATION,
+        roller_model=model, **{"control": False, "accuracy": 1e-10} | options,
     )  # fmt: skip
+    return bodies, run
 
 
-def speeds(subject, run, row):
-    """All coordinates and their rates in a row of a run; the roller that is about to enter keeps its spin."""
-    n, count = subject.vehicle.rollers_per_wheel, subject.vehicle.wheels
-    q = np.zeros(subject.bodies.size)
-    q[:3], contact = run.pose[row], run.contact[row]
-    q[3 : 3 + count] = run.chi[row] - 2 * np.pi * contact / n
-    spins = np.zeros((count, n))
-    if run.spins is not None:
-        for i, c in enumerate(contact):
-            spins[i] = np.roll(np.append(0, run.spins[row, i]), c)
-    pivots = run.pivots[row]
-    qdot = subject.bodies.rolling(q, contact, run.nu[row], spins, subject.radius, subject.scale, pivots)
-    return q, qdot, contact, pivots
+def bodies_in(bodies, run, row):
+    """The bodies in a row of a run, the rates of all coordinates, and which wheels stand."""
+    here, stands = replace(bodies, contact=run.contact[row]), np.flatnonzero(run.pivots[row])
+    spins = np.zeros((bodies.wheels, bodies.rollers - 1)) if run.spins is None else run.spins[row]
+    return here, rolling_rates(here, run.vehicle, run.nu[row], run.chi[row], spins, stands), stands
 
 
 @pytest.mark.parametrize("model", reversals.MODELS)
 def test_every_change_is_the_impact_of_all_bodies(model):
     """Wheels that pass on, that stop and that go on, as they come in runs."""
     seen = set()
-    for seed in range(4):
-        subject = turning(Subject(40 + seed, model, wheels=3 + seed % 2))
-        run = free_run(subject)
+    for seed in SEEDS:
+        bodies, run = free_run(seed, model)
         for row in np.flatnonzero(np.diff(run.elapsed) == 0):
-            q, before, *_ = speeds(subject, run, row)
-            _, after, contact, pivots = speeds(subject, run, row + 1)
-            wanted = subject.bodies.after_impact(q, before, contact, pivots, locked=model != "free")
-            subject.q = q
-            size = np.abs(run.nu[row]).max()
-            assert np.abs(subject.nu_of(wanted) - run.nu[row + 1]).max() < 1e-10 * size
-            energy = subject.bodies.energy(q, before)
-            loss = energy - subject.bodies.energy(q, wanted)
-            assert abs(loss - subject.bodies.energy(q, before - wanted)) < 1e-12 * energy
-            assert abs(run.energy[row] - run.energy[row + 1] - loss) < 1e-11 * energy
-            seen |= set((pivots - run.pivots[row]).tolist())
+            _, before, _ = bodies_in(bodies, run, row)
+            here, _, stands = bodies_in(bodies, run, row + 1)
+            for wheel in range(bodies.wheels):  # the roller that comes is roller 0 now
+                places = [bodies.place(wheel, j) for j in range(bodies.rollers)]
+                before[places] = np.roll(before[places], run.contact[row, wheel] - run.contact[row + 1, wheel])
+            q = coordinates(here, run.chi[row + 1])
+            wanted = after_impact(here, q, before, [] if model == "free" else free_places(here), stands)
+            size, mass = np.abs(run.nu[row]).max(), mass_matrix(here, q).real
+            found = platform_rates(run.vehicle, run.nu[row + 1])
+            assert np.abs(wanted[:3] - found).max() < 1e-10 * size
+            energy, left, lost = (rates @ mass @ rates / 2 for rates in (before, wanted, before - wanted))
+            assert abs(energy - left - lost) < 1e-12 * energy
+            assert abs(run.energy[row] - run.energy[row + 1] - lost) < 1e-11 * energy
+            seen |= set((run.pivots[row + 1] - run.pivots[row]).tolist())
     assert seen == {-1, 0, 1}
-
-
-def turning(subject):
-    """The subject with speeds at which its wheels reverse while it turns."""
-    subject.nu = np.array([1.2, -0.8, 1.5 * subject.scale])
-    return subject
 
 
 @pytest.mark.parametrize("model", reversals.MODELS)
 @pytest.mark.parametrize("law", ["impact", "smooth"])
 def test_energy_stays_in_a_phase(model, law):
-    run = free_run(turning(Subject(42, model, wheels=3)), switching=law, accuracy=1e-13)
+    _, run = free_run(SEEDS[0], model, switching=law, accuracy=1e-13)
     assert run.pivots.any()
     assert run.stats["phase_energy_drift"] < 1e-13
 
@@ -73,19 +68,18 @@ def test_energy_stays_in_a_phase(model, law):
 def test_a_wheel_stands_while_both_rows_push_it_back(model):
     """By the velocity of its middle: from where its roller brings it to the joint to where a row lets it go."""
     stood, let_go = 0, 0
-    for seed in range(4):
-        subject = turning(Subject(40 + seed, model, wheels=3 + seed % 2))
-        run, d = free_run(subject), subject.vehicle.row_offset
-        angles, places = subject.bodies.angles, subject.bodies.places
-        across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)
-        yaw = run.nu[:, 2:] / subject.scale
-        moved = np.stack([subject.radius * run.nu[:, :1] - yaw * places[:, 1],
-                          subject.radius * run.nu[:, 1:2] + yaw * places[:, 0]], axis=-1)  # fmt: skip
-        ratio = (moved * across).sum(axis=-1) / (d * yaw)
+    for seed in SEEDS:
+        bodies, run = free_run(seed, model)
+        vehicle, places = run.vehicle, bodies.places
+        across = np.stack([-np.sin(bodies.axles), np.cos(bodies.axles)], axis=-1)
+        yaw = run.nu[:, 2:] / vehicle.yaw_scale
+        moved = np.stack([vehicle.platform_radius * run.nu[:, :1] - yaw * places[:, 1],
+                          vehicle.platform_radius * run.nu[:, 1:2] + yaw * places[:, 0]], axis=-1)  # fmt: skip
+        ratio = (moved * across).sum(axis=-1) / (vehicle.row_offset * yaw)
         stands = run.pivots > 0
         for row in (run.step_rows, run.step_rows + 1):  # others are between two changes at one instant
             assert (np.abs(ratio[row][stands[run.step_rows]]) < 1 + 1e-8).all()
-        assert (np.abs(run.chi[stands]) == np.pi / subject.vehicle.rollers_per_wheel).all()
+        assert (np.abs(run.chi[stands]) == np.pi / bodies.rollers).all()
         changes = run.step_rows[:-1] + 1
         changes = changes[(np.diff(run.contact + 99 * stands, axis=0)[changes] != 0).sum(axis=1) == 1]
         ends = stands[changes] & ~stands[changes + 1]  # of one wheel alone, at the end of a step
@@ -143,10 +137,8 @@ def test_rows_close_together_are_one_row(model):
 
 
 def test_a_session_a_table_and_a_file_know_the_rows(tmp_path):
-    subject = turning(Subject(42, "free", wheels=3))
-    run = free_run(subject)
-    session = omniroll.Session(subject.vehicle, nu=subject.nu, chi=0.3 * np.pi / subject.vehicle.rollers_per_wheel,
-                               accuracy=1e-10, driven=False)  # fmt: skip
+    _, run = free_run(SEEDS[0], "free")
+    session = omniroll.Session(run.vehicle, nu=run.nu[0], chi=run.chi[0], accuracy=1e-10, driven=False)
     for _ in range(20):
         session.step(DURATION / 20)
         sample = run.sample(session.time)
