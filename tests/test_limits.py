@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from oracle import lagrange
-from oracle.balls import exact, working_precision
 from oracle.bridge import error, project_vehicle
 from oracle.lagrange import MODELS
 from oracle.states import ordinary_vehicle, random_state, random_vehicle, time_for_switches
@@ -47,42 +45,6 @@ def test_light_rollers_tend_to_massless_ones(model):
         ]
         assert np.abs(steps[1] - 2 * steps[0]).max() <= 1e-5 * np.abs(steps[1]).max()
         assert np.abs(steps[0]).max() <= 2e-3 * np.abs(steps[2]).max()
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_accelerations_do_no_work(model):
-    """dT/dt = 0: energy of the oracle differentiated along the accelerations of the project."""
-    rng = np.random.default_rng(3)
-    for wheels, rollers in ((2, 3), (3, 5), (4, 9), (6, 60)):
-        vehicle = random_vehicle(rng, wheels, rollers)
-        nu, chi, spins = random_state(rng, vehicle)
-        nu_dot, spins_dot = accelerations(vehicle, nu, chi, spins, model)
-        parts = power(vehicle, (nu, chi, spins), (nu_dot, spins_dot), model)
-        assert abs(sum(parts)) <= 1e-12 * sum(map(abs, parts))
-
-
-@working_precision
-def power(vehicle, state, rates, model):
-    """The parts of dT/dt that come from nu_dot_k, from the wheels' turning, and from spins_dot."""
-    nu, chi, spins = ([exact(v) for v in np.ravel(part)] for part in state)
-    count, n, step = vehicle.wheels, vehicle.rollers_per_wheel, exact("1e-25")
-    turning = lagrange.speeds(vehicle, nu, chi, None, model=model).chi
-
-    def slope(kind, push):
-        def energy(h):
-            moved = [list(nu), list(chi), list(spins)]
-            moved[kind] = [v + h * p for v, p in zip(moved[kind], push, strict=True)]
-            shaped = [moved[2][i * (n - 1) : (i + 1) * (n - 1)] for i in range(count)]
-            dq = lagrange.speeds(vehicle, moved[0], moved[1], shaped, model=model)
-            return lagrange.kinetic_energy(vehicle, exact(0), moved[1], dq, model=model)
-
-        return float((energy(step) - energy(-step)) / (2 * step))
-
-    parts = [slope(0, [exact(rates[0][k]) if k == m else exact(0) for m in range(3)]) for k in range(3)]
-    parts.append(slope(1, turning))
-    if model == "free":
-        parts.append(slope(2, [exact(v) for v in np.ravel(rates[1])]))
-    return parts
 
 
 def regular(rng, wheels, rollers=6):
@@ -169,3 +131,4 @@ def test_motions_with_light_rollers_tend_to_massless_ones(model, switching):
     steps = [end(model, k * light) - massless for k in (1, 2)]
     assert np.abs(steps[1] - 2 * steps[0]).max() <= 1e-3 * np.abs(steps[1]).max()
     assert np.abs(steps[0]).max() >= 1e-8  # it is there to be seen
+

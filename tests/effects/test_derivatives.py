@@ -133,73 +133,6 @@ def test_those_of_the_momenta_under_friction():
             agree([by_own[wheel][which]], [found["momenta_dot_by_momenta"][wheel][which]])
 
 
-@working_precision
-def of_direction(model, effects, function, seed=7):
-    """A function along a random direction, the model held: its slopes, and those that its twin `..._along` gives."""
-    vehicle, known = state_of(model, effects)
-    rng = np.random.default_rng(seed)
-    known |= {"entering": rng.normal(size=3), "leaving": rng.normal(size=3)}
-    module, prepared = prepared_kernel(vehicle, model, effects, known)
-    form = "_sharp" if function.endswith("_sharp") else ""
-    names = inputs_of(model, effects, function)
-    ways = [rng.normal(size=np.shape(known[name])) for name in names]
-
-    def along(value, way):
-        return [along(v, w) for v, w in zip(value, way, strict=True)] if np.ndim(value) else line(
-            exact(float(value)), exact(float(way)))  # fmt: skip
-
-    def flat(value):
-        return [x for v in value for x in flat(v)] if isinstance(value, (list, tuple)) else [value]
-
-    wanted = getattr(module, function)(prepared, *map(along, (known[name] for name in names), ways))
-    twin = getattr(module, f"{function.removesuffix(form)}_along{form}")
-    found = twin(prepared, *(balls(known[name]) for name in names), *map(balls, ways))
-    assert len(found) == 2 * (len(wanted) if isinstance(wanted, tuple) else 1)
-    wanted = flat(wanted)
-    return flat(found)[len(wanted) :], [coefficient(value, 1) for value in wanted]
-
-
-@pytest.mark.parametrize("form", ["", "_sharp"])
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("effects", [("drive",), ALL], ids=["drive", "all"])
-def test_slopes_in_a_direction(model, effects, form):
-    """Of what passes a switch, and of the derivatives: second derivatives."""
-    asked = (*effects, "derivatives", "second_derivatives")
-    there = [f["name"] for f in sets.functions(model, asked)]
-    for name in ("impact", "contact_axial", "wheel_rates", "forward_dynamics_derivatives", "rate_derivatives"):
-        if f"{name}_along{form}" in there:
-            agree(*of_direction(model, asked, name + form))
-    assert (f"impact_along{form}" in there) == (model != "massless")
-    assert f"forward_dynamics_derivatives_along{form}" in there or (form and model == "massless")
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_in_doubles_they_keep_their_digits(model):
-    """Against the same in balls: 64 roundings times the condition of M*."""
-    for seed in range(6):
-        vehicle, known = state_of(model, ALL, seed)
-        exactly = derivatives(vehicle, known, model, ALL)
-        effects = (*ALL, "derivatives")
-        module = sets.python_module(model, effects)
-        entry = next(f for f in sets.functions(model, effects) if f["name"] == "prepare")
-        names = [a["name"] for a in entry["arguments"] if a["role"] == "in"]
-        given = known | {
-            "wheel_angles": vehicle.wheel_angles, "wheel_places": vehicle.places, "center_of_mass": vehicle.offset,
-        }  # fmt: skip
-        prepared = module.prepare(
-            vehicle.wheels, vehicle.rollers_per_wheel,
-            *(np.asarray(given[n] if n in given else float(vehicle.number(n))).tolist() for n in names),
-        )  # fmt: skip
-        function = "forward_dynamics_derivatives"
-        inputs = [np.asarray(known[n]).tolist() for n in inputs_of(model, effects, function)]
-        rounded = outputs_of(model, effects, function, module.forward_dynamics_derivatives(prepared, *inputs))
-        condition = np.linalg.cond(np.array(module.mass_matrix(prepared, inputs[1])))
-        for name, values in rounded.items():
-            wanted = np.array([float(v) for v in np.ravel(exactly[name])])
-            error = np.abs(np.ravel(values) - wanted).max()
-            assert error <= 64 * EPS * condition * max(np.abs(wanted).max(), 1e-300), name
-
-
 @pytest.mark.parametrize("form", ["", "_sharp"])
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("effects", [(), ALL], ids=["bare", "all"])
@@ -221,3 +154,4 @@ def test_they_cost_at_most_six_times_the_accelerations(model, effects, form):
 @pytest.mark.parametrize("effects", [(), ALL], ids=["bare", "all"])
 def test_a_set_that_was_not_asked_for_them_has_none(effects):
     assert not [f["name"] for f in sets.functions("free", effects) if "derivatives" in f["name"]]
+

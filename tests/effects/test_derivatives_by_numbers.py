@@ -148,15 +148,6 @@ def assert_digits_kept(states, name, functions):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model, effects, numbers", [SETS[1], EVERY[2], EVERY[5]])
-def test_they_keep_their_digits_where_tips_are_sharp(model, effects, numbers):
-    name = rounding.set_key(f"{model}_sharp", asked(effects, numbers))
-    states = sample(73, 12, 3, 5, closest_tip=1e-9)
-    states = with_effects(states.at(np.flatnonzero(states.sharpness() > SHARP)), name, 173)
-    assert_digits_kept(states, name, ("forward_dynamics_derivatives", "forward_dynamics_by_numbers"))
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("model", ["locked", "free"])
 def test_so_do_those_of_places_and_damping_and_of_impacts(model):
     """The pull at a contact and the wheels that do not switch: both are lost in differences of large numbers."""
@@ -176,22 +167,6 @@ def test_so_do_those_of_places_and_damping_and_of_impacts(model):
 def test_the_derivatives_keep_their_digits_beside_light_wheels(effects, number):
     name = rounding.set_key("massless", asked(effects, (number,)))
     assert_digits_kept(with_effects(sample(73, 100, 3, 5), name, 173), name, ("forward_dynamics_by_numbers",))
-
-
-LENGTHS = ("platform_radius", "roller_axis_radius", "wheel_radius")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("model, effects", [
-    ("locked", ("motor",)), ("free", ("axle_coulomb",)), ("massless", ("roller_viscous",)),
-    ("massless", ("layout", "motor")), ("free", ("layout", "axle_viscous")), ("locked", ("layout", "roller_viscous")),
-])  # fmt: skip
-def test_so_do_those_by_lengths_where_one_follows_from_the_others(model, effects):
-    numbers = {*LENGTHS, "yaw_scale"} & numbers_of(model, (*effects, "derivatives")).keys()
-    name = rounding.set_key(model, asked(effects, numbers))
-    states = sample(73, 100, 3, 5)
-    states = with_effects(states.at(np.flatnonzero(states.sharpness() <= SHARP)), name, 173)
-    assert_digits_kept(states, name, ("forward_dynamics_by_numbers",))
 
 
 def moved_by_masses(effects):
@@ -293,3 +268,4 @@ def test_both_kernels_have_every_number(model, effects, numbers):
     found, expected = (outputs(part, name)[function] for outputs in (compiled_on_demand, python_kernels))
     assert found.any() and len(part)
     assert (np.abs(found - expected) <= 64 * EPS["double"] * np.abs(expected).max(axis=0)).all()
+

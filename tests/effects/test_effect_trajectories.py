@@ -60,14 +60,6 @@ def test_samples_between_rows_are_the_motion(name):
         np.testing.assert_allclose(getattr(found, field), getattr(wanted, field), atol=1e-6, err_msg=field)
 
 
-def test_samples_at_rows_are_rows():
-    run = simulate(PAPER, **START, duration=1, accuracy=1e-9, effects=SETS["viscous"], control=False)
-    last = np.searchsorted(run.t, run.t, side="right") - 1
-    found = run.sample(run.t)
-    for field in ("nu", "chi", "pose", "spins", "contact_spin", "energy"):
-        assert (getattr(found, field) == getattr(run, field)[last]).all(), field
-
-
 # Files
 
 
@@ -153,3 +145,4 @@ def test_progress_is_told_and_times_are_exact():
     samples = 0.07 * np.arange(math.ceil(1 / 0.07))
     assert all((run.elapsed == sample).any() for sample in samples)
     assert run.t[-1] == 101.0
+
