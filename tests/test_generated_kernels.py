@@ -39,11 +39,7 @@ class Case:
         self.rng, self.vehicle = rng, random_vehicle(rng, wheels, rollers)
         nu, chi, spins = random_state(rng, self.vehicle)
         as_numbers = lambda values: [numbers(float(v)) for v in values]  # noqa: E731
-        self.nu, self.chi, self.spins = (
-            as_numbers(nu),
-            as_numbers(chi),
-            [as_numbers(wheel) for wheel in spins],
-        )
+        self.nu, self.chi, self.spins = (as_numbers(nu), as_numbers(chi), [as_numbers(wheel) for wheel in spins])
         fields = self.vehicle.fields()
         angles = as_numbers(fields.pop("wheel_angles"))
         wanted = inspect.signature(self.module.prepare).parameters  # massless rollers have no inertia

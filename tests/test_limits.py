@@ -131,4 +131,3 @@ def test_motions_with_light_rollers_tend_to_massless_ones(model, switching):
     steps = [end(model, k * light) - massless for k in (1, 2)]
     assert np.abs(steps[1] - 2 * steps[0]).max() <= 1e-3 * np.abs(steps[1]).max()
     assert np.abs(steps[0]).max() >= 1e-8  # it is there to be seen
-

@@ -200,4 +200,3 @@ def test_wheels_placed_anywhere_roll():
         assert abs(float(beta.cos() * hub[0] + beta.sin() * hub[1] - rho * dq.phi[i][0])) <= 1e-50
         forward = beta.cos() * hub[1] - beta.sin() * hub[0]
         assert abs(float(forward + vehicle.number("wheel_radius") * dq.chi[i])) <= 1e-50
-

@@ -99,4 +99,3 @@ def test_motions_scale_in_time(model, scale):
     first = simulate(vehicle, nu, chi, spins, model, "impact", duration)
     other = simulate(vehicle, scale * nu, chi, scale * spins, model, "impact", duration / scale)
     assert error(vehicle, nu, other.pose[-1], other.nu[-1] / scale, first.pose[-1], first.nu[-1]) <= 2e-10
-

@@ -13,15 +13,7 @@ from omniroll.studies.accuracy.acting import Acting
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.mechanics import Mechanics
 from omniroll.studies.accuracy.peers import outcome_of
-from omniroll.studies.accuracy.reference import (
-    Extrapolated,
-    Reference,
-    Taylor,
-    confirmed,
-    digits,
-    extended,
-    follow,
-)
+from omniroll.studies.accuracy.reference import Extrapolated, Reference, Taylor, confirmed, digits, extended, follow
 
 pytestmark = pytest.mark.long
 

@@ -15,11 +15,7 @@ def coordinate_rates(vehicle, nu, spins, theta, chi, sin, cos):
     places = vehicle.rollers_per_wheel - 1
     R, l, r = vehicle.platform_radius, vehicle.wheel_radius, vehicle.roller_axis_radius  # noqa: E741
     yaw_rate = nu[2] / vehicle.yaw_scale
-    rates = [
-        R * (nu[0] * cos(theta) - nu[1] * sin(theta)),
-        R * (nu[0] * sin(theta) + nu[1] * cos(theta)),
-        yaw_rate,
-    ]
+    rates = [R * (nu[0] * cos(theta) - nu[1] * sin(theta)), R * (nu[0] * sin(theta) + nu[1] * cos(theta)), yaw_rate]
     for alpha in vehicle.wheel_angles:
         rates.append(R / l * (nu[0] * math.sin(alpha) - nu[1] * math.cos(alpha) - yaw_rate))
     for i, alpha in enumerate(vehicle.wheel_angles):

@@ -131,13 +131,7 @@ def casadi_generic(folder, vehicle, solver):
     w, q = casadi.vertcat(first, second), casadi.vertcat(theta, chi)
     rates = casadi.vertcat(
         *coordinate_rates(
-            vehicle,
-            casadi.vertsplit(nu),
-            casadi.vertsplit(spins),
-            theta,
-            casadi.vertsplit(chi),
-            casadi.sin,
-            casadi.cos,
+            vehicle, casadi.vertsplit(nu), casadi.vertsplit(spins), theta, casadi.vertsplit(chi), casadi.sin, casadi.cos
         )
     )
     v = casadi.SX.sym("v", rates.numel())

@@ -142,4 +142,3 @@ def test_comments_carry_counts_units_and_equations(files, toy_folder):
     assert "Operations: once" in header and "Intermediates:" in header
     texts = [header, files.source, (toy_folder / "c/toy.c").read_text()]
     assert max(len(line) for text in texts for line in text.splitlines()) <= 120
-

@@ -147,4 +147,3 @@ def test_the_last_screen_of_make_is_short_and_names_what_is_there():
     assert shown[0] == "==> all done in 1 min 12 s: setup 1 s, build 1 min 11 s" and len(shown) <= 14
     places = [place for line in shown if line.startswith("          ") for place in line.strip().split(", ")]
     assert len(places) == 6 and all((ROOT / place).exists() for place in places if not place.startswith("out/"))
-

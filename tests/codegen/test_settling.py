@@ -136,4 +136,3 @@ def test_sums_follow_from_their_slopes_where_numbers_grow_together(seed):
     assert plain == short and len(plain) == 3
     added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
     assert added[0] - added[1] == {"s", "t"} and added[0] >= set("stuv")
-

@@ -122,14 +122,7 @@ def test_a_changing_accumulator_is_not_shared():
 
 
 def test_steps_without_use_are_dropped():
-    f = shared(
-        [
-            let("x", ["sin", "a"]),
-            {"var": "s", "expr": "x"},
-            {"add": "s", "expr": "b"},
-            put(["nu_dot", 0], "a"),
-        ]
-    )
+    f = shared([let("x", ["sin", "a"]), {"var": "s", "expr": "x"}, {"add": "s", "expr": "b"}, put(["nu_dot", 0], "a")])
     assert [step.kind for step in steps(f.body)] == ["load", "put"]
 
 
@@ -163,4 +156,3 @@ def test_unknown_shapes_are_refused():
 def test_an_argument_without_an_entry_is_refused():
     with pytest.raises(ContractError, match="toy.f: force is not in the table of arguments"):
         read(function("f", "F.", "force", "nu_dot", []))
-

@@ -162,4 +162,3 @@ def compiled(source: Path) -> None:
     command = ["pdflatex", "-interaction=nonstopmode", f"-output-directory={source.parent}", source]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     assert done.returncode == 0 and re.findall("Overfull.*", done.stdout) == []
-

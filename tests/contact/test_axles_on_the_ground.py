@@ -160,4 +160,3 @@ def test_indeterminate_forces_are_those_of_least_norm():
     z = np.linalg.lstsq(rows[free], force[free], rcond=None)[0]
     assert np.clip(rows @ z, low, high) == pytest.approx(force, abs=1e-9) and (~free).any()
     assert bearing_torques(run)[-1] == pytest.approx(-torque - vehicle.wheel_radius * force, abs=1e-12)
-

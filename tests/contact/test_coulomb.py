@@ -154,4 +154,3 @@ def test_heavy_rollers_make_the_forces_of_sticking_contacts_determinate(wheels):
     assert np.linalg.svd(rows, compute_uv=False).min() >= least * (1 - 1e-12) > 0
     if wheels > 1:  # without these speeds of their own they would not be: a rolling platform has three
         assert np.linalg.matrix_rank(rows[:, :3]) < 2 * wheels
-

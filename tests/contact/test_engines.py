@@ -22,10 +22,7 @@ GROUNDS = {
     "coulomb": Contact(law="coulomb", friction=(0.3, 0.5), normal_gravity=GRAVITY, wheel_rates=(20, -10, 5)),
 }
 # The general sets have rollers that stick beside friction that fades, and axles that stick beside both.
-BEARINGS = {
-    "no friction": [],
-    "fading": [Bearings(wheel_coulomb=2e-3, roller_coulomb=2e-4, roller_speed=0.5)],
-}
+BEARINGS = {"no friction": [], "fading": [Bearings(wheel_coulomb=2e-3, roller_coulomb=2e-4, roller_speed=0.5)]}
 
 
 def slipping_task(law, bearings="no friction"):

@@ -31,8 +31,7 @@ STOPS = pytest.mark.xfail(
 
 
 @pytest.mark.parametrize(
-    "accuracy, engine",
-    [(1e-13, "compiled"), (1e-14, "specialised"), pytest.param(1e-14, "compiled", marks=STOPS)],
+    "accuracy, engine", [(1e-13, "compiled"), (1e-14, "specialised"), pytest.param(1e-14, "compiled", marks=STOPS)]
 )
 def test_a_contact_lets_go_beside_one_that_sticks_and_one_that_slips(accuracy, engine):
     """The run stopped 5e-6 s later, where the slip was 2e-11 m/s: it would have needed 1e11 steps. At 1e-14, which is

@@ -6,33 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from contact.test_newton_euler import (
-    DAMPING,
-    FADE_SPEED,
-    FRICTION,
-    LOAD,
-    MODELS,
-)
-from omniroll import (
-    Bearings,
-    Contact,
-    InvalidValueError,
-    Motor,
-    Slope,
-    Torque,
-    Vehicle,
-    linearise,
-    simulate,
-)
+from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LOAD, MODELS
+from omniroll import Bearings, Contact, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise, simulate
 from omniroll.kernels.kernel import kernel
 
 VEHICLE = Vehicle.paper()
 GROUNDS = {"viscous": Contact(DAMPING), "regularised": Contact(law="regularised", friction=FRICTION, speed=FADE_SPEED,
            load=LOAD)}  # fmt: skip
-LEVEL = {
-    "viscous": Contact(30),
-    "regularised": Contact(law="regularised", friction=(0.6, 0.4), speed=0.05),
-}
+LEVEL = {"viscous": Contact(30), "regularised": Contact(law="regularised", friction=(0.6, 0.4), speed=0.05)}
 BEARINGS = Bearings(wheel_viscous=1e-3, wheel_coulomb=2e-3, wheel_speed=0.5, roller_coulomb=1e-4, roller_speed=2.0)
 
 
@@ -146,4 +127,3 @@ def test_a_slope_enters_by_the_heading():
     heading = tilted.states.index("pose[2]")
     assert np.abs(tilted.A[:2, heading]) == pytest.approx(np.abs(slope), rel=1e-12)
     assert not level.A[:3, heading].any()
-

@@ -191,4 +191,3 @@ def assert_free_rollers_tend_to_it(vehicle, options):
 @pytest.mark.parametrize("number", [0, 3])
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
     assert_free_rollers_tend_to_it(*scene(number))
-

@@ -247,4 +247,3 @@ def assert_free_rollers_tend_to_it(end, **of_loads):
 
 def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
     assert_free_rollers_tend_to_it(0.03)
-

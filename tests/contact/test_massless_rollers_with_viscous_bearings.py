@@ -9,16 +9,7 @@ import pytest
 from mpmath import mp, mpf
 from reactions.test_newton_euler import call
 
-from contact.test_massless_rollers import (
-    CROSS,
-    DISTANCE,
-    INSTANT,
-    MASS,
-    MASSLESS,
-    RHO,
-    contact_torques,
-    first_row,
-)
+from contact.test_massless_rollers import CROSS, DISTANCE, INSTANT, MASS, MASSLESS, RHO, contact_torques, first_row
 from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LOAD
 from omniroll import Bearings, Contact, Slope, simulate
 from omniroll.kernels.kernel import kernel
@@ -124,4 +115,3 @@ def test_slips_are_the_roots_as_well_as_the_pull_is_known(part, drag):
 
 
 # Runs
-

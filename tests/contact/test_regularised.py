@@ -68,4 +68,3 @@ def test_what_makes_no_sense_is_refused():
         with pytest.raises(InvalidValueError) as caught:
             simulate(vehicle, nu=(0, 0, 0), duration=0.1, effects=effects)
         assert caught.value.field == field
-

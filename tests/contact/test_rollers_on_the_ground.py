@@ -16,14 +16,7 @@ from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_massless_rollers import contact_torques
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_axles import bearing_torques
-from omniroll import (
-    Bearings,
-    Contact,
-    Slope,
-    TorqueTable,
-    Vehicle,
-    simulate,
-)
+from omniroll import Bearings, Contact, Slope, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 
 CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
@@ -278,4 +271,3 @@ def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
     run = simulate(vehicle, **options)
     assert run.stats["engine"] == "compiled"
     assert_obeys_the_laws(vehicle, run, options)
-

@@ -21,9 +21,7 @@ NEAR_EVENTS = {
     "beside axles": ("massless", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
     "beside axles and rollers": ("free", [GROUND, ALL_HELD, RISING], (0.0, 0.0, 0.0)),
 }
-NEXT_TO_EVENTS = NEAR_EVENTS | {
-    "beside axles, free": ("free", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
-}
+NEXT_TO_EVENTS = NEAR_EVENTS | {"beside axles, free": ("free", [GROUND, HELD, RISING], (0.0, 0.0, 0.0))}
 
 
 def run_with_events(options):

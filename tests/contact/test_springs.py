@@ -452,4 +452,3 @@ def test_an_accelerometer_feels_the_tilt(law):
     assert np.abs(weight).max() > 0.02 * np.abs(read).max()
     lower = run.measure(times, omniroll.Instruments(place=place))["accelerometer"]
     assert np.abs(lower - read).max() > 1e-2 * np.abs(read).max()
-

@@ -87,4 +87,3 @@ def test_every_effect_at_once_agrees_with_every_body(model):
     found = by_kernel(case, sticks, rng.normal(size=(3, 2)), OTHERS, tuple(constants.items()), **inputs)
     forces = acting(case, constants, inputs)
     assert_same(case, sticks, working_precision(forces)(case.speeds()), found)
-

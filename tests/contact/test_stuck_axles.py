@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 
 from contact.test_newton_euler import MODELS
-from omniroll import (
-    Bearings,
-    Contact,
-    TorqueTable,
-    Vehicle,
-    simulate,
-)
+from omniroll import Bearings, Contact, TorqueTable, Vehicle, simulate
 
 CROSS = Vehicle.paper(4, 5)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
 RADIUS, INERTIA = CROSS.wheel_radius, CROSS.wheel_inertia
@@ -60,4 +54,3 @@ def test_a_growing_torque_breaks_an_axle_away():
     assert bearing_torques(run)[row, 0] == pytest.approx(-breaks, rel=1e-11)
     assert bearing_torques(run)[row + 1, 0] == -sliding
     assert 0.2 < stops < 0.4 and not run.quantity("rates")[-1, 0]
-

@@ -10,12 +10,7 @@ from reactions.newton_euler import Acting, position, solve
 from reactions.test_newton_euler import call
 
 from contact.test_newton_euler import DAMPING, RELATIVE, by_bodies, slipping_case, viscous
-from omniroll import (
-    Bearings,
-    Contact,
-    Vehicle,
-    simulate,
-)
+from omniroll import Bearings, Contact, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 
 CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
@@ -89,4 +84,3 @@ def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, ro
     scale = np.abs(by_body).max()
     assert spin_dot == pytest.approx(by_body, rel=RELATIVE, abs=RELATIVE * scale)
     assert not spin_dot[sticks].any() and np.abs(by_body[sticks]).max() <= RELATIVE * scale
-

@@ -118,4 +118,3 @@ def test_what_makes_no_sense_is_refused():
     for coefficient in (-1.0, (1.0, -1.0), (1, 2, 3)):
         with pytest.raises(InvalidValueError, match="coefficient"):
             Contact(coefficient)
-

@@ -13,10 +13,7 @@ from .counting import Count, counted
 KNOTS, PUSH = np.arange(21), np.array([0.03, -0.02, 0.01])  # N m
 DRIVE = TorqueTable(tuple(KNOTS / 20), (-1.0) ** KNOTS[:, None] * PUSH)
 ROUGH = {"law": "coulomb", "friction": 5.0}
-STICKING = {
-    "rolling": (),
-    "static loads": (Contact(**ROUGH),),
-}
+STICKING = {"rolling": (), "static loads": (Contact(**ROUGH),)}
 MODELS = ("massless", "free")
 LAWS = {
     "viscous, 3 N s/m": {"coefficient": 3.0},

@@ -154,4 +154,3 @@ def test_they_cost_at_most_six_times_the_accelerations(model, effects, form):
 @pytest.mark.parametrize("effects", [(), ALL], ids=["bare", "all"])
 def test_a_set_that_was_not_asked_for_them_has_none(effects):
     assert not [f["name"] for f in sets.functions("free", effects) if "derivatives" in f["name"]]
-

@@ -268,4 +268,3 @@ def test_both_kernels_have_every_number(model, effects, numbers):
     found, expected = (outputs(part, name)[function] for outputs in (compiled_on_demand, python_kernels))
     assert found.any() and len(part)
     assert (np.abs(found - expected) <= 64 * EPS["double"] * np.abs(expected).max(axis=0)).all()
-

@@ -233,4 +233,3 @@ def test_axial_speeds_after_a_while():
     )
     for got, want in zip(flat(found), flat(after), strict=True):
         assert abs(float(got - want)) < CLOSE
-

@@ -158,4 +158,3 @@ def test_both_backends_of_a_set_made_on_demand():
     assert compiled.effects == python.effects == ("drive", "slope")  # the registry's order
     found = [k.forward_dynamics(*STATE, [0.1, 0.2, 0.3], 0.4) for k in (compiled, python)]
     np.testing.assert_allclose(*found, rtol=1e-13)
-

@@ -145,4 +145,3 @@ def test_progress_is_told_and_times_are_exact():
     samples = 0.07 * np.arange(math.ceil(1 / 0.07))
     assert all((run.elapsed == sample).any() for sample in samples)
     assert run.t[-1] == 101.0
-

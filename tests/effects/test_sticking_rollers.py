@@ -7,16 +7,7 @@ the corpus, and the motion to Moreau's scheme in contact/test_time_stepping.py.
 import numpy as np
 import pytest
 
-from omniroll import (
-    Bearings,
-    Instruments,
-    InvalidValueError,
-    Torque,
-    Vehicle,
-    linearise,
-    reactions,
-    simulate,
-)
+from omniroll import Bearings, Instruments, InvalidValueError, Torque, Vehicle, linearise, reactions, simulate
 from omniroll.results.accelerations import torques_of_free_rollers, with_accelerations
 from omniroll.results.reactions import modes_of_free_rollers
 

@@ -8,17 +8,7 @@ import numpy as np
 from hard import naive_kernels
 from hard.builds import MOTION, ROUNDINGS, SETS, Build
 from hard.case import Case, Measurement, Scale
-from hard.kernel_errors import (
-    BOUND,
-    BULK,
-    BULK_BOUND,
-    EPS,
-    REFERENCE,
-    Bench,
-    compiled_kernels,
-    measurements,
-    worst,
-)
+from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, REFERENCE, Bench, compiled_kernels, measurements, worst
 from hard.kernels import kept_states
 from hard.sampling import Sample, sample
 

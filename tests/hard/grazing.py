@@ -8,17 +8,7 @@ import numpy as np
 
 from hard import naive, true_flow
 from hard.case import Case, Measurement, Scale
-from hard.setting import (
-    ENGINES,
-    EPS,
-    JOINT,
-    LAWS,
-    MODELS,
-    Setting,
-    accelerations_of_wheels,
-    settings,
-    speeds_of_wheels,
-)
+from hard.setting import ENGINES, EPS, JOINT, LAWS, MODELS, Setting, accelerations_of_wheels, settings, speeds_of_wheels
 from omniroll.engine.runs import Task
 
 SECTION = "Switches"

@@ -201,5 +201,5 @@ CASES = [
         naive="takes an iteration for settled whose ratios of change take turns: speeds miss ten times the accuracy",
         promise="the ledger closes within the accuracy, and the speeds are those of a finer run",
         run=steep,
-    ),
+    )
 ]

@@ -121,5 +121,5 @@ CASES = [
         naive="decides what sticks before a controller has been asked for its first sample",
         promise="all end, laws of friction hold in each row, the ledger closes, sessions and sweeps end where runs do",
         run=everywhere,
-    ),
+    )
 ]

@@ -103,5 +103,5 @@ CASES = [
         naive="makes a run of its own of each step: wheels closer than tau switch at its end, where tau begins anew",
         promise="the motion is that of one run",
         run=lambda scale: around_every_event(scale) + before_two_switches(scale),
-    ),
+    )
 ]

@@ -194,5 +194,5 @@ CASES = [
         promise="the closed forms: uniform slowing down and rest; held at the torque that holds; no impact takes "
         "energy where all rollers rest on their disks; a free roller breaks away where its disk asks for more",
         run=everything,
-    ),
+    )
 ]

@@ -11,11 +11,7 @@ RATES = {"thousands of switches in a second": 1500.0, "one switch in an hour": 1
 
 
 def random_start(random: np.random.Generator) -> dict:
-    return {
-        "nu": random.normal(size=3),
-        "chi": random.uniform(-JOINT, JOINT, 3),
-        "spins": random.normal(size=(3, 4)),
-    }
+    return {"nu": random.normal(size=3), "chi": random.uniform(-JOINT, JOINT, 3), "spins": random.normal(size=(3, 4))}
 
 
 def against_the_true_flow(scale: Scale) -> list[Measurement]:

@@ -8,14 +8,7 @@ import pytest
 from omniroll.kernels.kernel import kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.accelerations import call_named
-from tests.mecanum.all_bodies import (
-    accelerations,
-    after_impact,
-    height_of_contact,
-    inertial_force,
-    mass_matrix,
-    pushes,
-)
+from tests.mecanum.all_bodies import accelerations, after_impact, height_of_contact, inertial_force, mass_matrix, pushes
 from tests.mecanum.vehicles import KINDS, contacts, coordinates, drawn, free_places, own, platform_rates, rolling_rates
 
 MODELS = ("massless", "locked", "free")
@@ -46,8 +39,9 @@ def found_accelerations(bound, nu, chi, spins, torque):
 
 @each_kind
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize(("seed", "wheels", "rollers", "backend"),
-                         [(*sizes, ("python", "compiled")[sizes[0] % 2]) for sizes in SIZES])
+@pytest.mark.parametrize(
+    ("seed", "wheels", "rollers", "backend"), [(*sizes, ("python", "compiled")[sizes[0] % 2]) for sizes in SIZES]
+)
 def test_rates_energy_and_accelerations_are_those_of_the_bodies(kind, seed, wheels, rollers, model, backend):
     bodies, vehicle, nu, chi, spins = drawn(kind, seed, wheels, rollers, model)
     bound, q = in_phase(kernel(vehicle, model, backend, effects=("drive",)), bodies), coordinates(bodies, chi)

@@ -125,7 +125,6 @@ def kinetic_energy(parts, q, dq):
     return twice / 2
 
 
-
 @working_precision
 def inertias(parts):
     """M, I_S, J, B: twice the kinetic energy for a unit speed of x, theta, chi_1, phi_11 at rest
@@ -138,9 +137,4 @@ def inertias(parts):
         values = [exact(int(k == m)) for m in range(size)]
         return 2 * kinetic_energy(parts, Speeds.shaped(count, n, [exact(0)] * size), Speeds.shaped(count, n, values))
 
-    return {
-        "mass": twice(0),
-        "yaw_inertia": twice(2),
-        "wheel_inertia": twice(3),
-        "roller_inertia": twice(3 + count),
-    }
+    return {"mass": twice(0), "yaw_inertia": twice(2), "wheel_inertia": twice(3), "roller_inertia": twice(3 + count)}

@@ -100,7 +100,4 @@ def contact_speeds(vehicle, i, theta, chi, platform):
     given = add(*(times(s, columns[name]) for s, name in zip(platform, ("x", "y", "theta"), strict=True)))
     disk, roller = columns["chi"], columns["phi"]
     det = disk[0] * roller[1] - disk[1] * roller[0]
-    return (
-        (given[1] * roller[0] - given[0] * roller[1]) / det,
-        (given[0] * disk[1] - given[1] * disk[0]) / det,
-    )
+    return ((given[1] * roller[0] - given[0] * roller[1]) / det, (given[0] * disk[1] - given[1] * disk[0]) / det)

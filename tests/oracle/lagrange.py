@@ -236,10 +236,7 @@ def accelerations(vehicle, nu, chi, spins=None, *, model="free", theta=0, forces
     theta, chi = exact(theta), [exact(c) for c in chi]
     dq = speeds(vehicle, nu, chi, spins, model=model, theta=theta)
     forces = forces.map(exact) if forces else None
-    theta_ahead, chi_ahead = (
-        line(theta, dq.theta),
-        [line(c, rate) for c, rate in zip(chi, dq.chi, strict=True)],
-    )
+    theta_ahead, chi_ahead = (line(theta, dq.theta), [line(c, rate) for c, rate in zip(chi, dq.chi, strict=True)])
     system = System(vehicle, theta, chi, dq, theta_ahead, chi_ahead, model, forces)
     keys = system.keys()
     right = arb_mat([[coefficient(system.right.get(key, arb(0)), 0)] for key in keys])
@@ -320,10 +317,7 @@ def dense_accelerations(vehicle, nu, chi, spins=None, *, model="free", theta=0, 
     ahead = line(theta, speed.theta), [line(c, rate) for c, rate in zip(chi, speed.chi, strict=True)]
     mass_rate = series_derivative(mass_matrix(vehicle, *ahead, model=model))
     rows_series = constraint_matrix(vehicle, *ahead, model=model)
-    rows, rows_rate = (
-        [[coefficient(v, 0) for v in row] for row in rows_series],
-        series_derivative(rows_series),
-    )
+    rows, rows_rate = ([[coefficient(v, 0) for v in row] for row in rows_series], series_derivative(rows_series))
     force = forces.map(exact).flat() if forces else [arb(0)] * size
     right = [force[a] - sum(mass_rate[a][b] * dq[b] for b in range(size)) for a in range(size)]
     for a in range(2, 3 + vehicle.wheels):  # Mq depends on theta and chi only

@@ -70,15 +70,7 @@ def solve(vehicle, start, duration, model, law, digits=DIGITS, order=32):
     state = taylor.start(vehicle, **start, model=model)
     times = [duration * k / 4 for k in range(1, 4)]
     motion = taylor.simulate(
-        vehicle,
-        state,
-        duration,
-        model=model,
-        law=law,
-        digits=digits,
-        order=order,
-        times=times,
-        together="1e-15",
+        vehicle, state, duration, model=model, law=law, digits=digits, order=order, times=times, together="1e-15"
     )
     return {
         "end": row(vehicle, motion.end, model),
@@ -102,14 +94,7 @@ def cases():
         fields |= {"wheel_angles": list(vehicle.wheel_angles), "rollers_per_wheel": vehicle.rollers_per_wheel}
         for model, law in PAIRS:
             print(name, model, law, file=sys.stderr)
-            given = {
-                "name": name,
-                "model": model,
-                "law": law,
-                "vehicle": fields,
-                "start": start,
-                "duration": duration,
-            }
+            given = {"name": name, "model": model, "law": law, "vehicle": fields, "start": start, "duration": duration}
             yield given | solve(vehicle, start, duration, model, law)
 
 

@@ -70,10 +70,7 @@ class OracleVehicle:
         """The same vehicle with its wheels numbered in another order."""
         pick = lambda values: None if values is None else tuple(values[k] for k in order)  # noqa: E731
         return replace(
-            self,
-            wheel_angles=pick(self.wheel_angles),
-            places=pick(self.places),
-            axle_angles=pick(self.axle_angles),
+            self, wheel_angles=pick(self.wheel_angles), places=pick(self.places), axle_angles=pick(self.axle_angles)
         )
 
     def fields(self):

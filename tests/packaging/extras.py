@@ -28,17 +28,15 @@ PROGRAMS = {  # of each extra: what needs a package, and which; the programs beg
         "pictures of fits": ("matplotlib", FITTED),
     },
     "accuracy": {
-        "references": ("flint", "from omniroll.studies.accuracy import reference\nreference.flint_module()\n"),
+        "references": ("flint", "from omniroll.studies.accuracy import reference\nreference.flint_module()\n")
     },
-    "control": {
-        "to_control": ("control", "omniroll.linearise(omniroll.Vehicle.paper(), nu=(1, 0, 0)).to_control()\n"),
-    },
+    "control": {"to_control": ("control", "omniroll.linearise(omniroll.Vehicle.paper(), nu=(1, 0, 0)).to_control()\n")},
     "gymnasium": {
         "omniroll.gym": (
             "gymnasium",
             "import omniroll.gym, gymnasium\nenv = gymnasium.make('omniroll/Twist-v0')\nenv.reset(seed=1)\n"
             "env.step(env.action_space.sample())\n",
-        ),
+        )
     },
     "mujoco": {
         "import_vehicle": (
@@ -52,7 +50,7 @@ PROGRAMS = {  # of each extra: what needs a package, and which; the programs beg
             "rosbags",
             "open('log.mcap', 'wb').close()\ntry:\n    omniroll.Log.read('log.mcap')\n"
             "except omniroll.errors.LogError as error:\n    assert 'rosbags reads' in str(error)\n",
-        ),
+        )
     },
     "tables": {
         "to_pandas": ("pandas", RUN + "run.to_pandas()\n"),

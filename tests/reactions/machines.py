@@ -8,17 +8,7 @@ from oracle.balls import exact, working_precision
 from oracle.bodies import Solid
 
 import omniroll
-from reactions.newton_euler import (
-    Acting,
-    Machine,
-    centre_of_mass,
-    energy,
-    position,
-    rolling,
-    solve,
-    total_mass,
-    unit,
-)
+from reactions.newton_euler import Acting, Machine, centre_of_mass, energy, position, rolling, solve, total_mass, unit
 
 
 def solid(mass, axial, transverse):
@@ -74,10 +64,7 @@ def vehicle_of(machine, *, scale=0.15, yaw_scale=1.3, has_layout=False):
     places = np.array(machine.places, float)
     layout = {}
     if has_layout:
-        layout = {
-            "wheel_places": machine.places,
-            "center_of_mass": [float(c) for c in centre_of_mass(machine)[:2]],
-        }
+        layout = {"wheel_places": machine.places, "center_of_mass": [float(c) for c in centre_of_mass(machine)[:2]]}
     else:
         scale = float(np.hypot(*places[0]))
     return omniroll.Vehicle(

@@ -29,10 +29,7 @@ def test_both_engines_give_the_same_switches_and_motion(wheels, rollers, model, 
         Vehicle.paper(wheels, rollers)
         if rollers > 3
         else PAPER.replace(
-            wheels=wheels,
-            rollers_per_wheel=rollers,
-            wheel_angles=(0.3, 2.0)[:wheels],
-            roller_axis_radius=0.03,
+            wheels=wheels, rollers_per_wheel=rollers, wheel_angles=(0.3, 2.0)[:wheels], roller_axis_radius=0.03
         )
     )
     start, spins = random_start(rng, vehicle)

@@ -146,13 +146,7 @@ def test_out_of_reach_is_said():
 @pytest.mark.parametrize("engine", ["compiled", "python"])
 def test_progress_is_reported(engine):
     seen = []
-    simulate(
-        PAPER,
-        nu=(1, 0, 1),
-        duration=2,
-        engine=engine,
-        progress=lambda done, whole: seen.append((done, whole)),
-    )
+    simulate(PAPER, nu=(1, 0, 1), duration=2, engine=engine, progress=lambda done, whole: seen.append((done, whole)))
     assert seen == sorted(seen) and seen[-1] == (2, 2)
     assert engine == "compiled" or len(seen) > 3
 

@@ -49,10 +49,7 @@ IN_SERIES = {
 }  # massless rollers that stick
 # They let go and stop, and contacts come to rest, let go and stand.
 SLIDING, LIGHT = replace(COULOMB, wheel_rates=(3, -2, 1)), Bearings(roller_coulomb=0.02, roller_break_away=0.03)
-SKID = {
-    "roller_model": "massless",
-    "effects": [SLIDING, LIGHT],
-}
+SKID = {"roller_model": "massless", "effects": [SLIDING, LIGHT]}
 PULL = replace(TO_AND_FRO, torque=tuple(tuple(12 * x for x in row) for row in TO_AND_FRO.torque))
 IN_SERIES |= {
     "in series, coulomb, skid, no drive": SKID,

@@ -32,10 +32,7 @@ SCENES = {
     "sticking contacts": ("massless", (STICKING, BRAKED)),
     "sticking contacts, free": ("free", (STICKING, BRAKED)),
 }
-SAME = {
-    "sticking contacts": ("massless", (BRAKED,)),
-    "sticking contacts, free": ("free", (BRAKED,)),
-}
+SAME = {"sticking contacts": ("massless", (BRAKED,)), "sticking contacts, free": ("free", (BRAKED,))}
 
 
 def scene_of(rollers, effects):

@@ -222,4 +222,3 @@ def test_a_trajectory_that_was_read_says_that_files_keep_no_derivatives(ending, 
             again.sensitivity("mass")
     with pytest.raises(InvalidValueError, match="not asked"):
         pickle.loads(pickle.dumps(Case().run())).sensitivity("mass")
-

@@ -15,10 +15,7 @@ axe = pytest.importorskip(
     "axe_playwright_python.sync_playwright", reason="axe is missing: make test-viewer installs it"
 )
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [
-    pytest.mark.long,
-    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
-]
+pytestmark = [pytest.mark.long, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
 QUIET = ("--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
 SIZES = {"desk": {"width": 900, "height": 560}, "phone": {"width": 390, "height": 780}}
 DRIVER = "GL Driver Message"  # the browser's own word on a machine without a GPU, of every page with WebGL
