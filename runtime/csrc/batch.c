@@ -4,7 +4,9 @@
  * Arrays are structures of arrays: component k of vehicle v stands at [k*count + v]. Each chi is on its roller,
  * |chi| <= pi/n. The constants are one vehicle's (shared), or stand in blocks of sixteen vehicles, so that a block
  * reads one piece of memory: a model in lanes and its arrays after each other, aligned to 128 bytes, the last block
- * filled up with the last vehicle. */
+ * filled up with the last vehicle.
+ *
+ * For sets without effects alone: others need inputs that this has no place for. */
 #if defined __GNUC__ && !defined __clang__
 #pragma GCC optimize ("no-ivopts")          /* a pointer for each array takes the registers that addresses need */
 #endif
@@ -15,8 +17,6 @@
 
 #include "engine.h"
 #include "engine_set.h"
-
-#if !SET_IS_ACTED_ON                        /* a set of effects needs inputs that this has no place for */
 
 /* Lanes anywhere in an array, aligned as its doubles are. */
 typedef lanes_t lanes_in_array_t __attribute__((aligned(8), may_alias));
@@ -36,7 +36,7 @@ ALWAYS_INLINE lanes_t load(const double *from)
 /* nu' of sixteen vehicles. */
 ALWAYS_INLINE void block(const int wheels, const lanes_model *constants, arrays_t at)
 {
-    lanes_t nu[3], chi[MOST_WHEELS], nu_dot[3];
+    lanes_t nu[3], chi[MOST_WHEELS], momenta[2*MOST_WHEELS], nu_dot[3];
     WITH_WHEELS(constants, wheels);
     UNROLLED
     for (int k = 0; k < 3; k++)
@@ -44,12 +44,9 @@ ALWAYS_INLINE void block(const int wheels, const lanes_model *constants, arrays_
     UNROLLED
     for (int i = 0; i < wheels; i++)
         chi[i] = load(at.chi + i*at.stride);
-#ifdef LANES_HAS_MOMENTA
-    lanes_t momenta[2*MOST_WHEELS];
     UNROLLED
-    for (int k = 0; k < 2*wheels; k++)
+    for (int k = 0; k < SET_HAS_MOMENTA*2*wheels; k++)
         momenta[k] = load(at.momenta + k*at.stride);
-#endif
     SOLVED(forward_dynamics)(constants, nu, chi MOMENTA(momenta), nu_dot);
     UNROLLED
     for (int k = 0; k < 3; k++)
@@ -68,9 +65,8 @@ ALWAYS_INLINE void blocks(const int wheels, const lanes_t *constants, long long 
     for (long long left = at.stride; left >= LANES; left -= LANES) {
         block(wheels, (const lanes_model *)constants, at);
         at.nu += LANES, at.chi += LANES, at.nu_dot += LANES;
-#ifdef LANES_HAS_MOMENTA
-        at.momenta += LANES;
-#endif
+        if (SET_HAS_MOMENTA)
+            at.momenta += LANES;
         constants += next;
     }
 }
@@ -134,5 +130,3 @@ static void rest(const int wheels, const lanes_t *constants, arrays_t at)
         for (int lane = 0; lane < left; lane++)
             at.nu_dot[(k + 1)*at.stride - left + lane] = nu_dot[k*LANES + lane];
 }
-
-#endif

@@ -17,12 +17,6 @@
             __builtin_unreachable(); \
     } while (0)
 
-#ifdef LANES_HAS_MOMENTA
-#define MOMENTA(momenta) , momenta
-#else
-#define MOMENTA(momenta)
-#endif
-
 /* A library is compiled for one number of wheels, whose loops it unrolls, or for any number. */
 #ifdef OMNIROLL_WHEELS
 #define MOST_WHEELS OMNIROLL_WHEELS

@@ -147,10 +147,11 @@ static void put_modes_of(const variations_t *w, const change_t *e, int which)
 
 #include "deviations/standing.c"
 
-#if SET_SERIES_ALONE
-/* What the ground would ask of massless rollers if they stuck, at the point, and how that moves. */
+/* What the ground would ask of massless rollers if they stuck, at the point, and how that moves. Beside contacts that may
+ * stick their spins have other arguments, and the ground's forces say it. */
 static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
 {
+#if !SET_STRIPS
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
     lanes_t spin[MOST_WHEELS], spin_moved[MOST_WHEELS], none[MOST_WHEELS] = {{0}}, sticks[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
@@ -158,8 +159,9 @@ static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
     set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, sticks, w->along,
                          w->along + chi, w->along + POINT_CORE, none, none, spin, w->bearings.holding + wheels,
                          spin_moved, w->bearings.holding + 3*wheels);
-}
 #endif
+    (void)w, (void)v;
+}
 
 /* The rates then, with the accelerations of the bearings and what holds those that stick. */
 static void rates_of_change(const variations_t *w, const change_t *e, int which, lanes_t *rate, double *dot,
@@ -181,9 +183,8 @@ static void rates_of_change(const variations_t *w, const change_t *e, int which,
 #endif
     (void)modes;
     rates_at_point(w, row, rate);
-#if SET_SERIES_ALONE
-    put_asked_in_series(w, w->vehicle);
-#endif
+    if (SET_SERIES_ALONE)
+        put_asked_in_series(w, w->vehicle);
     const point_t at = point_of(w, w->vehicle, w->point);
     for (int k = 0; k < MOST_OWN(w); k++)
         dot[k] = own_dot(w, &at, k, 0), asked[k] = own_asked(w, &at, k);

@@ -201,9 +201,8 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->contacts.yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->contacts.yielding);
 #endif
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
-#if SET_SLIPS
-    put_own_rates(w);
-#endif
+    if (SET_SLIPS)
+        put_own_rates(w);
 #if SET_GATHERS
     prepare_spins(w);
 #endif

@@ -72,9 +72,8 @@ static void move_along(const variations_t *w, long long row, int column, const l
     turn_pushes(w, row, model, &at, &along);
 #endif
     rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
-#if SET_SERIES_ALONE
-    put_asked_in_series(w, at.vehicle);
-#endif
+    if (SET_SERIES_ALONE)
+        put_asked_in_series(w, at.vehicle);
 }
 
 /* List the contacts that let go, then the bearings that break away, as units: of a contact one for both components.

@@ -30,13 +30,13 @@ static double *row_of(const variations_t *w, long long row)
 ALWAYS_INLINE void wheel_rates_at(const variations_t *w, const lanes_t *point, lanes_t *rate)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-#if SET_SLIPS
-    memcpy(rate, point + POINT_CORE, wheels*sizeof *rate);
-#else
     lanes_t moved[MOST_WHEELS];
     const lanes_t still[3] = {{0}};
-    set_wheel_speeds_along(wheels, w->vehicle, point, still, rate, moved);
-#endif
+    if (SET_SLIPS)
+        memcpy(rate, point + POINT_CORE, wheels*sizeof *rate);
+    else
+        set_wheel_speeds_along(wheels, w->vehicle, point, still, rate, moved);
+    (void)still, (void)moved;
 }
 
 /* The rates of all that deviates at the point, which is the state in a row; of the row itself what contacts do. */

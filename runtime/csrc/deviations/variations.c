@@ -360,7 +360,6 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 #endif
 }
 
-#if SET_SLIPS
 /* The wheels' rates are numbers of the core, whatever the vehicle's are. */
 static void put_own_rates(variations_t *w)
 {
@@ -369,8 +368,8 @@ static void put_own_rates(variations_t *w)
     for (int i = 0; i < w->wheels; i++)
         w->carries[i][3 + i] = 1;
 }
-#else
-/* The same of the wheels' rates, which are linear in nu, with constants. */
+
+/* The same of wheels that roll, whose rates are linear in nu, with constants. */
 static void slopes_of_wheels(variations_t *w, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels);
@@ -390,7 +389,6 @@ static void slopes_of_wheels(variations_t *w, int b)
         }
     }
 }
-#endif
 
 /* The same of the rates of the pose. */
 NEVER_INLINE void slopes_of_pose(variations_t *w, int b)
@@ -682,9 +680,8 @@ static void put_slopes(variations_t *w, long long step, long long row)
     for (int b = 0; b < w->blocks; b++) {
         put_point(w, step, row, b);
         slopes_of_core(w, row, b);
-#if !SET_SLIPS
-        slopes_of_wheels(w, b);
-#endif
+        if (!SET_SLIPS)
+            slopes_of_wheels(w, b);
         slopes_of_pose(w, b);
     }
 #if SET_GRIPS

@@ -13,15 +13,12 @@
  * beside what acts without these forces. Theirs are a_k = mobility_k y_k + s_k yaw'' + given_k, those of the others
  * have yaw_rows s^T y_apart more; their sets are intervals. They are eliminated one by one.
  *
- * Nothing is allocated: the caller gives friction_memory() bytes. */
+ * Nothing is allocated: the caller gives friction_memory() bytes. Who compiles these files says with FRICTION_LINKAGE who
+ * sees their functions: `static inline` as a part of an engine, nothing as a library. */
 #ifndef OMNIROLL_FRICTION_ELEMENTS_H
 #define OMNIROLL_FRICTION_ELEMENTS_H
 
 #include <stddef.h>
-
-#ifndef FRICTION_LINKAGE
-#define FRICTION_LINKAGE
-#endif
 
 typedef enum {
     FRICTION_FIXED,             /* any force: the rows never move                                          */

@@ -2,10 +2,6 @@
 #ifndef OMNIROLL_FRICTION_ELIMINATION_H
 #define OMNIROLL_FRICTION_ELIMINATION_H
 
-#ifndef FRICTION_LINKAGE
-#define FRICTION_LINKAGE
-#endif
-
 /* A square matrix, factored in its place by Gauss's elimination with the largest pivots of all. */
 typedef struct {
     int size, rank;

@@ -25,7 +25,8 @@ static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
 /* The loads at this instant, where they follow from the motion, and which contacts carry one. */
 static void find_loads(const omniroll_run_t *run, const work_t *work)
 {
-#if SET_LOADS_FOLLOW
+    if (!SET_LOADS_FOLLOW)
+        return;
     lanes_t tilt[3], tilt_rate[3], presses[MOST_WHEELS], load[MOST_WHEELS], margin[MOST_WHEELS], rise[MOST_WHEELS];
     for (int k = 0; k < 3; k++) {
         tilt[k] = lanes_of(run->core[tilt_at(run->wheels) + k]);
@@ -41,8 +42,6 @@ static void find_loads(const omniroll_run_t *run, const work_t *work)
         work->load[i] = lanes_of(grip->load);
     }
     (void)margin, (void)rise;
-#endif
-    (void)run, (void)work;
 }
 
 /* The slopes of the rates by heave and tilt at this instant, by differences; forces of contacts that slip go

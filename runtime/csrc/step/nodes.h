@@ -2,11 +2,7 @@
 #ifndef OMNIROLL_NODES_H
 #define OMNIROLL_NODES_H
 
-#if SET_IS_COUPLED
-#include "radau.h"                  /* slip decays far faster than the vehicle moves */
-#else
-#include "gauss.h"
-#endif
+#include SET_QUADRATURE
 
 #include <math.h>
 

@@ -26,7 +26,8 @@ PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops", "-fno-math-errno")
 THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
 QUICK = ("-O1", "-fexpensive-optimizations")  # 60 % of its time; of two levels the last one holds
-ENGINE_SOURCES = ("run.c", "batch.c")
+ENGINE_SOURCES = ("run.c",)
+BATCH_SOURCES = (*ENGINE_SOURCES, "batch.c")  # of a set without effects
 VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
 # What a general set has of the friction of rollers on their disks, and of the ground. It solves for the same numbers as
 # each set that it stands for, but for free rollers without friction on the smooth ground. A smooth law of a bearing
@@ -218,6 +219,7 @@ class Engine:
     sharp   whether nu' is solved for by the functions for sharp tips
     quick   whether the compiler is to be quick about it: runs take a tenth longer
     kind    "engine" for runs, "variations" for their sensitivities
+    bare    whether it is for a set without effects
     """
 
     level: str
@@ -225,11 +227,12 @@ class Engine:
     sharp: bool = False
     quick: bool = False
     kind: str = "engine"
+    bare: bool = True
 
     @classmethod
     def general(cls, level: str, base: str) -> "Engine":
         """For any vehicle with the rollers of a model."""
-        return cls(level, None, base != "massless", quick=True)
+        return cls(level, None, base != "massless", quick=True, bare=False)
 
     @property
     def file(self) -> str:
@@ -253,5 +256,5 @@ def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine)
     if engine.kind == "variations":
         files, flags = [folder / "omniroll.c", *(sources / name for name in VARIATIONS_SOURCES)], PAIR_FLAGS
     else:
-        files, flags = [sources / name for name in ENGINE_SOURCES], ()
+        files, flags = [sources / name for name in (BATCH_SOURCES if engine.bare else ENGINE_SOURCES)], ()
     compile_library(files, folder / engine.file, [folder, sources, constants], [*flags, *engine.flags])

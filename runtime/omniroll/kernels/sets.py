@@ -215,7 +215,7 @@ def _engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool
     """The folder and the library of a set's engine of a kind, at the widest level that runs here."""
     quick = kind == "engine"  # sensitivities are short to compile, and run long
     levels = building.levels_of(kind, building.levels_here())
-    engines = [building.Engine(level, wheels, sharp, quick, kind) for level in levels]
+    engines = [building.Engine(level, wheels, sharp, quick, kind, bare=not effects) for level in levels]
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
