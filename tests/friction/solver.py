@@ -95,7 +95,8 @@ def library(place: Path, *flags: str) -> tuple[FFI, object]:
     objects = []
     for source in sorted(FRICTION.glob("*.c")):
         objects.append(place / f"{source.stem}-{name}.o")
-        command = ["cc", *WARNINGS, "-O2", "-fPIC", "-DFRICTION_LINKAGE=", *flags, "-c", str(source), "-o", str(objects[-1])]
+        options = [*WARNINGS, "-O2", "-fPIC", "-DFRICTION_LINKAGE=", *flags]
+        command = ["cc", *options, "-c", str(source), "-o", str(objects[-1])]
         subprocess.run(command, check=True)
     built = place / f"friction-{name}.so"
     subprocess.run(["cc", "-shared", *flags, *map(str, objects), "-lm", "-o", str(built)], check=True)
