@@ -11,6 +11,7 @@ from cffi import FFI
 
 FRICTION = Path(__file__).resolve().parents[2] / "runtime/csrc/friction"
 WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wno-sign-conversion")
+ALONE = "-DFRICTION_LINKAGE="  # a library of its own
 FIXED, INTERVAL, ELLIPSE = range(3)
 RESTS, SLIPS, YIELDS = range(3)
 
@@ -95,7 +96,7 @@ def library(place: Path, *flags: str) -> tuple[FFI, object]:
     objects = []
     for source in sorted(FRICTION.glob("*.c")):
         objects.append(place / f"{source.stem}-{name}.o")
-        options = [*WARNINGS, "-O2", "-fPIC", "-DFRICTION_LINKAGE=", *flags]
+        options = [*WARNINGS, "-O2", "-fPIC", ALONE, *flags]
         command = ["cc", *options, "-c", str(source), "-o", str(objects[-1])]
         subprocess.run(command, check=True)
     built = place / f"friction-{name}.so"

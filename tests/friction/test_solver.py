@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import linprog
 
 from .mixtures import in_series, mixture, rolling
-from .solver import ELLIPSE, FRICTION, INTERVAL, SLIPS, Element, Problem, c_elements, law, library, solve
+from .solver import ALONE, ELLIPSE, FRICTION, INTERVAL, SLIPS, Element, Problem, c_elements, law, library, solve
 
 SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 PUSHES = 10.0 ** np.linspace(-1.5, 0.5, 12)
@@ -283,7 +283,8 @@ def test_under_the_sanitizers(tmp_path: Path):
         written += b"".join(np.ravel(array).astype(float).tobytes() for array in numbers)
         written += bytes(c_elements(problem))
     source = Path(__file__).with_name("program.c")
-    command = ["cc", "-std=c99", *SANITIZERS, f"-I{FRICTION}", str(source), *map(str, FRICTION.glob("*.c")), "-lm"]
+    options = ["-std=c99", ALONE, *SANITIZERS, f"-I{FRICTION}"]
+    command = ["cc", *options, str(source), *map(str, FRICTION.glob("*.c")), "-lm"]
     compiled = subprocess.run([*command, "-o", made], capture_output=True, text=True, check=False)
     if "cannot find" in compiled.stderr and "san" in compiled.stderr:
         pytest.skip("no sanitizer libraries")
