@@ -1,8 +1,7 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
- * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with HOLDING
- * beside that their axles stick, with STANDING wheels slip under Coulomb's friction, and axles and rollers may stick
- * beside contacts. With SERIES beside SLIPPING or STANDING its rollers are massless, and stick as axles do. It prints a
- * line for each switch, time and directions, and one for the end. */
+ * axles and all its rollers stick, with SLIPPING its wheels slip on a viscous ground, with SERIES beside that its rollers
+ * are massless, and stick as axles do; with STANDING wheels slip under Coulomb's friction, and axles and rollers may stick
+ * beside contacts. It prints a line for each switch, time and directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -11,17 +10,10 @@
 #include <stdlib.h>
 
 enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
-#ifdef ROLLERS_STICK
+#ifdef STICKING
 enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARINGS = WHEELS*(2 + PLACES) };
-#elif defined STICKING
-enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
-#elif defined SERIES && defined STANDING
-enum { INPUTS = 6 };
-enum { CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
 #elif defined SERIES
 enum { INPUTS = 2, CORE = WHEELS, ACCOUNTS = WHEELS + 2, BEARINGS = 2*WHEELS };
-#elif defined HOLDING
-enum { INPUTS = 1, CORE = 2*WHEELS, ACCOUNTS = WHEELS + 1 };
 #elif defined SLIPPING
 enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #elif defined STANDING
@@ -99,38 +91,26 @@ int main(int count, char **arguments)
         omniroll_wheel_speeds(&model, along, wheel_rates);
         for (int i = 0; i < WHEELS; i++)
             bearings[i].row[k] = wheel_rates[i];
-#ifdef ROLLERS_STICK
         const double level[WHEELS] = {0};
         double contact_spins[WHEELS];
         omniroll_wheel_rates(&model, along, level, wheel_rates, contact_spins);
         for (int i = 0; i < WHEELS; i++)
             bearings[WHEELS + i].row[k] = contact_spins[i];
-#endif
     }
     run.bearing_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings;
-#ifdef ROLLERS_STICK
     double core[CORE], core_before[CORE];
     const double part_sizes[] = {1, 1, 1};
     for (int k = 2*WHEELS; k < BEARINGS; k++)           /* counted by wheel, then by place                       */
         bearings[k].sliding = 1e-7*(3 + (k - 2*WHEELS)/PLACES), bearings[k].holding = 2*bearings[k].sliding;
     run.own_count = WHEELS*PLACES, run.roller_inertia = vehicle.roller_inertia, run.rate_of_speed = 1/vehicle.yaw_scale;
     run.core = core, run.core_before = core_before, run.part_sizes = part_sizes;
-#endif
     run.speed = 1, run.accounts = accounts, run.inputs = inputs, run.signals = signals, run.guards = guards;
     run.passed = passed, run.leads_to = leads_to, run.hold.undecided = 1;
 #endif
 #ifdef SLIPPING
     double signals[3*(INPUTS + 1)*WHEELS] = {0};
 #endif
-#ifdef HOLDING
-    double inputs[2*INPUTS*WHEELS] = {0};
-    omniroll_bearing_t bearings[WHEELS];
-    for (int k = 0; k < WHEELS; k++)
-        bearings[k] = (omniroll_bearing_t){.sliding = 1e-3*(3 + k), .holding = 1.2e-3*(3 + k), .nearer = 1};
-    run.bearing_count = run.axle_count = run.own_count = WHEELS, run.bearings = bearings, run.inputs = inputs;
-    run.rate_of_speed = 3, run.hold.undecided = 1;
-#endif
-#if defined SERIES && !defined STANDING
+#ifdef SERIES
     double inputs[2*INPUTS*WHEELS] = {0};
     omniroll_bearing_t bearings[BEARINGS];
     for (int k = 0; k < BEARINGS; k++) {
@@ -153,17 +133,11 @@ int main(int count, char **arguments)
         .arms = {radius, 2*radius/vehicle.yaw_scale, vehicle.wheel_radius,
                  vehicle.wheel_radius - vehicle.roller_axis_radius}};
     run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
-#endif
-#if defined STANDING
     omniroll_bearing_t bearings[BEARINGS];
     const double level[WHEELS] = {0};
     for (int k = 0; k < BEARINGS; k++) {                /* free rollers are counted by wheel, then by place     */
         const int wheel_of = k < 2*WHEELS ? k%WHEELS : (k - 2*WHEELS)/PLACES;
-#ifdef SERIES
-        const double torque = 1e-2*(3 + wheel_of);
-#else
         const double torque = (k < WHEELS ? 1e-2 : 1e-4)*(3 + wheel_of);
-#endif
         bearings[k] = (omniroll_bearing_t){.sliding = torque, .holding = 1.2*torque, .nearer = 1};
     }
     for (int k = 0; k < 3; k++) {
@@ -174,10 +148,7 @@ int main(int count, char **arguments)
             bearings[i].row[k] = contact_spins[i < 2*WHEELS ? i - WHEELS : (i - 2*WHEELS)/PLACES];
     }
     run.bearing_count = run.own_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings;
-    run.rate_of_speed = 20, run.hold.undecided = 1;
-#ifndef SERIES
-    run.roller_inertia = vehicle.roller_inertia;
-#endif
+    run.rate_of_speed = 20, run.hold.undecided = 1, run.roller_inertia = vehicle.roller_inertia;
 #endif
 #if defined SLIPPING || defined STANDING
 #ifndef SERIES

@@ -43,20 +43,12 @@ SERIES = omniroll.Bearings(
     wheel_coulomb=(6e-4, 8e-4, 1e-3), wheel_break_away=(7.2e-4, 9.6e-4, 1.2e-3),
     roller_coulomb=(6e-4, 8e-4, 1e-3), roller_break_away=(7.2e-4, 9.6e-4, 1.2e-3),
 )  # fmt: skip
-EQUAL_BEARINGS = omniroll.Bearings(
-    wheel_coulomb=(3e-2, 4e-2, 5e-2), wheel_break_away=(3.6e-2, 4.8e-2, 6e-2),
-    roller_coulomb=(3e-2, 4e-2, 5e-2), roller_break_away=(3.6e-2, 4.8e-2, 6e-2),
-)  # fmt: skip
 CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how long
     "axles and rollers that stick": (
-        ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS], 5.0,
+        ("axle_sticking", "roller_sticking"), ["-DSTICKING"], [ROLLERS], 5.0,
     ),
     "axles and massless rollers that stick where wheels slip": (
         ("contact_viscous", "axle_sticking", "roller_sticking"), ["-DSLIPPING", "-DSERIES"], [GROUND, SERIES], 2.0,
-    ),
-    "axles and massless rollers that stick beside contacts": (
-        ("contact_coulomb", "axle_sticking", "roller_sticking"), ["-DSTANDING", "-DSERIES"],
-        [STANDING, EQUAL_BEARINGS], 0.3,
     ),
     "axles and rollers that stick beside contacts": (
         ("contact_coulomb", "axle_sticking", "roller_sticking"), ["-DSTANDING"], [STANDING, ALL_BEARINGS], 0.3,
