@@ -1,4 +1,4 @@
-"""Wheels with rollers at an angle or in two rows that slip: rigid bodies in all coordinates, with forces on the ground.
+"""Wheels that slip, with rollers of any kind: rigid bodies in all coordinates, with forces on the ground.
 
 The bodies are those of tests/mecanum, which know the velocity of the material point that touches the
 ground. Here that point has no constraint but a force, across the roller and along it; a massless roller turns so that
@@ -119,7 +119,7 @@ class Slipping:
     def axial(self):
         """(N, n) absolute axial speeds, the roller in contact first."""
         n = self.vehicle.rollers_per_wheel
-        psi, yaw = np.array(self.vehicle.roller_angle)[:, None], self.nu[2] / self.vehicle.yaw_scale
+        psi, yaw = np.broadcast_to(self.vehicle.roller_angle, self.count)[:, None], self.nu[2] / self.vehicle.yaw_scale
         beta = self.chi[:, None] + 2 * np.pi * np.arange(n) / n
         carried = np.cos(psi) * np.sin(beta) * yaw + np.sin(psi) * self.rates[self.wheels][:, None]
         spins = np.append(self.rates[self.contacts][:, None], self.rates[self.frees].reshape(-1, n - 1), axis=1)

@@ -8,7 +8,7 @@ import pytest
 from flint import arb
 from oracle.balls import exact, working_precision
 from reactions.machines import Case, random_case
-from reactions.newton_euler import Acting, position, solve
+from reactions.newton_euler import position, solve
 from reactions.test_newton_euler import FADE, acting, call, nu_dot, random_inputs
 
 from omniroll.kernels.kernel import kernel
@@ -109,16 +109,6 @@ def assert_same(case, given, found):
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("wheels, rollers, has_layout", [(1, 5, True), (2, 4, True), (3, 3, False), (4, 6, True)])
-def test_any_number_of_wheels_agrees_with_every_body(model, wheels, rollers, has_layout):
-    """A guide holds the platform level: a viscous ground knows no loads."""
-    rng = np.random.default_rng([wheels, rollers, MODELS.index(model)])
-    case = slipping_case(rng, wheels, rollers, model, has_layout=has_layout)
-    found, _ = by_kernel(case)
-    assert_same(case, Acting(ground=viscous, guide=True), found)
-
-
-@pytest.mark.parametrize("model", MODELS)
 def test_every_effect_at_once_agrees_with_every_body(model):
     """The vehicle stands on its three wheels, on a slope."""
     rng = np.random.default_rng([7, MODELS.index(model)])
@@ -130,27 +120,3 @@ def test_every_effect_at_once_agrees_with_every_body(model):
     forces = acting(case, constants, inputs)
     assert_same(case, replace(working_precision(forces)(case.speeds()), ground=viscous), found)
 
-
-@pytest.mark.parametrize("model", MODELS)
-def test_slip_and_forces_are_those_of_the_bodies(model):
-    rng = np.random.default_rng(3)
-    case = slipping_case(rng, 3, 5, model, has_layout=True)
-    slips = {}
-
-    def noted(i, along, across):
-        slips[i] = float(along), float(across)
-        return viscous(i, along, across)
-
-    by_bodies(case, Acting(ground=noted))
-    wanted = np.array([slips[i] for i in range(3)])
-    _, (slip, force) = by_kernel(case)
-    assert slip == pytest.approx(wanted, rel=RELATIVE, abs=RELATIVE)
-    assert force == pytest.approx(-wanted * DAMPING, rel=RELATIVE, abs=RELATIVE)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_friction_with_a_named_speed_agrees_with_every_body(model):
-    case = slipping_case(np.random.default_rng([4, MODELS.index(model)]), 4, 5, model, has_layout=True)
-    found, (_, force) = by_kernel(case, law="contact_regularised")
-    assert_same(case, Acting(ground=regularised(model), guide=True), found)
-    assert np.abs(force).max() > 0.2 * LOAD

@@ -1,9 +1,10 @@
-"""Wheels that slip with rollers at an angle or in two rows, against all bodies in all coordinates."""
+"""Wheels that slip, with rollers across, at an angle or in two rows, against all bodies in all coordinates."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from mecanum.vehicles import KINDS
 
 from contact.other_bodies import slipping
 from omniroll.results.accelerations import call_named
@@ -34,7 +35,7 @@ LAWS = {
 }  # fmt: skip
 SUBJECTS = {
     f"{kind} {seed}": (lambda model, kind=kind, seed=seed: slipping(kind, seed, 2 + seed, 3 + 2 * seed, model))
-    for kind in ("mecanum", "rows") for seed in (1, 2, 3)
+    for kind in KINDS for seed in (1, 2, 3)
 }  # fmt: skip
 
 
@@ -44,7 +45,7 @@ def assert_close(found, wanted):
 
 def expected(case, second):
     """nu', chi'' and the rates of the axial speeds of the rollers in contact."""
-    psi, yaw = np.array(case.vehicle.roller_angle), case.nu[2] / case.vehicle.yaw_scale
+    psi, yaw = np.broadcast_to(case.vehicle.roller_angle, case.count), case.nu[2] / case.vehicle.yaw_scale
     turning = case.rates[case.wheels] * yaw * np.cos(case.chi) + second[2] * np.sin(case.chi)
     axial = second[case.contacts] + np.cos(psi) * turning + np.sin(psi) * second[case.wheels]
     return [case.nu_dot(second), second[case.wheels], axial]

@@ -1,6 +1,7 @@
 """Random vehicles with rollers at angles, or in two rows, as bodies and as Vehicle, with states of both."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,7 +34,11 @@ def random_rows(seed: int, wheels: int, rollers: int, is_massless: bool = False)
     )  # fmt: skip
 
 
-KINDS = {"mecanum": random_bodies, "rows": random_rows}
+def random_omni(seed: int, wheels: int, rollers: int, is_massless: bool = False) -> Bodies:
+    return replace(random_bodies(seed, wheels, rollers, is_massless), roller_angles=np.zeros(wheels))
+
+
+KINDS = {"omni": random_omni, "mecanum": random_bodies, "rows": random_rows}
 
 
 def drawn(kind: str, seed: int, wheels: int, rollers: int, model: str):
