@@ -15,7 +15,7 @@ from omniroll.scenes import load_scene, run
 from omniroll.scenes.explanation import explained
 for name in sys.argv[1:]:
     scene = load_scene(name)
-    run(scene)
+    run(scene, duration=0.2)
     print(name, explained(scene)["runs_on"])
 """
 
