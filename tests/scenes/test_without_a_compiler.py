@@ -1,4 +1,4 @@
-"""Every shipped scene runs and is explained on what was built with the package: nothing is compiled."""
+"""Every shipped scene runs on what was built with the package, and each sixth is explained: nothing is compiled."""
 
 import os
 import subprocess
@@ -12,11 +12,13 @@ RUNS = """
 import sys, warnings
 warnings.simplefilter("error", RuntimeWarning)
 from omniroll.scenes import load_scene, run
-from omniroll.scenes.explanation import explained
-for name in sys.argv[1:]:
+from omniroll.engine.simulate import checked_task
+from omniroll.scenes.explanation import explained, runs_on
+for place, name in enumerate(sys.argv[1:]):
     scene = load_scene(name)
     run(scene, duration=0.2)
-    print(name, explained(scene)["runs_on"])
+    task = checked_task(scene.vehicle, **scene.options)
+    print(name, runs_on(task) if place % 6 else explained(scene)["runs_on"])
 """
 
 
