@@ -20,14 +20,20 @@ COUNTS = {"N": "wheels", "n": "rollers_per_wheel"}
 
 
 class Model:
-    """The fields of a model by the struct that they stand in: the model's own, a wheel's, a free roller's."""
+    """The fields of a model by the struct that they stand in: the model's own, a wheel's, a free roller's. Free rollers
+    have theirs by slot, or of wheels of several kinds by wheel and slot."""
 
     def __init__(self, fields: tuple[Array, ...]):
         self.own = [f for f in fields if f.shape == ()]
         self.wheel = [f for f in fields if f.shape == ("N",)]
-        self.roller = [f for f in fields if f.shape == ("n-1",)]
+        by_slot, by_both = ([f for f in fields if f.shape == shape] for shape in (("n-1",), ("N", "n-1")))
+        self.roller, self.by_wheel = by_slot or by_both, bool(by_both)
         if len(self.own) + len(self.wheel) + len(self.roller) != len(fields):
-            raise ValueError("a model field is a scalar, of shape N or of shape n-1")
+            raise ValueError("a model field is a scalar, of shape N, and of shape n-1 or [N][n-1], not of both")
+
+    def rollers(self, wheels: str, rollers: str) -> str:
+        """How many structs of free rollers there are, as C text."""
+        return f"{wheels}*({rollers} - 1)" if self.by_wheel else f"{rollers} - 1"
 
     def place(self, element: Element, writes: bool = False) -> str:
         """The field as C text, in the loop that it needs; what writes it has the arrays by themselves."""
@@ -35,7 +41,7 @@ class Model:
         if array in self.own:
             return f"model->{array.name}"
         struct = "wheel" if array in self.wheel else "roller"
-        return f"{'' if writes else 'model->'}{struct}[{element.index[0]}].{array.name}"
+        return f"{'' if writes else 'model->'}{struct}[{offset(array, element.index)}].{array.name}"
 
 
 def times(*factors: int | str) -> str:

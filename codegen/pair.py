@@ -42,6 +42,7 @@ STEP_NEEDS = ("forward_dynamics", "wheel_speeds", "pose_rates", "wheel_rates")
 DERIVATIVES_NEED = ("forward_dynamics_derivatives", "rate_derivatives")
 COUNT_OF = {"N": "wheels"}
 GIVEN_TO_EACH = "free_bearing"  # torques of each free roller's bearing: a set that takes these has no steps
+OWN_COUNTS = "tip_i"  # of wheels with numbers of rollers of their own, whose joints these templates do not know
 CHANGES = "row_constants"  # a set with it has other constants after a switch, which the templates of steps have not
 
 
@@ -276,6 +277,8 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     if any(a.name == GIVEN_TO_EACH for f in functions for a in f.inputs) or CHANGES in named:
         return {}
     if any(a.name == "chi" for a in named["wheel_speeds"].inputs):  # the template's steps know rates of nu alone
+        return {}
+    if OWN_COUNTS in {field.name for field in effects.fields}:
         return {}
     dynamics = named["forward_dynamics"]
     carried = next((what for name, what in CARRIED.items() if name in named), "")

@@ -113,13 +113,15 @@ class Registry:
         return set_name(base, effects, self.needs)
 
     def absent(self, effects: Sequence[str]) -> dict[str, Expression]:
-        """The neutral values of all symbols of the effects that are not there."""
-        return {
+        """The neutral values of all symbols of the effects that are not there, whose own symbols may be some of these."""
+        found = {
             symbol: value
             for name, values in self.neutral.items()
             if name not in effects
             for symbol, value in values.items()
         }
+        own = Canonical(Order())
+        return {s: own.substituted(v, found) if symbols(v) & found.keys() else v for s, v in found.items()}
 
 
 def set_name(base: str, effects: Sequence[str], needs: Mapping[str, Sequence[str]]) -> str:

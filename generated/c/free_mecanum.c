@@ -183,8 +183,9 @@ void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real
 }
 
 /* Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
- * Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, row_squares (maxima/effects/mecanum.mac);
- * angle, slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac). */
+ * Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares
+ * (maxima/effects/mecanum.mac); angle, slant (maxima/forms/rolling.mac); solution
+ * (maxima/forms/system.mac). */
 void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real *chi,
                                const omniroll_real *force, omniroll_real *torques)
 {

@@ -207,7 +207,7 @@ def nu_from_wheels_at(model, chi, chi_dot):
 def wheel_torques_at(model, chi, force):
     """Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
 
-    Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, row_squares (maxima/effects/mecanum.mac);
+    Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares (maxima/effects/mecanum.mac);
     angle, slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.

@@ -97,14 +97,15 @@ typedef struct {
 } omniroll_ground_t;
 
 typedef struct {
-    int wheels, rollers_per_wheel;
+    int wheels, rollers_per_wheel;              /* of the wheel that has most                           */
     int impact;                 /* the law: 0 smooth, 1 impact                                          */
     double start_time;          /* added to elapsed in tau alone                                        */
     double duration;
     int pauses;                 /* whether the duration is no end but a pause, which changes nothing    */
     double tolerance;           /* of a step: error inside it over |nu|                                 */
     double sweep_tolerance;     /* of the iteration at the nodes: of each step; of all where there are effects  */
-    double joint;               /* pi/n                                                                 */
+    const double *joint;        /* N: pi/n of each wheel                                                */
+    const long long *rollers;   /* N: rollers of each wheel                                             */
     long long patience;         /* switches without progress in time before the run is stopped           */
 
     /* The state, in and out. */
@@ -119,7 +120,7 @@ typedef struct {
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double pose_carry[3];       /* what the rounding of the pose has left over                          */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
-    long long *contact;         /* N; plus n: of a wheel with two rows that stands on its joint         */
+    long long *contact;         /* N; plus rollers_per_wheel: of a wheel that stands on its joint       */
 
     double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes; kept between calls */
 

@@ -143,6 +143,65 @@ class Flags:
 
 
 @dataclass(frozen=True)
+class Flag(Flags):
+    """true or false."""
+
+    def expected(self, sizes: Sizes) -> str:
+        return "must be true or false"
+
+    def complaint(self, value: Any, sizes: Sizes) -> str | None:
+        return None if isinstance(value, bool) else self.expected(sizes)
+
+    def shown(self) -> str:
+        return "true or false"
+
+    def in_python(self) -> str:
+        return "bool"
+
+
+@dataclass(frozen=True)
+class Names:
+    """A text for each wheel."""
+
+    def expected(self, sizes: Sizes) -> str:
+        return f"must be {sizes.get('N', 'N')} texts, one for each wheel"
+
+    def complaint(self, value: Any, sizes: Sizes) -> str | None:
+        good = isinstance(value, list | tuple) and len(value) == sizes.get("N", len(value))
+        return None if good and all(isinstance(name, str) and name for name in value) else self.expected(sizes)
+
+    def plain(self, value: list[str]) -> tuple[str, ...]:
+        return tuple(value)
+
+    def shown(self) -> str:
+        return "texts, (N,)"
+
+    def in_python(self) -> str:
+        return "(N,) of str"
+
+
+@dataclass(frozen=True)
+class Tables:
+    """Numbers by name, for each of some names."""
+
+    def expected(self, sizes: Sizes) -> str:
+        return "must be tables, one for each name"
+
+    def complaint(self, value: Any, sizes: Sizes) -> str | None:
+        good = isinstance(value, dict) and all(isinstance(table, dict) for table in value.values())
+        return None if good else self.expected(sizes)
+
+    def plain(self, value: dict[str, dict]) -> dict[str, dict]:
+        return value
+
+    def shown(self) -> str:
+        return "tables"
+
+    def in_python(self) -> str:
+        return "dict of dicts"
+
+
+@dataclass(frozen=True)
 class Numbers:
     """Real numbers in one of some shapes, () for a number by itself; every number within the bounds."""
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from omniroll import generated_data
-from omniroll.kinds import Choice, Flags, Numbers, Whole, Word
+from omniroll.kinds import Choice, Flag, Flags, Names, Numbers, Tables, Whole, Word
 
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
@@ -59,7 +59,7 @@ class Entry:
     """
 
     name: str
-    kind: Choice | Flags | Numbers | Whole | Word
+    kind: Choice | Flags | Names | Numbers | Tables | Whole | Word
     unit: str
     meaning: str
     default: str = ""
@@ -163,7 +163,53 @@ WHEEL_KIND = (  # the paper's wheels have the defaults
         note="Needed with two rows. Positive where the row of roller 0 is the outward one",
     ),
 )
-VEHICLE = (WHEELS, ROLLERS_PER_WHEEL, WHEEL_ANGLES, *LENGTHS, *INERTIAS, YAW_SCALE, *LAYOUT, *WHEEL_KIND)
+OF_THE_VEHICLE = "that of the vehicle"
+KIND = (  # what a kind of wheels may have otherwise
+    replace(LENGTHS[1], default=OF_THE_VEHICLE),
+    replace(
+        LENGTHS[2],
+        default=f"{OF_THE_VEHICLE}; where the kind has a wheel_radius or rollers_per_wheel, as for a vehicle with these",
+    ),
+    replace(ROLLERS_PER_WHEEL, default=OF_THE_VEHICLE, note="At most that of the vehicle"),
+    replace(INERTIAS[2], default=OF_THE_VEHICLE),
+    replace(
+        INERTIAS[3],
+        kind=NOT_NEGATIVE,
+        default=OF_THE_VEHICLE,
+        note="0: rollers without inertia beside others that have one",
+    ),
+    replace(WHEEL_KIND[1], default=OF_THE_VEHICLE, note="1 for wheels with one row on a vehicle with two"),
+    replace(WHEEL_KIND[2], default=f"{OF_THE_VEHICLE}, 0 with one row", note=""),
+    Entry(
+        "driven",
+        Flag(),
+        "",
+        "whether the wheels have a drive",
+        default="true",
+        note="Without one a wheel tracks: no torque acts at its axle but friction",
+    ),
+)
+KINDS = (
+    Entry(
+        "wheel_kinds",
+        Names(),
+        "",
+        "kind of each wheel, by name",
+        default="wheels that are all alike",
+        optional=True,
+        note="Each has the numbers of its kind, and the vehicle's where its kind says nothing",
+    ),
+    Entry(
+        "kinds",
+        Tables(),
+        "",
+        "numbers of the kinds of wheels, by name: "
+        "wheel_radius, roller_axis_radius, rollers_per_wheel, wheel_inertia, roller_inertia, rows, row_offset, driven",
+        default="none",
+        note="The inertias of the whole vehicle stay what they are said to be",
+    ),
+)
+VEHICLE = (WHEELS, ROLLERS_PER_WHEEL, WHEEL_ANGLES, *LENGTHS, *INERTIAS, YAW_SCALE, *LAYOUT, *WHEEL_KIND, *KINDS)
 PARTS = (
     derived("platform_mass", NOT_NEGATIVE, note="The platform is all that is not wheels and rotors"),
     derived("platform_inertia", NOT_NEGATIVE),

@@ -51,6 +51,10 @@ class Bodies:
         """How far outward a roller stands."""
         return self.row_offset * (-1) ** (roller + (0 if self.contact is None else int(self.contact[wheel])))
 
+    def of(self, wheel: int) -> "Bodies":
+        """The numbers of a wheel: those of all."""
+        return self
+
     def place(self, wheel: int, roller: int = -1) -> int:
         """Where a wheel's angle, or that of one of its rollers, stands among the coordinates."""
         return 3 + wheel * (1 + self.rollers) + 1 + roller
@@ -62,16 +66,18 @@ def _frame(bodies: Bodies, q: np.ndarray, wheel: int) -> tuple[np.ndarray, np.nd
     x, y = bodies.places[wheel]
     axle = np.array([np.cos(angle), np.sin(angle), 0])
     across = np.array([-np.sin(angle), np.cos(angle), 0])
-    turned = np.array([x * np.cos(q[2]) - y * np.sin(q[2]), x * np.sin(q[2]) + y * np.cos(q[2]), bodies.wheel_radius])
+    height = bodies.of(wheel).wheel_radius
+    turned = np.array([x * np.cos(q[2]) - y * np.sin(q[2]), x * np.sin(q[2]) + y * np.cos(q[2]), height])
     return axle, across, turned
 
 
 def _roller(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> tuple[np.ndarray, np.ndarray]:
     """The axis of a roller and its middle, from the wheel's centre."""
     axle, across, _ = _frame(bodies, q, wheel)
-    beta, psi = q[bodies.place(wheel)] + 2 * np.pi * j / bodies.rollers, bodies.roller_angles[wheel]
+    own, psi = bodies.of(wheel), bodies.roller_angles[wheel]
+    beta = q[bodies.place(wheel)] + 2 * np.pi * j / own.rollers
     axis = np.cos(psi) * (np.cos(beta) * across + np.sin(beta) * UP) + np.sin(psi) * axle
-    middle = -bodies.axis_radius * (np.cos(beta) * UP - np.sin(beta) * across)
+    middle = -own.axis_radius * (np.cos(beta) * UP - np.sin(beta) * across)
     return axis, middle + bodies.aside(wheel, j) * axle
 
 
@@ -98,15 +104,16 @@ def mass_matrix(bodies: Bodies, q: np.ndarray) -> np.ndarray:
         axle, _, arm = _frame(bodies, q, wheel)
         turning = np.zeros((3, bodies.size), complex)
         turning[:, 2], turning[:, bodies.place(wheel)] = UP, axle
-        weight, axial, transverse = bodies.hub
+        own = bodies.of(wheel)
+        weight, axial, transverse = own.hub
         psi = bodies.roller_angles[wheel]  # a vehicle has one wheel_inertia: the hubs make up for the rollers' angles
-        axial -= bodies.rollers * (bodies.roller[1] * np.sin(psi) ** 2 + bodies.roller[2] * np.cos(psi) ** 2)
+        axial -= own.rollers * (own.roller[1] * np.sin(psi) ** 2 + own.roller[2] * np.cos(psi) ** 2)
         add(weight, axial, transverse, _moving(bodies, arm, axle, wheel, np.zeros(3)), turning, axle)
-        for j in range(bodies.rollers):
+        for j in range(own.rollers):
             axis, middle = _roller(bodies, q, wheel, j)
             spinning = turning.copy()
             spinning[:, bodies.place(wheel, j)] = axis
-            add(*bodies.roller, _moving(bodies, arm, axle, wheel, middle), spinning, axis)
+            add(*own.roller, _moving(bodies, arm, axle, wheel, middle), spinning, axis)
     return mass
 
 
@@ -114,9 +121,10 @@ def _touching(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> np.ndarray:
     """(3, size): velocity, by the coordinates' rates, of the point in which a roller touches the ground."""
     axle, _, arm = _frame(bodies, q, wheel)
     axis, middle = _roller(bodies, q, wheel, j)
-    beta, cosine = q[bodies.place(wheel)] + 2 * np.pi * j / bodies.rollers, np.cos(bodies.roller_angles[wheel])
-    along = -bodies.axis_radius * np.tan(beta) / cosine  # to the centre of the sphere that touches the ground
-    radius = bodies.wheel_radius - np.sqrt(bodies.axis_radius**2 + (along * cosine) ** 2)
+    own, cosine = bodies.of(wheel), np.cos(bodies.roller_angles[wheel])
+    beta = q[bodies.place(wheel)] + 2 * np.pi * j / own.rollers
+    along = -own.axis_radius * np.tan(beta) / cosine  # to the centre of the sphere that touches the ground
+    radius = own.wheel_radius - np.sqrt(own.axis_radius**2 + (along * cosine) ** 2)
     touching = middle + along * axis - radius * UP
     jacobian = _moving(bodies, arm, axle, wheel, touching)
     jacobian[:, bodies.place(wheel, j)] = np.cross(axis, touching - middle)
@@ -167,9 +175,10 @@ def along_motion(function, q: np.ndarray, rates: np.ndarray) -> np.ndarray:
 def inertial_force(bodies: Bodies, q: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """d/dt(M) rates - d(rates . M rates/2)/dq."""
     found = along_motion(lambda q: mass_matrix(bodies, q), q, rates) @ rates
+    wheels = [bodies.place(wheel) for wheel in range(bodies.wheels)]
     for k in range(2, bodies.size):  # nothing depends on x and y
         unit = np.eye(bodies.size)[k]
-        if k == 2 or (k - 3) % (1 + bodies.rollers) == 0:  # nor on the angles of the rollers about their axes
+        if k == 2 or k in wheels:  # nor on the angles of the rollers about their axes
             found[k] -= rates @ along_motion(lambda q: mass_matrix(bodies, q), q, unit) @ rates / 2
     return found
 

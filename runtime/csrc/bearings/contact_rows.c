@@ -4,7 +4,7 @@
 /* How much larger than where chi is 0 the rates of the rollers in contact are at these wheel angles, and how that
  * changes with chi. */
 NEVER_INLINE void nearer_at(const int wheels, const vehicle_t *vehicle, const omniroll_bearing_t *contacts,
-                            double joint, const double *chi, double *nearer, double *per_chi)
+                            const double *joint, const double *chi, double *nearer, double *per_chi)
 {
     double rows[MOST_WHEELS][6];        /* at chi and beside it, for each of nu                              */
     for (int first = 0; first < 6; first += LANES) {
@@ -16,7 +16,7 @@ NEVER_INLINE void nearer_at(const int wheels, const vehicle_t *vehicle, const om
         for (int k = first; k < first + LANES && k < 6; k++) {
             nu[k%3][k - first] = 1;
             for (int i = 0; i < wheels && k >= 3; i++)
-                at[i][k - first] -= (chi[i] < 0 ? -BESIDE : BESIDE)*joint;
+                at[i][k - first] -= (chi[i] < 0 ? -BESIDE : BESIDE)*joint[i];
         }
         set_wheel_rates(wheels, vehicle, nu, at, chi_dot, spin);
         for (int i = 0; i < wheels; i++)
@@ -26,6 +26,6 @@ NEVER_INLINE void nearer_at(const int wheels, const vehicle_t *vehicle, const om
     for (int i = 0; i < wheels; i++) {
         const double size = length3(contacts[i].row);
         nearer[i] = length3(rows[i])/size;
-        per_chi[i] = (nearer[i] - length3(rows[i] + 3)/size)/((chi[i] < 0 ? -BESIDE : BESIDE)*joint);
+        per_chi[i] = (nearer[i] - length3(rows[i] + 3)/size)/((chi[i] < 0 ? -BESIDE : BESIDE)*joint[i]);
     }
 }

@@ -43,7 +43,7 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
         now.arrays.nu[k][1] += time*nu_dot[k][0];
     for (int i = 0; i < run->wheels; i++) {
         now.arrays.chi[i][1] += time*run->core[rates_at(run->wheels) + i];
-        now.arrays.chi[i] = lanes_clamp(now.arrays.chi[i], run->joint);
+        now.arrays.chi[i] = lanes_clamp(now.arrays.chi[i], run->joint[i]);
     }
     for (int c = 0; c < work->core; c++)
         work->core_here[c][1] += time*work->core_dot[c][0];

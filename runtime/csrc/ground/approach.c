@@ -129,7 +129,7 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
 static int nothing_else_happens(const step_t *s, const int wheels)
 {
     for (int i = 0; i < wheels; i++) {
-        const double rate = s->rate_chi[i].node[NODES - 1], joint = s->joint;
+        const double rate = s->rate_chi[i].node[NODES - 1], joint = s->joint[i];
         if (!(fabs(s->end_chi[i]) < joint) || turn_beyond(&s->rate_chi[i], rate, s->h, s->chi[i], -joint, joint) < 1)
             return 0;
         if (s->grips[i] && !(weighted(&s->taken[i], &gauss_end) < TAKES_LESS - 1))

@@ -44,7 +44,7 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     for (int k = 0; k < 3; k++)
         at->nu[k] = lanes_of(s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight));
     for (int i = 0; i < wheels; i++)
-        at->chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint);
+        at->chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
     for (int k = 0; k < SET_INPUTS*wheels; k++)

@@ -357,7 +357,7 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
 ALWAYS_INLINE int asks_response(const step_t *s, int i)
 {
     if (SET_HAS_CONTACT_SPEEDS)
-        return !s->knows_response[i] && fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint;
+        return !s->knows_response[i] && fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint[i];
     return 0;
 }
 
@@ -445,7 +445,7 @@ ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
         for (int k = 0; k < 3; k++)
             nu[k] = s->at_nu[k].lanes[b];
         for (int i = 0; i < wheels; i++)
-            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
         slips_of(wheels, s->vehicle, nu, chi, core_at(s, b), slip);
         for (int k = 0; k < 2*wheels; k++)
             s->at_slip[k].lanes[b] = slip[k];
@@ -488,7 +488,7 @@ static void find_directions(step_t *s, const int wheels)
         for (int b = 0; b < BLOCKS && s->sliding; b++) {
             lanes_t chi[MOST_WHEELS];
             for (int i = 0; i < wheels; i++)
-                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
             forces_in_corners(s, wheels, b, chi);
         }
     }

@@ -5,7 +5,7 @@
 #define USE_SLOPE 1e-6              /* of a step: over this the use's rate is found                          */
 
 /* How far the axis of each wheel's roller in contact is from the ground at these angles, and how that changes. */
-static void find_arms(const int wheels, const vehicle_t *vehicle, const standing_t *standing, double joint,
+static void find_arms(const int wheels, const vehicle_t *vehicle, const standing_t *standing, const double *joint,
                       const double *chi, double *arm, double *per_chi)
 {
     double nearer[MOST_WHEELS], inside[MOST_WHEELS];
@@ -14,7 +14,7 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
         return;
     }
     for (int i = 0; i < wheels; i++)
-        inside[i] = fmax(fmin(chi[i], joint), -joint), nearer[i] = 1, per_chi[i] = 0;
+        inside[i] = fmax(fmin(chi[i], joint[i]), -joint[i]), nearer[i] = 1, per_chi[i] = 0;
     if (standing->contact)              /* else no roller sticks, and none is asked for                     */
         nearer_at(wheels, vehicle, standing->contact, joint, inside, nearer, per_chi);
     for (int i = 0; i < wheels; i++) {

@@ -1,7 +1,8 @@
 /* Wheels with two rows of rollers, or with rollers at an angle: which of them carries (maxima/effects/rows.mac, joints.mac).
  *
- * Rollers with even numbers stand in the outer row. A wheel that stands on its joint has the number of its roller plus n as
- * that of its contact, so that all of this is in the numbers that a run keeps anyway; of two rows n is even. */
+ * Rollers with even numbers stand in the outer row. A wheel that stands on its joint has the number of its roller plus n,
+ * that of the wheel with most rollers, as that of its contact, so that all of this is in the numbers that a run keeps anyway;
+ * of two rows n is even. */
 
 /* Whether a wheel stands on its joint. */
 ALWAYS_INLINE int pivots(const omniroll_run_t *run, int wheel)

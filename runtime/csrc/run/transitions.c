@@ -29,7 +29,7 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
         update_axial(run, work);
     for (int i = 0; i < run->wheels; i++)
         if (SET_HAS_CONTACT_SPEEDS && directions[i])
-            contact[i] = exchange_places(run->axial + i*places, places, directions[i], contact[i]);
+            contact[i] = exchange_places(run->axial + i*places, run->rollers[i] - 1, directions[i], contact[i]);
     begin_core(run, work);
     if (SET_HAS_MOMENTA && SET_GRIPS)   /* decisions at this instant ask for them                   */
         wheel_momenta(run, work);
@@ -78,7 +78,7 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
         const int keeps = SET_CHI_FEEDS_BACK && SET_HAS_MOMENTA && stance[i] && !directions[i];
         double came_with = left, stopped = 0;
         if (directions[i] && SET_HAS_MOMENTA)
-            came_with = exchange_places(run->axial + i*others, others, directions[i], left);
+            came_with = exchange_places(run->axial + i*others, run->rollers[i] - 1, directions[i], left);
         else if (directions[i])
             came_with = 0, stopped = left;
         entering[i] = lanes_of(directions[i] || keeps ? came_with - demanded[i][0] : 0);
@@ -98,7 +98,7 @@ static void change_rows(omniroll_run_t *run, const work_t *work, const int *dire
 /* stance: where wheels may stand on their joint, what they do there. */
 static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance)
 {
-    const int wheels = run->wheels, rollers = run->rollers_per_wheel;
+    const int wheels = run->wheels;
     change_t c;
     if (SET_CORE_PARTS && !SET_SLIPS)
         update_axial(run, work);
@@ -107,10 +107,10 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     for (int i = 0; i < wheels; i++) {
         c.before[i] = lanes_of(run->chi[i]);
         if (directions[i]) {
-            run->chi[i] = -directions[i]*run->joint;
-            run->contact[i] = (run->contact[i] - directions[i] + rollers) % rollers;
+            run->chi[i] = -directions[i]*run->joint[i];
+            run->contact[i] = (run->contact[i] - directions[i] + run->rollers[i]) % run->rollers[i];
         } else if (SET_PIVOTS && stance[i])
-            run->chi[i] = copysign(run->joint, run->chi[i]);
+            run->chi[i] = copysign(run->joint[i], run->chi[i]);
         c.after[i] = lanes_of(run->chi[i]);
     }
     if (SET_HAS_IMPACT && !SET_SLIPS)
@@ -164,12 +164,12 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
         fastest = fmax(fastest, fabs(rates[i]));
     }
     for (int i = 0; i < run->wheels; i++)
-        count += slow[i] = fabs(rates[i]) <= SLOW_WHEEL*fastest && fabs(run->chi[i]) >= run->joint;
+        count += slow[i] = fabs(rates[i]) <= SLOW_WHEEL*fastest && fabs(run->chi[i]) >= run->joint[i];
     if (!count)
         return;
     wheel_accelerations(run, work, chi_ddot);
     for (int i = 0; i < run->wheels; i++)
-        if (slow[i] && !sticks(run, i) && rates[i]*rates[i] < 2*EPS*run->joint*fabs(chi_ddot[i][0]))
+        if (slow[i] && !sticks(run, i) && rates[i]*rates[i] < 2*EPS*run->joint[i]*fabs(chi_ddot[i][0]))
             rates[i] = chi_ddot[i][0];
 }
 
@@ -186,7 +186,7 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
             const int sign = run->chi[i] < 0 ? -1 : 1;
-            const double left = run->joint - sign*run->chi[i], rate = sign*rates[i];
+            const double left = run->joint[i] - sign*run->chi[i], rate = sign*rates[i];
             if (pass == 0)
                 at_joint += rate > 0 && left <= (at_end ? together*rate : 0);
             else {
@@ -202,7 +202,7 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
  * less time. */
 static int has_progress(omniroll_run_t *run, int at_guard)
 {
-    const int moved = !SET_IS_ACTED_ON || at_guard || run->turned > CHATTER*run->joint;
+    const int moved = !SET_IS_ACTED_ON || at_guard || run->turned > CHATTER*run->joint[0];
     if (moved && run->elapsed - run->anchor > tau(run, run->elapsed - run->anchor)) {
         run->anchor = run->elapsed;
         run->idle_switches = 0;

@@ -54,7 +54,7 @@ ALWAYS_INLINE void slopes_of_axles(const step_t *s, const int wheels, int b, con
 {
     lanes_t chi[MOST_WHEELS], mass[9], inverse[9], force[3], torque[AXLES];
     for (int i = 0; i < wheels; i++)
-        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
     set_mass_matrix(wheels, s->vehicle, chi, mass);
     ADJUGATE(mass, inverse);
     const lanes_t determinant = mass[0]*inverse[0] + mass[1]*inverse[3] + mass[2]*inverse[6];

@@ -81,7 +81,7 @@ ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
 ALWAYS_INLINE void angles_before(const step_t *s, const int wheels, int b, lanes_t *chi)
 {
     for (int i = 0; i < wheels; i++)
-        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
 }
 
 /* The same where these depend on the wheels' angles: with those of the last sweep. */
@@ -157,7 +157,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
             for (int k = 0; k < 3; k++)
                 nu[k] = s->at_nu[k].lanes[b];
             for (int i = 0; i < wheels; i++)
-                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
             rollers_stick(s, wheels, nu, chi, core_at(s, b));
         }
     }
@@ -195,7 +195,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     for (int k = 0; k < 3; k++)
         at->nu[k] = s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)
-        at->chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        at->chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = s->at_heading.lanes[b];
     if (SET_INPUTS) {

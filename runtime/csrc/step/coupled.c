@@ -56,7 +56,7 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
         s->core_here[c] = lanes_of(early ? s->start_core[c] : core_at(s, m/LANES)[c][m%LANES]);
     point.core = s->core_here;
     for (int i = 0; i < wheels; i++)
-        at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint);
+        at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = lanes_of(early ? s->heading : s->at_heading.node[m]);
     if (SET_INPUTS)
@@ -299,7 +299,7 @@ ALWAYS_INLINE void rolling_speeds(const step_t *s, const int wheels, int b, lane
     for (int k = 0; k < 3; k++)
         nu[k] = b < 0 ? lanes_of(s->nu[k]) : s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)
-        chi[i] = b < 0 ? lanes_of(s->chi[i]) : lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        chi[i] = b < 0 ? lanes_of(s->chi[i]) : lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
     rolling_wheels(wheels, s->vehicle, nu, chi, speeds + rates_at(wheels));
     if (SET_HAS_CONTACT_SPEEDS)
         set_contact_axial(wheels, s->vehicle, nu, chi, speeds + contact_speeds_at(wheels));
@@ -410,7 +410,7 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
         for (int b = 0; b < BLOCKS; b++) {
             lanes_t chi[MOST_WHEELS], reach[MOST_WHEELS];
             for (int i = 0; i < wheels; i++)
-                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+                chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
             reaches(s, wheels, chi, reach);
             for (int i = 0; i < wheels; i++)
                 factor[i].lanes[b] = reach[i]/c->reach[i];

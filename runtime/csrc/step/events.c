@@ -58,7 +58,7 @@ static void guard_accelerations(const step_t *s, const double *weight, nodes_t *
         for (int k = 0; k < 3; k++)
             nu[k] = s->at_nu[k].lanes[b], nu_dot[k] = s->rate_nu[k].lanes[b];
         for (int i = 0; i < s->wheels; i++)
-            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
         accelerations_of_wheels(s->wheels, s->vehicle, nu, chi, nu_dot, 0, chi_ddot);
         for (int i = 0; i < s->wheels; i++)
             rate->lanes[b] += weight[i]*chi_ddot[i];
@@ -112,7 +112,7 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
     for (int k = 0; k < 3; k++)
         at.nu[k] = lanes_of(s->end_nu[k]);
     for (int i = 0; i < wheels; i++)
-        at.chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint);
+        at.chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
     for (int k = 0; k < SET_INPUTS*wheels; k++)
@@ -423,7 +423,7 @@ ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)
  * or 1. */
 static double turn_outside(const step_t *s, int wheel)
 {
-    const double edge = s->joint*ROUNDED;
+    const double edge = s->joint[wheel]*ROUNDED;
     return turn_beyond(&s->rate_chi[wheel], s->end_rate[wheel], s->h, s->chi[wheel], -edge, edge);
 }
 

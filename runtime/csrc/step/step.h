@@ -135,7 +135,7 @@ typedef struct {
     int wheels;
     const vehicle_t *vehicle;
     const lanes_t *momenta;
-    double joint;
+    const double *joint;                        /* N: pi/n of each wheel                       */
     double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
     double edge[MOST_WHEELS];                   /* the |chi| that ends the step: the joint, or little more for a
                                                  * wheel that rests there and turns back         */

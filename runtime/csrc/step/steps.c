@@ -210,7 +210,7 @@ ALWAYS_INLINE double length_to_joint(step_t *s, const int wheels, double longest
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
         /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
-        s->edge[i] = fabs(s->chi[i]) >= s->joint && s->chi[i]*rate > 0 ? s->joint*ROUNDED : s->joint;
+        s->edge[i] = fabs(s->chi[i]) >= s->joint[i] && s->chi[i]*rate > 0 ? s->joint[i]*ROUNDED : s->joint[i];
         if (rate != 0)
             length = fmin(length, (s->edge[i] - sign*s->chi[i])/(sign*rate));
     }
@@ -593,7 +593,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     }
     for (int i = 0; i < wheels; i++) {
         const double sign = s->end_chi[i] < 0 ? -1 : 1;
-        run->chi[i] = i == s->landing ? sign*run->joint : fmax(fmin(s->end_chi[i], run->joint), -run->joint);
+        run->chi[i] = i == s->landing ? sign*run->joint[i] : fmax(fmin(s->end_chi[i], run->joint[i]), -run->joint[i]);
     }
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS && run->modal_count)
         carry_rows(run, work);                  /* which guards read                                        */

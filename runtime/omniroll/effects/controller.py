@@ -79,7 +79,7 @@ class Controller(Drive):
 
     def _torques(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[np.ndarray, np.ndarray]:
         """(N,) the torque at an axle per output, and what friction and motors take from it per rate of the wheel."""
-        per_output, damping = np.ones(vehicle.wheels), np.zeros(vehicle.wheels)
+        per_output, damping = vehicle.driven.astype(float), np.zeros(vehicle.wheels)
         for other in others:
             damping = damping + other.constants(vehicle).get("axle_damping", 0.0)
             if isinstance(other, Motor):
@@ -107,8 +107,9 @@ class Sampling(Process):
 
     def __init__(self, controller: Controller, kernel: Kernel, target: Curve):
         self.controller, self.kernel, self.target = controller, kernel, target
-        self.proportional = spread("proportional", controller.proportional, kernel.wheels)
-        self.integral = spread("integral", controller.integral, kernel.wheels)
+        driven = kernel.vehicle.driven
+        self.proportional = driven * spread("proportional", controller.proportional, kernel.wheels)
+        self.integral = driven * spread("integral", controller.integral, kernel.wheels)
         self.limit = math.inf if controller.limit is None else controller.limit
         self.samples = 0
         self.sum = np.zeros(kernel.wheels)  # of the errors, rad

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Called, Effect, Influence, Process, Signal
-from omniroll.effects.numbers import per_wheel, plain_numbers, read_only, spread
+from omniroll.effects.numbers import per_wheel, plain_numbers, read_only, refuse_undriven, spread
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -163,6 +163,7 @@ class Calling(Process):
         rates = None if state.rates is None else read_only(state.rates)
         given = self.function(self.start_time + self.next_time(), Measured(*arrays, self.kernel, rates))
         self.output = _output(given, self.kernel.wheels)
+        refuse_undriven("function", self.output, self.kernel.vehicle)
         self.samples += 1
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:

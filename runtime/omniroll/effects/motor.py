@@ -111,15 +111,13 @@ class Motor(Drive):
     def equipped(self, vehicle: Vehicle) -> Vehicle:
         if self.rotor_inertia == 0:
             return vehicle
-        (inertia,) = parts.evaluate(
-            "geared_inertia",
-            vehicle.wheels,
-            vehicle.rollers_per_wheel,
-            wheel_inertia=vehicle.wheel_inertia,
-            gear_ratio=self.gear_ratio,
-            rotor_axial_inertia=self.rotor_inertia,
-        )
-        return vehicle.replace(wheel_inertia=inertia)
+        counts, rotor = (vehicle.wheels, vehicle.rollers_per_wheel), {"rotor_axial_inertia": self.rotor_inertia}
+
+        def geared(wheel_inertia: float) -> float:
+            numbers = {"wheel_inertia": wheel_inertia, "gear_ratio": self.gear_ratio, **rotor}
+            return parts.evaluate("geared_inertia", *counts, **numbers)[0]
+
+        return vehicle.with_drives(geared)
 
     def events(self) -> tuple[str, ...]:
         knots = () if self.times is None else (f"knots of the voltages, {len(self.times)}",)
@@ -229,7 +227,11 @@ def voltages_of(bound: Kernel, torque: np.ndarray, rates: np.ndarray) -> np.ndar
     bound  a kernel with motors
     """
     at_zero, per_volt, per_rate = laws(bound)[LINEAR, :, 0].T
-    return (torque - at_zero - per_rate * rates) / per_volt
+    there = per_volt != 0  # but at wheels without a drive
+    return np.where(there, (torque - at_zero - per_rate * rates) / np.where(there, per_volt, 1.0), 0.0)
+
+
+NO_MOTOR = [[0, 0, 0], [-1, 0, 0], [-1, 0, 0]]  # of wheels without a drive: no torque, and no event
 
 
 @lru_cache(maxsize=64)
@@ -242,5 +244,6 @@ def laws(kernel: Kernel) -> np.ndarray:
     at_zero, per_volt, lost_per_rate, *margins = kernel.motor_laws(modes)
     torque = np.stack([at_zero, per_volt, -lost_per_rate], axis=-1)
     found = np.concatenate([torque[:, :, None], np.stack(margins, axis=-1)], axis=2)
+    found[:, ~kernel.vehicle.driven] = NO_MOTOR
     found.flags.writeable = False
     return found

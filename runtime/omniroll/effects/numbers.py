@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INTERPOLATION
 
 PerWheel = float | tuple[float, ...]
@@ -28,6 +29,23 @@ def spread(field: str, value: PerWheel, wheels: int) -> np.ndarray:
     if np.ndim(value) and len(value) != wheels:
         raise InvalidValueError(field, value, f"must have {wheels} numbers, one for each wheel")
     return np.broadcast_to(np.asarray(value, float), (wheels,)).copy()
+
+
+def driven_alone(field: str, value: PerWheel, vehicle: Vehicle) -> np.ndarray:
+    """(N,) numbers for drives, one number for all wheels that have one. Raises InvalidValueError for a number by wheel
+    where a wheel has none."""
+    found = spread(field, value, vehicle.wheels)
+    if np.ndim(value):
+        refuse_undriven(field, found, vehicle)
+    return np.where(vehicle.driven, found, 0.0)
+
+
+def refuse_undriven(field: str, values: np.ndarray, vehicle: Vehicle) -> None:
+    """Raise InvalidValueError where values (..., N) ask something of a wheel without a drive."""
+    if values[..., ~vehicle.driven].any():
+        wheel = int(np.flatnonzero(~vehicle.driven)[0])
+        bound = f"must be 0 for wheel {wheel}, which has no drive: its kind has driven = false"
+        raise InvalidValueError(field, values.tolist(), bound)
 
 
 def plain_numbers(given: ArrayLike, count: int) -> list[float] | None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Effect, Influence, Process, Signal, Table
-from omniroll.effects.numbers import Curve, per_wheel, spread, table
+from omniroll.effects.numbers import Curve, driven_alone, per_wheel, refuse_undriven, table
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
@@ -66,10 +66,10 @@ class Torque(Drive):
         object.__setattr__(self, "torque", per_wheel("torque", self.torque))
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
-        spread("torque", self.torque, vehicle.wheels)
+        driven_alone("torque", self.torque, vehicle)
 
     def process(self, kernel: Kernel, start_time: float) -> Process:
-        return Following("torque", Curve.constant(spread("torque", self.torque, kernel.wheels)))
+        return Following("torque", Curve.constant(driven_alone("torque", self.torque, kernel.vehicle)))
 
 
 def with_torque(effects: Sequence[Effect]) -> Sequence[Effect]:
@@ -104,6 +104,7 @@ class TorqueTable(Drive):
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         if len(self.torque[0]) != vehicle.wheels:
             raise InvalidValueError("torque", self.torque, f"must have {vehicle.wheels} columns, one for each wheel")
+        refuse_undriven("torque", np.array(self.torque), vehicle)
 
     def events(self) -> tuple[str, ...]:
         return (f"knots of the torques, {len(self.times)}",)

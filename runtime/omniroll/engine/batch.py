@@ -15,7 +15,7 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel, kernel
 from omniroll.validation import choice, sequence
-from omniroll.vehicles.checks import joint_angle, refuse_mecanum, refuse_two_rows
+from omniroll.vehicles.checks import joint_angle, refuse_kinds, refuse_mecanum, refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODELS
 
@@ -127,6 +127,7 @@ def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]
     for k, vehicle in enumerate(vehicles):
         refuse_two_rows(vehicle, f"vehicles[{k}]", vehicle, "take kernel()")
         refuse_mecanum(vehicle, f"vehicles[{k}]", vehicle, "use kernel()")
+        refuse_kinds(vehicle, f"vehicles[{k}]", vehicle, "use kernel()")
         if vehicle.has_layout:
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "has a layout, which this kernel lacks; use kernel()")
         if (vehicle.wheels, vehicle.rollers_per_wheel) != (first.wheels, first.rollers_per_wheel):

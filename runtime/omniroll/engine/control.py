@@ -303,7 +303,7 @@ def moved(task: Task, by: float) -> Task:
     """The task with its start moved: nu relative to |nu|, chi relative to pi/n, and the heading."""
     if by == 0:
         return task
-    state, joint = task.state, states.joint_angle(task.kernel.rollers_per_wheel)
+    state, joint = task.state, states.joint_angles(task.kernel.vehicle)
     chi = np.where(np.abs(state.chi) < joint * (1 - by), state.chi + by * joint * _uneven(len(state.chi)), state.chi)
     nu = state.nu + by * math.sqrt(state.nu @ state.nu) * MOVED_NU
     pose = state.pose + by * HEADING

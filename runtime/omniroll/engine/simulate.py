@@ -133,6 +133,7 @@ def checked_task(
     ENTRIES["engine"].checked(engine)
     if engine == "python":
         states.refuse_mecanum(vehicle, "engine", engine, "take engine='compiled'")
+        states.refuse_kinds(vehicle, "engine", engine, "take engine='compiled'")
     memory = ENTRIES["memory"].checked(memory)
     _check_memory(vehicle, roller_model, memory)
     if progress is not None:
@@ -194,9 +195,20 @@ def _refuse_beside_rows(vehicle: Vehicle, acting: EffectSet, engine: str) -> Non
     if "axle_sticking" in names or "roller_sticking" in names:
         bound = "give Bearings a wheel_speed and a roller_speed, below which friction fades, or rows = 1"
         states.refuse_two_rows(vehicle, "effects", "Bearings that stick", bound)
+        states.refuse_kinds(vehicle, "effects", "Bearings that stick", "give Bearings a wheel_speed and a roller_speed")
+    if acting.slips:
+        states.refuse_kinds(vehicle, "effects", "Contact", "leave it out, so that wheels roll")
+    _refuse_bearings_without_inertia(vehicle, acting)
     if "contact_springs" in names:
         for refuse in (states.refuse_two_rows, states.refuse_mecanum):
             refuse(vehicle, "effects", "Springs", "leave them out for the loads of the vehicle at rest")
+
+
+def _refuse_bearings_without_inertia(vehicle: Vehicle, acting: EffectSet) -> None:
+    """Refuse friction in the bearings of rollers that have no inertia beside others that have."""
+    if 0 in vehicle.by_wheel["roller_inertia"] and {"roller_viscous", "roller_coulomb"} & {*acting.names()}:
+        bound = "does not go with a kind whose roller_inertia is 0: give it one, or leave out the rollers' friction"
+        raise InvalidValueError("effects", "Bearings of rollers", bound)
 
 
 def check_vehicle(given: object) -> None:

@@ -92,7 +92,7 @@ def _motion_time(task: Task) -> float:
     """In which a roller passes at the present speed, or the duration of the run; 1 s for a session, which has none."""
     longest = task.duration or 1.0
     speed = float(np.abs(task.kernel.wheel_speeds(task.state.nu)).max())
-    passing = 2 * joint_angle(task.kernel.rollers_per_wheel)
+    passing = 2 * joint_angle(task.kernel.rollers_per_wheel)  # of the wheel that has most of them
     return min(longest, passing / speed) if speed > 0 else longest
 
 

@@ -14,6 +14,7 @@ from omniroll.effects.state_vector import StateVector
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import MECANUM, Kernel
+from omniroll.vehicles.checks import joint_angles
 
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
@@ -113,10 +114,10 @@ def aligned(size: int) -> np.ndarray:
 
 STATE_ARRAYS = (
     "nu", "chi", "pose", "axial", "work", "core", "core_before", "accounts", "part_sizes", "inputs", "guards",
-    "signals", "wheel_rows",
+    "signals", "wheel_rows", "joint",
 )  # fmt: skip
 RECORDS = ("rows", "steps", "switches", "switch_axial")
-WHOLE_ARRAYS = ("contact", "passed", "leads_to")
+WHOLE_ARRAYS = ("contact", "passed", "leads_to", "rollers")
 
 
 class Workspace:
@@ -142,7 +143,8 @@ class Workspace:
         self.guards = np.zeros((MOST_GUARDS, GUARD + sum(columns.guarded)))
         self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
         self.wheel_rows = np.zeros((wheels, 3))
-        self.contact = np.zeros(wheels, np.int64)
+        self.contact, self.rollers = np.zeros(wheels, np.int64), np.array(kernel.vehicle.rollers, np.int64)
+        self.joint = joint_angles(kernel.vehicle)
         self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
         self.rows = np.empty((rows, columns.width))
         self.steps = np.empty((rows if keeps_steps else 1, step_width(kernel, columns)))
@@ -153,7 +155,6 @@ class Workspace:
         self.start = self.ffi.new("omniroll_run_t *")
         start = self.start
         start.wheels, start.rollers_per_wheel = wheels, kernel.rollers_per_wheel
-        start.joint = np.pi / kernel.rollers_per_wheel
         start.patience = SWITCHES_WITHOUT_PROGRESS * wheels
         start.row_capacity = start.switch_capacity = rows
         for name in STATE_ARRAYS + RECORDS:
@@ -209,7 +210,7 @@ class _OfThread(threading.local):
 
     @staticmethod
     def _none(
-        base: str, effects: tuple[str, ...], sharp: bool, wheels: int, rollers: int, rows: int
+        base: str, effects: tuple[str, ...], sharp: bool, rollers: tuple[int, ...], places: int, rows: int
     ) -> list[Workspace]:
         """Of runs of one set and one size."""
         return []
@@ -221,7 +222,7 @@ OF_THREAD = _OfThread()
 def workspace(kernel: Kernel, columns: "Columns") -> Workspace:
     """One that no other run has, for the library that is loaded now."""
     pool = OF_THREAD.workspaces(
-        kernel.base, kernel.effects, kernel.sharp, kernel.wheels, kernel.rollers_per_wheel, ROWS
+        kernel.base, kernel.effects, kernel.sharp, kernel.vehicle.rollers, kernel.rollers_per_wheel, ROWS
     )
     while pool:
         space = pool.pop()

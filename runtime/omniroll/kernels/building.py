@@ -34,9 +34,9 @@ VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
 # stands beside the one that sticks, each at a torque of zero where the other acts.
 DAMPED, SMOOTH, STICKING = ("roller_viscous",), ("roller_viscous", "roller_coulomb"), ("roller_sticking",)
 GROUND, STICKY_GROUND = ("contact", "contact_viscous", "contact_regularised"), ("contact", "contact_coulomb")
-MECANUM = ("joints", "mecanum")
+MECANUM = ("joints", "kinds", "mecanum")
 SPRINGS = tuple(("contact", law, "contact_springs") for law in ("contact_regularised", "contact_coulomb"))
-ROWS = ("joints", "rows")  # rollers in two rows
+ROWS = ("joints", "kinds", "rows")  # rollers in two rows, and wheels of several kinds in one
 OTHER_KINDS = ("joints", "mecanum", "rows")  # beside friction of the ground: an absent one has the paper's numbers
 CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
     "locked": ((*SMOOTH, *STICKING), (*SMOOTH, *ROWS), MECANUM),

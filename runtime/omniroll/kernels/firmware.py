@@ -37,7 +37,7 @@ def constants_file(kernel: Kernel, title: str, prefix: str) -> dict[str, str]:
         f"{prefix}_constants.h": template(
             "constants.h",
             prefix=prefix, PREFIX=prefix.upper(), title=title, set_name=kernel.set_name,
-            wheels=kernel.wheels, rollers=kernel.rollers_per_wheel,
+            wheels=kernel.wheels, rollers=kernel.rollers_per_wheel, slots=kernel.slots,
             given=dict(zip(kernel.constant_names, kernel.constants, strict=True)),
             fields=fields, values=values, number=number, wrapped=wrapped,
         )
@@ -63,8 +63,11 @@ def _model(kernel: Kernel) -> tuple[dict[str, list[str]], dict[str, np.ndarray]]
 
 def _fields(kernel: Kernel) -> dict[str, list[str]]:
     programs = sets.programs().kernel(kernel.base, kernel.effects)
-    shapes = {"model": (), "wheel": ("N",), "roller": ("n-1",)}
-    return {struct: [a.name for a in programs.effects.fields if a.shape == shape] for struct, shape in shapes.items()}
+    structs = {(): "model", ("N",): "wheel", ("n-1",): "roller", ("N", "n-1"): "roller"}
+    found: dict[str, list[str]] = {struct: [] for struct in structs.values()}
+    for array in programs.effects.fields:
+        found[structs[array.shape]].append(array.name)
+    return found
 
 
 def _compiled_model(kernel: Kernel) -> tuple[dict[str, list[str]], dict[str, np.ndarray]]:
@@ -73,7 +76,7 @@ def _compiled_model(kernel: Kernel) -> tuple[dict[str, list[str]], dict[str, np.
     twin = CompiledKernel(kernel.vehicle, kernel.roller_model, "double", kernel.effects, _named(kernel))
     fields = _fields(kernel)
     values = {name: np.array(getattr(twin.model, name)) for name in fields["model"]}
-    for struct, count in zip(STRUCTS, (kernel.wheels, kernel.rollers_per_wheel - 1), strict=True):
+    for struct, count in zip(STRUCTS, (kernel.wheels, kernel.slots), strict=True):
         for name in fields[struct]:
             array = getattr(twin.model, struct)
             values[name] = np.array([getattr(array[k], name) for k in range(count)])
@@ -85,8 +88,8 @@ def _python_model(kernel: Kernel) -> tuple[dict[str, list[str]], dict[str, np.nd
     model = sets.python_module(kernel.base, kernel.effects).prepare(
         kernel.wheels, kernel.rollers_per_wheel, *(value.tolist() for value in kernel.constants)
     )
-    names = [name for own in fields.values() for name in own]
-    return fields, {name: np.array(getattr(model, name), float) for name in names}
+    found = {name: np.array(getattr(model, name), float) for own in fields.values() for name in own}
+    return fields, found | {name: found[name].ravel() for name in fields["roller"]}
 
 
 def _named(kernel: Kernel) -> tuple[tuple[str, object], ...]:

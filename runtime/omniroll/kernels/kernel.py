@@ -45,6 +45,14 @@ VEHICLE_SCALARS = (
     "roller_axis_radius",
 )
 
+BY_WHEEL = {  # arguments of `prepare` for wheels of several kinds, and what a wheel calls its number
+    "wheel_radii": "wheel_radius",
+    "roller_axis_radii": "roller_axis_radius",
+    "wheel_inertias": "wheel_inertia",
+    "roller_inertias": "roller_inertia",
+    "roller_counts": "rollers_per_wheel",
+    "row_offsets": "row_offset",
+}
 OF_THE_VEHICLE = (
     "wheel_places",
     "center_of_mass",
@@ -52,11 +60,15 @@ OF_THE_VEHICLE = (
     "row_offset",
     "sides",
     "turns",
+    *BY_WHEEL,
+    "weightless",
+    "driven",
 )  # constants of these
 IN_THE_MIDDLE = 0.0  # of sides: wheels as if they had one row in their middle, as controllers know them
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
 MECANUM = "mecanum"  # the effect that a vehicle with rollers at an angle brings
+KINDS = "kinds"  # the effect that wheels of several kinds bring
 JOINTS = "joints"  # what that and two rows of rollers need
 DERIVATIVES = "derivatives"  # the effect that brings derivatives by state and inputs
 SHARP_SUFFIX = "_sharp"  # of the name of a function for sharp tips, which stands beside the usual form
@@ -159,7 +171,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     them the numbers by which there are derivatives, and whether there are second ones."""
     refuse_unmodelled(vehicle)
     of_vehicle = ["layout"] * vehicle.has_layout + ["rows"] * (vehicle.rows > 1)
-    of_vehicle += [MECANUM] * any(vehicle.roller_angle)
+    of_vehicle += [MECANUM] * any(vehicle.roller_angle) + [KINDS] * vehicle.has_kinds
     if not effects and not of_vehicle:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
@@ -172,6 +184,8 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     found = tuple(effect for effect in optional_effects() if effect in present)
     if MECANUM in found:
         _refuse_beside_mecanum(vehicle, roller_model, found)
+    if vehicle.has_kinds:
+        _refuse_beside_kinds(vehicle, found)
     if asked:
         numbers = [a.name for a in signatures(roller_model, found, 3, 3)["prepare"].inputs]
         for request in asked:
@@ -194,6 +208,15 @@ def _refuse_beside_mecanum(vehicle: Vehicle, roller_model: str, effects: Sequenc
         raise InvalidValueError("roller_angle", vehicle.roller_angle, bound)
 
 
+def _refuse_beside_kinds(vehicle: Vehicle, effects: Sequence[str]) -> None:
+    """Raise InvalidValueError for what is not derived for wheels of several kinds."""
+    entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
+    beside = [entries[name]["meaning"] for name in entries[KINDS]["excludes"] if name in effects]
+    if beside:
+        bound = f"is not derived beside this: {beside[0]}; leave that out, or take wheels that are all alike"
+        raise InvalidValueError("wheel_kinds", vehicle.wheel_kinds, bound)
+
+
 def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants) -> dict[str, ArrayLike]:
     """The arguments of `prepare` by name: the vehicle's numbers, and those of the effects."""
     own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
@@ -205,6 +228,9 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
         own |= {"turns": 1.0}
     if MECANUM in effects:
         own |= {"roller_angle": vehicle.roller_angle}
+    if KINDS in effects:
+        own |= {name: vehicle.by_wheel[of_one] for name, of_one in BY_WHEEL.items()}
+        own |= {"weightless": [float(inertia == 0) for inertia in own["roller_inertias"]], "driven": vehicle.driven}
     return own | dict(constants)
 
 
@@ -243,7 +269,7 @@ class Kernel:
 
     def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
         self.vehicle, self.roller_model = vehicle, roller_model
-        self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel
+        self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel  # of the wheel that has most
         self.base, self.effects = roller_model, effects_of(vehicle, roller_model, effects)
         self.sharp = is_sharp(vehicle, roller_model)
         self.set_name = sets.set_name(self.base, self.effects)
@@ -264,6 +290,11 @@ class Kernel:
     def _found_signatures(self) -> dict[str, Signature]:
         """Of all functions by name, `prepare` among them."""
         return signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel, self.sharp)
+
+    @property
+    def slots(self) -> int:
+        """How many structs of free rollers the model has."""
+        return (self.wheels if KINDS in self.effects else 1) * (self.rollers_per_wheel - 1)
 
     @cached_property
     def magnitudes(self) -> tuple[float, float]:
@@ -316,7 +347,10 @@ class Kernel:
 
     def angles_or_nothing(self, chi: ArrayLike | None) -> tuple[ArrayLike, ...]:
         """The arguments after nu of wheel_speeds, drive_power, axle_loss and motor_margins."""
-        return () if MECANUM not in self.effects else (np.zeros(self.wheels) if chi is None else chi,)
+        return () if MECANUM not in self.effects else (self._angles(chi),)
+
+    def _angles(self, chi: ArrayLike | None) -> ArrayLike:
+        return np.zeros(self.wheels) if chi is None else chi
 
     def wheel_rates(self, nu: ArrayLike, chi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """chi' (..., N) and the contact rollers' spins (..., N), (2.2) and (2.1)."""
@@ -324,9 +358,10 @@ class Kernel:
 
     def nu_from_wheels(self, chi_dot: ArrayLike, chi: ArrayLike | None = None) -> np.ndarray:
         """nu (..., 3) from the wheels' speeds (..., N) by least squares; N at least 3. Of mecanum wheels at chi
-        (..., N); without chi with the rollers in their middle, as robots' odometry has it."""
-        if MECANUM in self.effects:
-            return self.call("nu_from_wheels_at", *self.angles_or_nothing(chi), chi_dot)
+        (..., N); without chi with the rollers in their middle, as robots' odometry has it. Of wheels of several kinds
+        by normal equations, too."""
+        if "nu_from_wheels_at" in self.signatures:
+            return self.call("nu_from_wheels_at", self._angles(chi), chi_dot)
         return self.call("nu_from_wheels", chi_dot)
 
     def nu_from_contacts(self, chi: ArrayLike, chi_dot: ArrayLike, contact_spin: ArrayLike) -> np.ndarray:
@@ -368,8 +403,8 @@ class Kernel:
     def wheel_torques(self, force: ArrayLike, chi: ArrayLike | None = None) -> np.ndarray:
         """Torques (..., N) of least norm that make a generalised force; N at least 3. Mecanum wheels: chi as of
         nu_from_wheels; both go by normal equations there, which square the condition."""
-        if MECANUM in self.effects:
-            return self.call("wheel_torques_at", *self.angles_or_nothing(chi), force)
+        if "wheel_torques_at" in self.signatures:
+            return self.call("wheel_torques_at", self._angles(chi), force)
         return self.call("wheel_torques", force)
 
     def energy(self, nu: ArrayLike, chi: ArrayLike, *spins: ArrayLike) -> np.ndarray:
@@ -636,7 +671,7 @@ class CompiledKernel(Kernel):
         storage = [ffi.new("omniroll_wheel[]", self.wheels)]
         kinds = ["omniroll_vehicle", "omniroll_wheel"]
         if self.has_spins:
-            storage.append(ffi.new("omniroll_roller[]", self.rollers_per_wheel - 1))
+            storage.append(ffi.new("omniroll_roller[]", self.slots))
             kinds.append("omniroll_roller")
         self._storage = storage  # the model points to it
         sizes = [ffi.sizeof(kind) for kind in (*kinds, "omniroll_model")]

@@ -16,9 +16,10 @@ from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.motor import LINEAR, MODES
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
-from omniroll.kernels.kernel import MECANUM, Kernel, kernel
+from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.tracking import TrackingWheels, turns_of
+from omniroll.vehicles.checks import joint_angles
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = tuple(entry.name for entry in vocabulary.MEASUREMENTS)
@@ -181,7 +182,7 @@ def true_values(
         )
     bound = bound or measuring_kernel(vehicle, roller_model, effects, wanted)
     rate = bound.wheel_speeds(moments.nu, moments.chi) if moments.rates is None else moments.rates
-    angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)
+    angle = moments.chi + moments.passes * (2 * joint_angles(vehicle))
     found = {"wheel_angle": angle, "wheel_rate": rate}
     if "encoder_count" in wanted:
         found["encoder_count"] = instruments.counts(angle)
@@ -275,7 +276,7 @@ def _axis_first(values: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]
 
 def axles_tell_all(bound: Kernel) -> bool:
     """Whether the wheels' rates determine nu, so that there is odometry."""
-    fits = MECANUM in bound.effects or "nu_from_wheels" in bound.signatures
+    fits = bool({"nu_from_wheels", "nu_from_wheels_at"} & bound.signatures.keys())
     return fits and np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) == 3
 
 

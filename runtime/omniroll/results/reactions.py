@@ -12,7 +12,7 @@ from omniroll.effects.load_numbers import ENTRIES, balance_numbers, spin_inertia
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.results.accelerations import call_named, torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.trajectory import Trajectory
-from omniroll.vehicles.checks import refuse_two_rows
+from omniroll.vehicles.checks import refuse_kinds, refuse_two_rows
 from omniroll.vehicles.loads import SupportPolygon, contact_loads
 from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, documented
 
@@ -142,6 +142,7 @@ def judged_reactions(
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
     vehicle = trajectory.vehicle
     refuse_two_rows(vehicle, "trajectory", "reactions", "take rows = 1")
+    refuse_kinds(vehicle, "trajectory", "reactions", "take wheels that are all alike")
     friction = ENTRIES["friction"].checked(friction)
     effects = trajectory.effects
     numbers = balance_numbers(vehicle, height, wheel_mass, platform_products) | {

@@ -34,6 +34,7 @@ from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.slipping import Contacts, given_in_rows, rollers_hold
 from omniroll.results.tracking import ways_at
 from omniroll.results.trajectory_content import ARRAYS, Stored
+from omniroll.vehicles.checks import joint_angles
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -191,20 +192,22 @@ class Trajectory(MadeOnDemand):
     # Rollers by place and by number
 
     def physical_roller(self, j: ArrayLike) -> np.ndarray:
-        """(T, N) the physical number 0..n-1 of roller j = 1..n (1 is in contact) in every row."""
-        rollers = self.vehicle.rollers_per_wheel
-        return physical_roller(self.contact, self._whole("j", j, 1, rollers), rollers)
+        """(T, N) the physical number 0..n-1 of roller j = 1..n (1 is in contact) in every row; j - 1 where a wheel has
+        fewer rollers than j."""
+        j = self._whole("j", j, 1, self.vehicle.rollers_per_wheel)
+        return physical_roller(self.contact, j, np.array(self.vehicle.rollers))
 
     def place_of_roller(self, roller: ArrayLike) -> np.ndarray:
-        """(T, N) the place j = 1..n of a physical roller 0..n-1 in every row."""
-        rollers = self.vehicle.rollers_per_wheel
-        return place_of_roller(self.contact, self._whole("roller", roller, 0, rollers - 1), rollers)
+        """(T, N) the place j = 1..n of a physical roller 0..n-1 in every row; its number + 1 where a wheel has none."""
+        roller = self._whole("roller", roller, 0, self.vehicle.rollers_per_wheel - 1)
+        return place_of_roller(self.contact, roller, np.array(self.vehicle.rollers))
 
     def spins_by_roller(self) -> np.ndarray:
         """(T, N, n) spins of all rollers relative to their disks, by physical number; 0 for locked ones."""
         shape = self.chi.shape + (self.vehicle.rollers_per_wheel - 1,)
         spins = np.zeros(shape) if self.spins is None else self.spins
-        return by_roller(np.concatenate([self.contact_spin[..., None], spins], axis=-1), self.contact)
+        whole = np.concatenate([self.contact_spin[..., None], spins], axis=-1)
+        return by_roller(whole, self.contact, np.array(self.vehicle.rollers))
 
     def _whole(self, name: str, value: ArrayLike, least: int, most: int) -> np.ndarray:
         array = validation.real_array(name, value)
@@ -370,7 +373,7 @@ class Trajectory(MadeOnDemand):
     def _complete(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> Samples:
         """Samples from y = (nu, chi, pose), where `row` is the last row at or before each time."""
         end = 3 + self.vehicle.wheels
-        joint = np.pi / self.vehicle.rollers_per_wheel
+        joint = joint_angles(self.vehicle)
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         on_row = times == self.t[row]
         slipping = self._contacts_in(y, row, partial(self._beside, times, y, row))

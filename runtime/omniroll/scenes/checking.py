@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from omniroll.conventions.units import in_unit
@@ -9,7 +10,7 @@ from omniroll.kinds import Sizes
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.problems import Problem, nearest, shown
 from omniroll.scenes.reading import Lines
-from omniroll.scenes.schema import INSTEAD, OF_LOG, SCENE, TABLES, Table, keys
+from omniroll.scenes.schema import INSTEAD, KIND_OF_WHEEL, KINDS, OF_LOG, SCENE, TABLES, Table, keys
 
 ELSEWHERE = {  # what tables, keys and words for other kinds of wheels have in them
     "mecanum|roller_angle|slant": "asks for mecanum wheels: they are roller_angle and handedness in [vehicle]",
@@ -53,7 +54,23 @@ def checked_tables(tables: dict[str, Any], findings: Findings) -> dict[str, dict
         if table.needed and table.name not in tables:
             findings.add(table.name, None, "is missing" + _that_needs(table))
     known = sizes(contents.get("vehicle", {}))
-    return {name: _good_keys(TABLES[name], content, known, findings) for name, content in contents.items()}
+    kinds = {}
+    if KINDS in contents.get("vehicle", {}):
+        contents["vehicle"] = dict(contents["vehicle"])
+        kinds = {KINDS: _kinds(contents["vehicle"].pop(KINDS), known, findings)}
+    found = {name: _good_keys(TABLES[name], content, known, findings) for name, content in contents.items()}
+    return found | ({"vehicle": found["vehicle"] | kinds} if kinds else {})
+
+
+def _kinds(tables: Any, known: Sizes, findings: Findings) -> dict[str, dict[str, Any]]:
+    """The tables of the kinds of wheels, with the keys that are known and good."""
+    if not isinstance(tables, dict) or not all(isinstance(table, dict) for table in tables.values()):
+        findings.add("vehicle", KINDS, "must be tables, [vehicle.kinds.NAME]", shown(tables))
+        return {}
+    return {
+        name: _good_keys(replace(KIND_OF_WHEEL, name=f"vehicle.kinds.{name}"), table, known, findings)
+        for name, table in tables.items()
+    }
 
 
 def sizes(vehicle: dict[str, Any]) -> Sizes:
@@ -71,10 +88,10 @@ def sizes(vehicle: dict[str, Any]) -> Sizes:
 
 
 def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Findings) -> dict[str, Any]:
-    names = {key.name for key in table.keys}
+    names = [key.name for key in table.keys]
     for name, value in content.items():
         if name not in names:
-            what = _of_wheels(name, value) or f"no such key{_hint(name, names, table.name)}"
+            what = _of_wheels(name, value) or f"no such key{_hint(name, names)}"
             findings.add(table.name, name, what, shown(value))
     good = {}
     for key in table.keys:
@@ -136,12 +153,12 @@ def _unknown_table(name: str, content: Any, findings: Findings) -> None:
     findings.add(name, None, "no such table" + (f"; did you mean [{close}]?" if close else _all(TABLES)))
 
 
-def _hint(name: str, known: Iterable[str], table: str) -> str:
+def _hint(name: str, known: Iterable[str]) -> str:
     """What may have been meant: a key of this table, or one of another."""
     close, elsewhere = nearest(name, known), _elsewhere(name)
     if elsewhere:
         return f"; did you mean {elsewhere}?"
-    return f"; did you mean {close}?" if close else _all(key.name for key in TABLES[table].keys)
+    return f"; did you mean {close}?" if close else _all(known)
 
 
 def _elsewhere(name: str) -> str | None:

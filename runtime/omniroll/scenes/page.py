@@ -3,13 +3,26 @@
 import sys
 from pathlib import Path
 
-from omniroll.scenes.schema import KIND_OF_WHEELS, NUMBERS, PARTS, PRESET, SCENE, SHARED, SHEET, SIZES, Table
+from omniroll.scenes.schema import (
+    KIND_OF_WHEEL,
+    KIND_OF_WHEELS,
+    NUMBERS,
+    PARTS,
+    PRESET,
+    SCENE,
+    SHARED,
+    SHEET,
+    SIZES,
+    WHEEL_KINDS,
+    Table,
+)
 from omniroll.vocabulary import Entry
 
 BEGIN, END = "<!-- written from the schema -->", "<!-- up to here -->"
 WAYS = (
     ("with every vehicle", SIZES + SHARED),
     ("rollers at an angle (mecanum) or in two rows", KIND_OF_WHEELS),
+    ("wheels of several kinds", WHEEL_KINDS),
     ("a preset", PRESET),
     ("or numbers", NUMBERS),
     ("or parts", PARTS),
@@ -19,7 +32,8 @@ WAYS = (
 
 def tables() -> str:
     """Every table of a scene as Markdown."""
-    return "\n\n".join(_table(table) for table in SCENE)
+    vehicle, *others = SCENE
+    return "\n\n".join(_table(table) for table in (vehicle, KIND_OF_WHEEL, *others))
 
 
 def page(text: str) -> str:

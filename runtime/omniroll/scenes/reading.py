@@ -58,11 +58,13 @@ def lines_of(text: str) -> Lines:
         if header := HEADER.fullmatch(line):
             table = _names(header[1])
             lines.setdefault((table[0], None), number)
+            lines.setdefault((".".join(table), None), number)
         elif key := KEY.match(line):
             place = table + _names(key[1])
             lines.setdefault((place[0], None), number)
             if len(place) > 1:
                 lines.setdefault((place[0], place[1]), number)
+                lines.setdefault((".".join(place[:-1]), place[-1]), number)
     return lines
 
 

@@ -50,6 +50,8 @@ HANDEDNESS = Entry(
     "outward, is the usual arrangement: the rollers on top of the wheels make an X, seen from above",
 )
 KIND_OF_WHEELS = (vocabulary.WHEEL_KIND[0], HANDEDNESS, *vocabulary.WHEEL_KIND[1:])
+WHEEL_KINDS = (replace(vocabulary.KINDS[0], note=f"{vocabulary.KINDS[0].note}. Each name has a table [vehicle.kinds.NAME]"),)
+KINDS = "kinds"  # in [vehicle]: a table for each kind of wheel
 PRESET = (
     Entry(
         "preset",
@@ -137,7 +139,7 @@ SCENE = (
         "The vehicle: a preset, or numbers, or the parts whose masses and sizes make the numbers. Of what data sheets "
         "print, `mass`, `wheel_diameter`, `roller_diameter` and `roller_length` are enough: beside `mass` what is not "
         "given of the parts is assumed, and `omniroll explain` says so.",
-        PRESET + SIZES + SHARED + KIND_OF_WHEELS + NUMBERS + PARTS + SHEET,
+        PRESET + SIZES + SHARED + KIND_OF_WHEELS + WHEEL_KINDS + NUMBERS + PARTS + SHEET,
         needed=True,
     ),
     Table(
@@ -220,6 +222,12 @@ SCENE = (
     ),
 )
 TABLES = {table.name: table for table in SCENE}
+KIND_OF_WHEEL = Table(
+    "vehicle.kinds.NAME",
+    "What wheels of the kind NAME have otherwise than `[vehicle]` says for all. It may be empty. The mass and the yaw "
+    "inertia of the vehicle hold all wheels, whatever their kinds.",
+    vocabulary.KIND,
+)
 
 
 def keys() -> Iterator[tuple[Table, Entry]]:

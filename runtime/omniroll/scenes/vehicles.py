@@ -7,7 +7,7 @@ from omniroll.errors import InvalidValueError
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
-from omniroll.scenes.schema import HANDEDNESS, NUMBERS, PARTS, SHARED, SHEET, SIZES
+from omniroll.scenes.schema import HANDEDNESS, KINDS, NUMBERS, PARTS, SHARED, SHEET, SIZES, WHEEL_KINDS
 from omniroll.vehicles.data_sheet import BODIES, INSTEAD
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -124,7 +124,9 @@ def _make_numbers(content: dict[str, Any]) -> Vehicle:
 
 
 def _make_parts(content: dict[str, Any]) -> Vehicle:
-    return Vehicle.from_parts(**content)
+    kinds = {name: value for name, value in content.items() if name in (WHEEL_KINDS[0].name, KINDS)}
+    made = Vehicle.from_parts(**{name: value for name, value in content.items() if name not in kinds})
+    return made.replace(**kinds) if kinds else made
 
 
 def _say_all_bounds(make: Callable, content: dict[str, Any], error: InvalidValueError, findings: Findings) -> None:

@@ -31,6 +31,17 @@ def refuse_mecanum(vehicle: Vehicle, name: str, value: object, instead: str) -> 
         raise InvalidValueError(name, value, f"does not go with mecanum wheels: {instead}")
 
 
+def refuse_kinds(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
+    """Raise InvalidValueError for what wheels of several kinds do not have."""
+    if vehicle.has_kinds:
+        raise InvalidValueError(name, value, f"does not go with wheels of several kinds: {instead}")
+
+
+def joint_angles(vehicle: Vehicle) -> np.ndarray:
+    """(N,) pi/n in rad of each wheel: the largest |chi| that a roller of it has in contact."""
+    return math.pi / np.array(vehicle.rollers)
+
+
 def joint_angle(rollers_per_wheel: int) -> float:
     """pi/n in rad: the largest |chi| that a roller has in contact."""
     return math.pi / rollers_per_wheel
@@ -45,9 +56,10 @@ def wheel_angles_in_contact(chi: ArrayLike, vehicle: Vehicle) -> np.ndarray:
     if array.ndim == 0:
         array = np.full(vehicle.wheels, array)
     array = validation.trailing("chi", array, (vehicle.wheels,))
-    joint = joint_angle(vehicle.rollers_per_wheel)
+    joint = joint_angles(vehicle)
     if (np.abs(array) > joint * (1 + 4 * np.finfo(float).eps)).any():
-        raise InvalidValueError("chi", array.tolist(), f"must lie within +-pi/n = {joint!r}, the roller in contact")
+        limit = joint.tolist() if vehicle.has_kinds else float(joint[0])
+        raise InvalidValueError("chi", array.tolist(), f"must lie within +-pi/n = {limit!r}, the roller in contact")
     return np.clip(array, -joint, joint)
 
 
@@ -70,9 +82,18 @@ def free_spins(spins: ArrayLike | None, vehicle: Vehicle, roller_model: str) -> 
         return None
     shape = (vehicle.wheels, vehicle.rollers_per_wheel - 1)
     array = validation.real_array("spins", spins)
+    there = rollers_there(vehicle)
     if array.ndim == 0:
-        array = np.full(shape, array)
-    return validation.magnitude("spins", validation.trailing("spins", array, shape), axes=2)
+        array = np.where(there, array, 0.0)
+    array = validation.trailing("spins", array, shape)
+    if (array * ~there).any():
+        raise InvalidValueError("spins", array.tolist(), "must be 0 beyond the rollers that a wheel has")
+    return validation.magnitude("spins", array, axes=2)
+
+
+def rollers_there(vehicle: Vehicle) -> np.ndarray:
+    """(N, n-1) whether a wheel has a free roller at a place."""
+    return np.arange(1, vehicle.rollers_per_wheel) < np.array(vehicle.rollers)[:, None]
 
 
 def plain_state(
@@ -83,7 +104,7 @@ def plain_state(
     The checks are those of the functions above, for one state. On so few numbers plain Python is faster than NumPy.
     """
     free = roller_model == "free"
-    if not (free or spins is None or (type(spins) in (int, float) and spins == 0)):
+    if vehicle.has_kinds or not (free or spins is None or (type(spins) in (int, float) and spins == 0)):
         return None
     states = [_plain(nu, (3,)), _one_or_all(chi, (vehicle.wheels,))]
     if free:

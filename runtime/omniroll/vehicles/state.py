@@ -67,25 +67,32 @@ class State:
         return replace(self, axial=changed)
 
 
-def physical_roller(contact: np.ndarray, j: np.ndarray | int, rollers_per_wheel: int) -> np.ndarray:
-    """The physical number of roller j = 1..n where `contact` is the one in contact (rule 2)."""
-    return (np.asarray(contact) + j - 1) % rollers_per_wheel
+def physical_roller(contact: np.ndarray, j: np.ndarray | int, rollers_per_wheel: np.ndarray | int) -> np.ndarray:
+    """The physical number of roller j = 1..n where `contact` is the one in contact (rule 2). Places beyond the rollers
+    of a wheel keep their numbers."""
+    return np.where(j <= rollers_per_wheel, (np.asarray(contact) + j - 1) % rollers_per_wheel, j - 1)
 
 
-def place_of_roller(contact: np.ndarray, roller: np.ndarray | int, rollers_per_wheel: int) -> np.ndarray:
+def place_of_roller(contact: np.ndarray, roller: np.ndarray | int, rollers_per_wheel: np.ndarray | int) -> np.ndarray:
     """j = 1..n of a physical roller; the inverse of physical_roller."""
-    return (np.asarray(roller) - contact) % rollers_per_wheel + 1
+    own = (np.asarray(roller) - contact) % rollers_per_wheel
+    return np.where(np.asarray(roller) < rollers_per_wheel, own, roller) + 1
 
 
-def by_place(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Reorder the last axis (n) from physical rollers to j = 1..n; `contact` has the axes before it."""
+def by_place(values: np.ndarray, contact: np.ndarray, counts: np.ndarray | None = None) -> np.ndarray:
+    """Reorder the last axis (n) from physical rollers to j = 1..n; `contact` has the axes before it.
+
+    counts  (N,) rollers of each wheel; None: n
+    """
     rollers = values.shape[-1]
-    places = physical_roller(np.asarray(contact)[..., None], np.arange(1, rollers + 1), rollers)
+    own = rollers if counts is None else counts[:, None]
+    places = physical_roller(np.asarray(contact)[..., None], np.arange(1, rollers + 1), own)
     return np.take_along_axis(values, places, axis=-1)
 
 
-def by_roller(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
+def by_roller(values: np.ndarray, contact: np.ndarray, counts: np.ndarray | None = None) -> np.ndarray:
     """Reorder the last axis (n) from j = 1..n to physical rollers; the inverse of by_place."""
     rollers = values.shape[-1]
-    places = place_of_roller(np.asarray(contact)[..., None], np.arange(rollers), rollers)
+    own = rollers if counts is None else counts[:, None]
+    places = place_of_roller(np.asarray(contact)[..., None], np.arange(rollers), own)
     return np.take_along_axis(values, np.broadcast_to(places - 1, values.shape), axis=-1)

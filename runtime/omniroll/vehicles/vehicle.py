@@ -1,16 +1,16 @@
 """The vehicle: an immutable, validated set of numbers."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, field, fields
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from omniroll import generated_data, validation, vocabulary
 from omniroll.errors import InvalidValueError
-from omniroll.vehicles import parts, wheel_kind
+from omniroll.vehicles import kinds_of_wheels, parts, wheel_kind
 from omniroll.vehicles.data_sheet import DERIVED, Origin, completed
 
 ENTRIES = vocabulary.by_name(vocabulary.VEHICLE)
@@ -51,6 +51,8 @@ class Vehicle:
     roller_angle: float | tuple[float, ...] = 0.0
     rows: int = 1
     row_offset: float = 0.0
+    wheel_kinds: tuple[str, ...] | None = None
+    kinds: Mapping[str, Mapping[str, Any]] | kinds_of_wheels.Kinds = ()
     origins: tuple[Origin, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -74,6 +76,10 @@ class Vehicle:
             put("wheel_places", tuple(map(tuple, _in_range("wheel_places", places).tolist())))
         center = validation.real_array("center_of_mass", self.center_of_mass, (2,))
         put("center_of_mass", tuple(_in_range("center_of_mass", center).tolist()))
+        whole = {name: getattr(self, name) for name in kinds_of_wheels.LARGEST_OF_THE_VEHICLE}
+        kinds, names = kinds_of_wheels.checked(self.kinds, self.wheel_kinds, self.wheels, whole)
+        put("kinds", kinds)
+        put("wheel_kinds", names)
         _check_bounds(self)
         if not math.isfinite(self.sharpness()):
             bound = "roller axis too close to the ground at the joint: 1/rho^2 leaves the number range"
@@ -194,6 +200,9 @@ class Vehicle:
         are the paper's."""
         numbers = asdict(self)
         del numbers["origins"]
+        numbers["kinds"] = {name: dict(own) for name, own in self.kinds}
+        if self.wheel_kinds is None:
+            del numbers["kinds"], numbers["wheel_kinds"]
         for name, usual in wheel_kind.of_the_paper(self.wheels).items():
             if numbers[name] == usual:
                 del numbers[name]
@@ -211,6 +220,34 @@ class Vehicle:
     def has_layout(self) -> bool:
         """Whether wheels stand elsewhere than on rays at platform_radius, or the centre of mass beside S."""
         return self.wheel_places is not None or self.center_of_mass != (0.0, 0.0)
+
+    @cached_property
+    def by_wheel(self) -> dict[str, tuple]:
+        """What a kind of wheels may have otherwise, by name, for each wheel: wheel_radius, rollers_per_wheel and so on."""
+        return kinds_of_wheels.by_wheel(self)
+
+    @property
+    def has_kinds(self) -> bool:
+        """Whether kinds of wheels have numbers of their own."""
+        return any(numbers for _, numbers in self.kinds)
+
+    @property
+    def rollers(self) -> tuple[int, ...]:
+        """The number of rollers of each wheel."""
+        return self.by_wheel["rollers_per_wheel"]
+
+    @property
+    def driven(self) -> np.ndarray:
+        """(N,) whether each wheel has a drive."""
+        return np.array(self.by_wheel[kinds_of_wheels.DRIVEN])
+
+    def with_drives(self, geared: Callable[[float], float]) -> "Vehicle":
+        """The vehicle with another inertia of the wheels that have a drive, which `geared` makes of that of a wheel."""
+        kinds = {name: dict(numbers) for name, numbers in self.kinds}
+        for numbers in kinds.values():
+            inertia = numbers.get("wheel_inertia", self.wheel_inertia)
+            numbers["wheel_inertia"] = geared(inertia) if numbers.get(kinds_of_wheels.DRIVEN, True) else inertia
+        return self.replace(wheel_inertia=geared(self.wheel_inertia), kinds=kinds)
 
     @property
     def has_wheels_of_the_paper(self) -> bool:
@@ -268,7 +305,9 @@ class Vehicle:
 @lru_cache(maxsize=4096)
 def _sharpness(vehicle: Vehicle) -> float:
     expression = generated_data.load("bounds").get("sharpness")
-    return generated_data.evaluate(expression, _symbols_of(vehicle)) if expression is not None else 0.0
+    if expression is None:
+        return 0.0
+    return max(generated_data.evaluate(expression, values) for values in _symbols_by_wheel(vehicle))
 
 
 def _in_range(field: str, places: np.ndarray) -> np.ndarray:
@@ -293,8 +332,41 @@ def _symbols_of(vehicle: Vehicle) -> dict[str, float]:
     return numbers | {"axis_angle": axis_angle, "sin_psi": math.sin(axis_angle)}
 
 
+def _symbols_by_wheel(vehicle: Vehicle) -> list[dict[str, float]]:
+    """The same for each wheel with the numbers of its kind; once where wheels are all alike."""
+    whole = _symbols_of(vehicle)
+    if not vehicle.has_kinds:
+        return [whole]
+    code = {code: symbol for symbol, code in generated_data.code_names().items()}
+    own = [name for name in vehicle.by_wheel if name in code]
+    found = []
+    for k, psi in enumerate(vehicle.roller_angle):
+        numbers = {code[name]: float(vehicle.by_wheel[name][k]) for name in own}
+        found.append(whole | numbers | {"axis_angle": abs(psi), "sin_psi": math.sin(abs(psi))})
+    return found
+
+
+def _check_kinds(vehicle: Vehicle) -> None:
+    """The same bounds for the numbers of each kind; that on the yaw inertia for their sum over the wheels."""
+    by_wheel = _symbols_by_wheel(vehicle)
+    for bound in generated_data.load("bounds")["bounds"]:
+        field, expression = bound["field"], bound.get("positive")
+        if not isinstance(expression, list):
+            continue
+        margins = [generated_data.evaluate(expression, values) for values in by_wheel]
+        if field not in kinds_of_wheels.ENTRIES:  # linear in what the wheels add
+            if sum(margins) <= 0:
+                raise InvalidValueError(field, getattr(vehicle, field), f"is too small: {bound['reason']}")
+            continue
+        for name, own, margin in zip(vehicle.wheel_kinds, vehicle.by_wheel[field], margins, strict=True):
+            if margin <= 0:
+                raise InvalidValueError(f"kinds.{name}.{field}", own, bound["reason"])
+
+
 def _check_bounds(vehicle: Vehicle) -> None:
     """The bounds of the derivation on several numbers together: each expression must be positive."""
+    if vehicle.has_kinds:
+        return _check_kinds(vehicle)
     values = _symbols_of(vehicle)
     symbol_of = {code: symbol for symbol, code in generated_data.code_names().items()}
     for bound in generated_data.load("bounds")["bounds"]:

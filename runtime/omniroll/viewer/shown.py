@@ -118,6 +118,6 @@ def _kind_of_wheels(vehicle: Vehicle) -> dict[str, Any]:
 
 def _axial(run: Trajectory, pieces: Pieces) -> np.ndarray:
     axial = run.kernel.axial_speeds(run.nu, run.chi, run.spins)
-    axial = by_roller(np.concatenate([np.zeros_like(axial[..., :1]), axial], axis=-1), run.contact)
+    axial = by_roller(np.concatenate([np.zeros_like(axial[..., :1]), axial], axis=-1), run.contact, np.array(run.vehicle.rollers))
     axial = np.round(axial / AXIAL) * AXIAL
     return np.ascontiguousarray(np.moveaxis(axial[pieces.rows], (2, 3), (0, 1)), "f4")

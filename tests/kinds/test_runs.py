@@ -1,0 +1,150 @@
+"""Runs of vehicles with wheels of several kinds: closed forms, energy, what goes with them and what does not."""
+
+import json
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import Bearings, Contact, Controller, InvalidValueError, Motor, Slope, Torque, TorqueTable, Vehicle
+from omniroll.kernels.kernel import kernel
+
+MODELS = ("massless", "locked", "free")
+PAPER = Vehicle.paper(4, 9)
+KINDS = {
+    "drive": {},
+    "small": {
+        "wheel_radius": 0.6 * PAPER.wheel_radius, "rollers_per_wheel": 6, "wheel_inertia": 0.3 * PAPER.wheel_inertia,
+        "roller_inertia": 0.5 * PAPER.roller_inertia,
+    },
+    "track": {"wheel_inertia": 0.1 * PAPER.wheel_inertia, "roller_inertia": 0.0, "driven": False},
+}  # fmt: skip
+TWO = PAPER.replace(kinds={name: KINDS[name] for name in ("drive", "small")}, wheel_kinds=["drive", "small"] * 2)
+TRACKED = PAPER.replace(kinds={name: KINDS[name] for name in ("drive", "track")}, wheel_kinds=["drive"] * 3 + ["track"])
+NU = (3.0, -2.0, 2.5)
+
+
+def run(vehicle, nu=NU, duration=2.0, **options):
+    return omniroll.simulate(vehicle, nu=nu, duration=duration, **{"accuracy": 1e-12, "control": False} | options)
+
+
+def test_straight_driving_turns_each_wheel_by_its_radius_and_passes_rollers_by_its_number():
+    vehicle = TWO.replace(wheel_angles=[np.pi / 2] * 4, wheel_places=[[x, y] for x in (0.1, -0.1) for y in (0.1, -0.1)])
+    speed, duration = 0.5, 2.0
+    found = run(vehicle, (speed / vehicle.platform_radius, 0, 0), duration)
+    radii, counts = np.array(vehicle.by_wheel["wheel_radius"]), np.array(vehicle.rollers)
+    np.testing.assert_allclose(np.abs(found.kernel.wheel_speeds(found.nu[-1])), speed / radii, rtol=1e-14)
+    for wheel, frequency in enumerate(counts * (speed / radii) / (2 * np.pi)):
+        times = found.switches.t[found.switches.wheel == wheel]
+        expected = (np.arange(1, len(times) + 1) - 0.5) / frequency
+        np.testing.assert_allclose(times, expected, rtol=1e-12)
+        assert len(times) == int(duration * frequency + 0.5)
+    assert found.contact[:, 1].max() == 5 and found.contact[:, 0].max() == 8
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("law", ["impact", "smooth"])
+@pytest.mark.parametrize("vehicle", [TWO, TRACKED, TWO.replace(roller_angle=[0.7, 0, -0.7, 0])])
+def test_energy_changes_at_switches_alone(vehicle, model, law):
+    found = run(vehicle, roller_model=model, switching=law, accuracy=1e-13, duration=1.0)
+    jumps = found.switches.energy_jump
+    assert len(jumps) > 20 and found.stats["phase_energy_drift"] < 1e-13
+    assert abs(found.energy[-1] - found.energy[0] - jumps.sum()) < 1e-13 * found.energy[0] * len(jumps)
+    assert law == "smooth" or jumps.max() < 1e-14 * found.energy[0]
+    if model == "free":
+        assert not found.spins[:, ~omniroll.vehicles.checks.rollers_there(vehicle)].any()
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("changes", [{}, {"roller_angle": 0.5}, {"rows": 2, "row_offset": 0.004, "rollers_per_wheel": 10}])
+def test_kinds_with_equal_data_are_the_vehicle_without(changes, model):
+    """The second kind says what the vehicle does."""
+    whole = PAPER.replace(**changes)
+    same = {name: getattr(whole, name) for name in ("wheel_radius", "roller_axis_radius", "wheel_inertia")}
+    kinds = whole.replace(kinds={"a": {"roller_inertia": whole.roller_inertia}, "b": same}, wheel_kinds=["a", "b"] * 2)
+    assert kinds.has_kinds and not whole.has_kinds
+    effects = (Slope(0.2), Torque(0.002), Bearings(wheel_viscous=1e-4))
+    plain, own = (run(vehicle, roller_model=model, effects=effects, duration=0.5) for vehicle in (whole, kinds))
+    np.testing.assert_allclose(own.pose[-1], plain.pose[-1], rtol=1e-10, atol=1e-11)
+    nu, chi = np.array(NU), np.array([0.1, -0.2, 0.05, 0.3])
+    inputs = (np.full((4, 2), 1e-4),) if model == "free" else ()
+    one, other = (kernel(vehicle, model, "compiled").forward_dynamics(nu, chi, *inputs) for vehicle in (whole, kinds))
+    np.testing.assert_allclose(other, one, rtol=0, atol=1e-13 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_drives_friction_slope_and_controller_keep_the_ledger(model):
+    motor = Motor(3.0, torque_constant=0.02, resistance=1.0, gear_ratio=10.0, rotor_inertia=1e-7)
+    controller = Controller((0.5, 0, 0.2), sample_time=0.01, proportional=0.05, integral=0.2, output="voltage")
+    bearings = Bearings(wheel_viscous=1e-4, wheel_coulomb=1e-3, wheel_speed=0.1)
+    found = run(TWO, roller_model=model, effects=(motor, controller, bearings, Slope(0.1)), duration=1.0)
+    assert abs(found.ledger.residual) < 1e-9 * found.energy.max()
+
+
+def test_a_wheel_without_a_drive_gets_no_torque():
+    torque = run(TRACKED, (0, 0, 0), effects=(Torque(0.01),), duration=0.3)
+    table = run(TRACKED, (0, 0, 0), effects=(TorqueTable((0, 1), np.full((2, 4), 0.01) * [1, 1, 1, 0]),), duration=0.3)
+    np.testing.assert_allclose(torque.pose[-1], table.pose[-1], rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(torque.drives_at(torque.t[-1:])["torque"], [[0.01, 0.01, 0.01, 0]])
+    motor = run(TRACKED, (0, 0, 0), effects=(Motor(3.0, torque_constant=0.02, resistance=1.0),), duration=0.3)
+    drives = motor.drives_at(motor.t[-1:])
+    assert drives["torque"][0, 3] == drives["damping"][0, 3] == 0 and drives["torque"][0, 0] > 0
+    for effect in (Torque([0.01] * 4), TorqueTable((0, 1), np.full((2, 4), 0.01))):
+        with pytest.raises(InvalidValueError, match="torque = .*must be 0 for wheel 3, which has no drive"):
+            run(TRACKED, effects=(effect,))
+    bound = kernel(TRACKED, "free", "compiled")
+    asked = bound.wheel_torques([0.1, -0.2, 0.3])
+    np.testing.assert_allclose(bound.wheel_rows.T @ asked, [0.1, -0.2, 0.3], rtol=1e-12)
+    assert asked[3] == 0
+
+
+def test_odometry_is_by_all_wheels_rates():
+    bound = kernel(TWO, "massless", "compiled")
+    np.testing.assert_allclose(bound.nu_from_wheels(bound.wheel_speeds(NU)), NU, rtol=1e-12)
+
+
+def test_rotors_stand_behind_wheels_with_a_drive():
+    geared = Motor(1.0, torque_constant=0.02, resistance=1.0, gear_ratio=10.0, rotor_inertia=1e-6).equipped(TRACKED)
+    more = np.subtract(geared.by_wheel["wheel_inertia"], TRACKED.by_wheel["wheel_inertia"])
+    np.testing.assert_allclose(more, [1e-4, 1e-4, 1e-4, 0], rtol=1e-9, atol=1e-18)
+
+
+def test_numbers_survive_text_and_runs_files(tmp_path):
+    again = Vehicle(**json.loads(json.dumps(TWO.as_dict())))
+    assert again == TWO and eval(repr(TWO), {"Vehicle": Vehicle}) == TWO and hash(again) == hash(TWO)
+    found = run(TWO, duration=0.3)
+    for name in ("run.npz", "run.csv"):
+        found.save(tmp_path / name)
+        kept = omniroll.Trajectory.load(tmp_path / name)
+        assert kept.vehicle == TWO and (kept.spins == found.spins).all()
+    assert (found.physical_roller(2)[:, 1] < 6).all() and found.spins_by_roller().shape[-1] == 9
+
+
+@pytest.mark.parametrize(
+    "changes, words",
+    [
+        ({"wheel_kinds": ["drive"] * 3}, "wheel_kinds = .*must be 4 names"),
+        ({"wheel_kinds": ["drive"] * 4}, "kinds = 'small': is the kind of no wheel"),
+        ({"wheel_kinds": ["drive", "big", "small", "small"]}, "wheel_kinds = 'big'"),
+        ({"kinds": {"drive": {}, "small": {"rollers_per_wheel": 12}}}, "kinds.small.rollers_per_wheel = 12.*at most"),
+        ({"kinds": {"drive": {}, "small": {"wheel_radius": -1}}}, "kinds.small.wheel_radius = -1"),
+        ({"kinds": {"drive": {}, "small": {"radius": 1}}}, "radius"),
+        ({"kinds": {"drive": {}, "small": {"roller_axis_radius": 1.0}}}, "kinds.small.roller_axis_radius = 1.0.*above the"),
+        ({"kinds": {"drive": {}, "small": {"roller_inertia": 1.0}}}, "yaw_inertia = .*too small"),
+    ],
+)
+def test_bounds(changes, words):
+    with pytest.raises(InvalidValueError, match=words):
+        TWO.replace(**changes)
+
+
+def test_what_is_not_derived_is_refused():
+    several = "wheels of several kinds|wheel_kinds = .*is not derived"
+    for options in ({"engine": "python"}, {"effects": (Contact(coefficient=3.0),)}, {"effects": (Bearings(wheel_coulomb=1e-3),)},
+                    {"sensitivities": ("mass",)}):  # fmt: skip
+        with pytest.raises(InvalidValueError, match=several):
+            run(TWO, duration=0.1, **options)
+    with pytest.raises(InvalidValueError, match=several):
+        omniroll.reactions(run(TWO, duration=0.1), height=0.1)
+    with pytest.raises(InvalidValueError, match="kind whose roller_inertia is 0"):
+        run(TRACKED, effects=(Bearings(roller_viscous=1e-6),))
