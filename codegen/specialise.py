@@ -113,7 +113,8 @@ class Registry:
         return set_name(base, effects, self.needs)
 
     def absent(self, effects: Sequence[str]) -> dict[str, Expression]:
-        """The neutral values of all symbols of the effects that are not there, whose own symbols may be some of these."""
+        """The neutral values of all symbols of the effects that are not there, put into each other where one has another
+        in it."""
         found = {
             symbol: value
             for name, values in self.neutral.items()

@@ -168,7 +168,7 @@ KIND = (  # what a kind of wheels may have otherwise
     replace(LENGTHS[1], default=OF_THE_VEHICLE),
     replace(
         LENGTHS[2],
-        default=f"{OF_THE_VEHICLE}; where the kind has a wheel_radius or rollers_per_wheel, as for a vehicle with these",
+        default=f"{OF_THE_VEHICLE}; where the kind has wheel_radius or rollers_per_wheel, as of a vehicle with these",
     ),
     replace(ROLLERS_PER_WHEEL, default=OF_THE_VEHICLE, note="At most that of the vehicle"),
     replace(INERTIAS[2], default=OF_THE_VEHICLE),

@@ -22,7 +22,9 @@ def drawn(counts, model, slanted):
     spins = 20 * draw.normal(size=(len(counts), max(counts) - 1)) * rollers_there(vehicle) * (inertia[:, None] > 0)
     held = free_places(bodies)
     if model == "free":
-        own_places = [[bodies.place(i, j) for j in range(1, bodies.kinds[i].rollers)] for i in np.flatnonzero(inertia == 0)]
+        own_places = [
+            [bodies.place(i, j) for j in range(1, bodies.kinds[i].rollers)] for i in np.flatnonzero(inertia == 0)
+        ]
         held = [place for places in own_places for place in places]
     return bodies, vehicle, nu, chi, spins * (model == "free"), held
 

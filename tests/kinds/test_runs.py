@@ -56,7 +56,9 @@ def test_energy_changes_at_switches_alone(vehicle, model, law):
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("changes", [{}, {"roller_angle": 0.5}, {"rows": 2, "row_offset": 0.004, "rollers_per_wheel": 10}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"roller_angle": 0.5}, {"rows": 2, "row_offset": 0.004, "rollers_per_wheel": 10}]
+)
 def test_kinds_with_equal_data_are_the_vehicle_without(changes, model):
     """The second kind says what the vehicle does."""
     whole = PAPER.replace(**changes)
@@ -129,7 +131,10 @@ def test_numbers_survive_text_and_runs_files(tmp_path):
         ({"kinds": {"drive": {}, "small": {"rollers_per_wheel": 12}}}, "kinds.small.rollers_per_wheel = 12.*at most"),
         ({"kinds": {"drive": {}, "small": {"wheel_radius": -1}}}, "kinds.small.wheel_radius = -1"),
         ({"kinds": {"drive": {}, "small": {"radius": 1}}}, "radius"),
-        ({"kinds": {"drive": {}, "small": {"roller_axis_radius": 1.0}}}, "kinds.small.roller_axis_radius = 1.0.*above the"),
+        (
+            {"kinds": {"drive": {}, "small": {"roller_axis_radius": 1.0}}},
+            "kinds.small.roller_axis_radius = 1.0.*above the",
+        ),
         ({"kinds": {"drive": {}, "small": {"roller_inertia": 1.0}}}, "yaw_inertia = .*too small"),
     ],
 )
@@ -140,8 +145,8 @@ def test_bounds(changes, words):
 
 def test_what_is_not_derived_is_refused():
     several = "wheels of several kinds|wheel_kinds = .*is not derived"
-    for options in ({"engine": "python"}, {"effects": (Contact(coefficient=3.0),)}, {"effects": (Bearings(wheel_coulomb=1e-3),)},
-                    {"sensitivities": ("mass",)}):  # fmt: skip
+    slips, sticks = Contact(coefficient=3.0), Bearings(wheel_coulomb=1e-3)
+    for options in ({"engine": "python"}, {"effects": (slips,)}, {"effects": (sticks,)}, {"sensitivities": ("mass",)}):
         with pytest.raises(InvalidValueError, match=several):
             run(TWO, duration=0.1, **options)
     with pytest.raises(InvalidValueError, match=several):

@@ -36,10 +36,10 @@ def random_bodies(seed: int, counts: tuple[int, ...], model: str, slanted: bool)
     )
     kinds = {}
     for count in sorted(set(counts)):
-        radius = draw.uniform(0.04, 0.1)
+        radius, part = draw.uniform(0.04, 0.1), draw.uniform(0.6, 0.9)
         axial = 0.0 if model == "massless" or (not kinds and model != "locked") else draw.uniform(1e-6, 5e-6)
         kinds[count] = replace(
-            whole, rollers=count, wheel_radius=radius, axis_radius=radius * draw.uniform(0.6, 0.9) * np.cos(np.pi / count),
+            whole, rollers=count, wheel_radius=radius, axis_radius=radius * part * np.cos(np.pi / count),
             hub=(0.4, draw.uniform(6e-4, 2e-3), 5e-4), roller=(0.03, axial, 4e-6),
         )  # fmt: skip
     return replace(whole, kinds=tuple(kinds[count] for count in counts))
@@ -58,7 +58,8 @@ def vehicle_of(bodies: BodiesOfKinds) -> Vehicle:
     }  # fmt: skip
     return Vehicle(
         wheels=bodies.wheels, rollers_per_wheel=bodies.rollers, mass=mass[0, 0], yaw_inertia=mass[2, 2],
-        wheel_inertia=1e-3, roller_inertia=1e-6, platform_radius=0.3, wheel_radius=0.1, roller_axis_radius=0.05, yaw_scale=1.7,
+        wheel_inertia=1e-3, roller_inertia=1e-6, platform_radius=0.3, wheel_radius=0.1, roller_axis_radius=0.05,
+        yaw_scale=1.7,
         wheel_angles=tuple(bodies.axles), wheel_places=tuple(map(tuple, bodies.places)),
         center_of_mass=(mass[1, 2] / mass[0, 0], -mass[0, 2] / mass[0, 0]), roller_angle=tuple(bodies.roller_angles),
         kinds=kinds, wheel_kinds=[f"of {kind.rollers}" for kind in bodies.kinds],

@@ -89,8 +89,9 @@ export class FlatStage {
       context.translate(...place);
       context.rotate(vehicle.angles[wheel]);
       const slant = this.runs[k].slant(wheel);
-      const radius = vehicle.wheel_radius;
-      const half = halfWidth(vehicle, slant) + 0.5 * (radius - vehicle.roller_axis_radius);
+      const own = this.runs[k].own[wheel];
+      const radius = own.wheel_radius;
+      const half = halfWidth(own, slant) + 0.5 * (radius - own.roller_axis_radius);
       context.fillStyle = look.vehicle.roller;
       context.fillRect(-half, -radius, 2 * half, 2 * radius);
       if (slant) this.#slanted(half, radius, slant);
@@ -122,7 +123,7 @@ export class FlatStage {
   #wheel(wheel, x, y, radius) {
     const { context, look } = this;
     const run = this.runs[0];
-    const { wheel_radius, roller_axis_radius, rollers } = run.vehicle;
+    const { wheel_radius, roller_axis_radius, rollers } = run.own[wheel];
     const axis = (radius * roller_axis_radius) / wheel_radius;
     const joint = Math.PI / rollers;
     context.save();

@@ -13,7 +13,8 @@ export class Run {
     this.pieces = this.start.length;
     this.duration = this.start[this.pieces - 1];
     this.wheels = this.vehicle.wheels;
-    this.rollers = this.vehicle.rollers;
+    this.rollers = this.vehicle.rollers; // of the wheel that has most
+    this.own = this.vehicle.places.map((_, k) => ({ ...this.vehicle, ...this.vehicle.kinds?.[k] })); // of each wheel
     this.columns = 6 + 2 * this.wheels;
     this.offsets = new Int32Array(this.pieces + 1);
     for (let k = 0; k < this.pieces; k++) this.offsets[k + 1] = this.offsets[k] + this.degree[k] + 1;
@@ -93,7 +94,7 @@ export class Run {
 
   /** The angle of a roller on its wheel, from straight down, where it has the number `roller`. */
   rollerAngle(state, wheel, roller) {
-    return state.chi[wheel] + (TURN * (roller - state.contact[wheel])) / this.rollers;
+    return state.chi[wheel] + (TURN * (roller - state.contact[wheel])) / this.own[wheel].rollers;
   }
 
   /** The angle of a wheel's rollers out of its plane: its hand is the sign. */
@@ -102,14 +103,14 @@ export class Run {
   }
 
   /** How far a roller's row is outside of the middle of its wheel. */
-  row(roller) {
-    return (roller % 2 ? -1 : 1) * (this.vehicle.row_offset ?? 0);
+  row(wheel, roller) {
+    return (roller % 2 ? -1 : 1) * (this.own[wheel].row_offset ?? 0);
   }
 
   /** How far the contact is outside of the middle of its wheel. */
   contactSide(state, wheel) {
-    const slanted = this.vehicle.roller_axis_radius * Math.tan(this.slant(wheel)) * Math.tan(state.chi[wheel]);
-    return this.row(state.contact[wheel]) - slanted;
+    const slanted = this.own[wheel].roller_axis_radius * Math.tan(this.slant(wheel)) * Math.tan(state.chi[wheel]);
+    return this.row(wheel, state.contact[wheel]) - slanted;
   }
 
   // Spins of the rollers: integrated here, for display only
@@ -147,7 +148,7 @@ export class Run {
       const x = node * state.x;
       const between = this.state(state.piece, x);
       for (let wheel = 0; wheel < wheels; wheel++) {
-        for (let roller = 0; roller < rollers; roller++) {
+        for (let roller = 0; roller < this.own[wheel].rollers; roller++) {
           if (roller === state.contact[wheel]) continue;
           const place = wheel * rollers + roller;
           const first = axial[2 * place * this.pieces + state.piece];
@@ -167,7 +168,7 @@ export class Run {
     for (let wheel = 0; wheel < this.wheels; wheel++) {
       const taken = Math.sin(this.slant(wheel)) * (state.chi[wheel] - start.chi[wheel]);
       if (!taken) continue;
-      for (let roller = 0; roller < this.rollers; roller++) {
+      for (let roller = 0; roller < this.own[wheel].rollers; roller++) {
         if (roller !== state.contact[wheel]) angles[wheel * this.rollers + roller] -= taken;
       }
     }

@@ -32,7 +32,7 @@ export class VehicleModel {
     this.colours = colours;
     this.group = new Group();
     this.materials = [];
-    this.wheels = this.vehicle.places.map((place, k) => this.#wheel(place, this.vehicle.angles[k], run.slant(k)));
+    this.wheels = this.vehicle.places.map((place, k) => this.#wheel(place, this.vehicle.angles[k], k));
     this.body = new Group(); // on springs it heaves and tilts over the ground
     this.body.add(this.#platform(), ...this.wheels.map((wheel) => wheel.group));
     this.group.add(this.body);
@@ -45,28 +45,30 @@ export class VehicleModel {
     return material;
   }
 
-  #wheel(place, angle, slant) {
-    const { wheel_radius: radius } = this.vehicle;
+  #wheel(place, angle, wheel) {
+    const { wheel_radius: radius } = this.run.own[wheel];
     const group = new Group();
     group.position.set(place[0], place[1], radius);
     group.rotation.z = angle;
-    const disk = this.#disk(slant);
-    const rollers = this.#rollers(slant);
+    const disk = this.#disk(wheel);
+    const rollers = this.#rollers(wheel);
     const width = 0.26 * radius;
     const patch = new Mesh(
       new RingGeometry(0.6 * width, 0.85 * width, 40),
       new MeshBasicMaterial({ color: this.colours.contact, transparent: true, opacity: 0.85, depthWrite: false }),
     );
     patch.position.z = 0.004 * radius - radius;
-    group.add(disk, rollers, patch, this.#motor(slant));
+    group.add(disk, rollers, patch, this.#motor(wheel));
     return { group, disk, rollers, patch, marked: -1 };
   }
 
   /** What turns with the wheel but its rollers: a hub, brackets between the rollers, bolts of which one is coloured. */
-  #disk(slant) {
-    const { wheel_radius: radius, roller_axis_radius: axis, row_offset: side = 0, rollers } = this.vehicle;
+  #disk(wheel) {
+    const own = this.run.own[wheel];
+    const slant = this.run.slant(wheel);
+    const { wheel_radius: radius, roller_axis_radius: axis, row_offset: side = 0, rollers } = own;
     const thick = radius - axis;
-    const width = slant ? 2 * halfWidth(this.vehicle, slant) : 1.1 * thick + 2 * Math.abs(side);
+    const width = slant ? 2 * halfWidth(own, slant) : 1.1 * thick + 2 * Math.abs(side);
     const bolted = slant ? 2 * PLATE * axis : 0;
     const hub = Math.max(axis - 1.02 * thick, 0.3 * radius);
     const disk = new Group();
@@ -86,7 +88,7 @@ export class VehicleModel {
     const matrix = new Matrix4();
     for (let k = 0; k < rollers; k++) {
       // between two rollers of a row: of two rows, where the other row has a roller
-      const middle = new Matrix4().makeTranslation(-this.run.row(k), 0, -(joint + 0.9 * hub) / 2);
+      const middle = new Matrix4().makeTranslation(-this.run.row(wheel, k), 0, -(joint + 0.9 * hub) / 2);
       brackets.setMatrixAt(k, matrix.makeRotationX(((2 * k + (side ? 0 : 1)) * Math.PI) / rollers).multiply(middle));
     }
     for (let k = 0; k < 5; k++) {
@@ -94,27 +96,27 @@ export class VehicleModel {
       bolts.setMatrixAt(k, matrix.makeRotationX((2 * k * Math.PI) / 5).multiply(middle));
       bolts.setColorAt(k, new Color(k ? this.colours.bolt : this.colours.accent));
     }
-    disk.add(body, slant ? this.#plates(slant, metal) : shadowed(brackets), bolts);
+    disk.add(body, slant ? this.#plates(own, slant, metal) : shadowed(brackets), bolts);
     return disk;
   }
 
   /** The two plates that hold slanted rollers at their ends. */
-  #plates(slant, metal) {
-    const { roller_axis_radius: axis, rollers } = this.vehicle;
-    const reach = Math.hypot(axis, along(this.vehicle, slant, Math.PI / rollers) * Math.cos(slant));
+  #plates(own, slant, metal) {
+    const { roller_axis_radius: axis, rollers } = own;
+    const reach = Math.hypot(axis, along(own, slant, Math.PI / rollers) * Math.cos(slant));
     const plates = new Group();
     for (const side of [-1, 1]) {
       const plate = new CylinderGeometry(reach, reach, PLATE * axis, 48).rotateZ(Math.PI / 2);
-      plate.translate(side * halfWidth(this.vehicle, slant), 0, 0);
+      plate.translate(side * halfWidth(own, slant), 0, 0);
       plates.add(shadowed(new Mesh(plate, metal)));
     }
     return plates;
   }
 
-  #rollers(slant) {
-    const { rollers, wheels } = this.vehicle;
+  #rollers(wheel) {
+    const { rollers, wheels } = this.run.own[wheel];
     const instances = new InstancedMesh(
-      barrel(this.vehicle, slant, rollers * wheels > MANY ? 10 : 20),
+      barrel(this.run.own[wheel], this.run.slant(wheel), rollers * wheels > MANY ? 10 : 20),
       this.#material("#ffffff", { vertexColors: true }),
       rollers,
     );
@@ -129,19 +131,22 @@ export class VehicleModel {
     return new Color(this.colours.roller).multiplyScalar(roller % 2 ? 0.72 : 1.15);
   }
 
-  #motor(slant) {
-    const { wheel_radius: radius } = this.vehicle;
+  #motor(wheel) {
+    const { wheel_radius: radius } = this.run.own[wheel];
     const length = 0.9 * radius;
     const motor = new CylinderGeometry(0.3 * radius, 0.3 * radius, length, 32).rotateZ(Math.PI / 2);
-    motor.translate(-length / 2 - halfWidth(this.vehicle, slant), 0, 0);
+    motor.translate(-length / 2 - halfWidth(this.run.own[wheel], this.run.slant(wheel)), 0, 0);
     return shadowed(new Mesh(motor, this.#material(this.colours.motor)));
   }
 
   /** A plate whose edges face the wheels, with an arrow ahead. */
   #platform() {
-    const { wheel_radius: radius, roller_axis_radius: axis, places, angles } = this.vehicle;
+    const { places, angles } = this.vehicle;
+    const { own } = this.run;
+    const radius = Math.max(...own.map((wheel) => wheel.wheel_radius));
     const corners = places.flatMap((place, k) => {
-      const inset = 0.6 * (radius - axis) + halfWidth(this.vehicle, this.run.slant(k)) + 0.12 * radius;
+      const thick = own[k].wheel_radius - own[k].roller_axis_radius;
+      const inset = 0.6 * thick + halfWidth(own[k], this.run.slant(k)) + 0.12 * radius;
       const [c, s] = [Math.cos(angles[k]), Math.sin(angles[k])];
       return [-1, 1].map((side) => [
         place[0] - inset * c - side * 0.55 * radius * s,
@@ -167,11 +172,12 @@ export class VehicleModel {
     ahead.position.z = radius + deck + thickness + 0.045 * radius;
     group.add(mesh, ahead);
     const legs = places.map((place, k) => {
-      const leg = new Mesh(new BoxGeometry(0.7 * radius, 0.42 * radius, deck), this.#material(this.colours.motor));
+      const height = radius + deck - own[k].wheel_radius;
+      const leg = new Mesh(new BoxGeometry(0.7 * radius, 0.42 * radius, height), this.#material(this.colours.motor));
       leg.position.set(
         place[0] - 0.65 * radius * Math.cos(angles[k]),
         place[1] - 0.65 * radius * Math.sin(angles[k]),
-        radius + deck / 2,
+        own[k].wheel_radius + height / 2,
       );
       leg.rotation.z = angles[k];
       return shadowed(leg);
@@ -183,15 +189,16 @@ export class VehicleModel {
   #addArrows() {
     const { wheel_radius: radius } = this.vehicle;
     const largest = this.run.largestForces();
-    for (const wheel of this.wheels) {
+    for (const [k, wheel] of this.wheels.entries()) {
+      const ground = -this.run.own[k].wheel_radius;
       wheel.along = new Arrow(this.colours.force, 0.035 * radius, (2.1 * radius) / (largest.along || 1));
       wheel.load = new Arrow(this.colours.load, 0.035 * radius, (2.6 * radius) / (largest.upwards || 1));
-      wheel.along.group.position.z = 0.06 * radius - radius;
-      wheel.load.group.position.z = -radius;
+      wheel.along.group.position.z = 0.06 * radius + ground;
+      wheel.load.group.position.z = ground;
       wheel.group.add(wheel.along.group, wheel.load.group);
       if (!this.run.slip) continue;
       wheel.slip = new Arrow(this.colours.slip, 0.035 * radius, (2.1 * radius) / (this.run.largestSlip() || 1));
-      wheel.slip.group.position.z = 0.03 * radius - radius;
+      wheel.slip.group.position.z = 0.03 * radius + ground;
       wheel.group.add(wheel.slip.group);
     }
   }
@@ -236,18 +243,18 @@ export class VehicleModel {
   }
 
   #placeRollers(rollers, state, wheel, spins) {
-    const { rollers: count, roller_axis_radius: axis } = this.vehicle;
+    const { rollers: count, roller_axis_radius: axis } = this.run.own[wheel];
     const target = rollers.instanceMatrix.array;
     const [cp, sp] = [Math.cos(this.run.slant(wheel)), Math.sin(this.run.slant(wheel))];
     for (let k = 0; k < count; k++) {
       const angle = this.run.rollerAngle(state, wheel, k);
-      const spin = spins[wheel * count + k];
+      const spin = spins[wheel * this.run.rollers + k];
       const [c, s, cs, ss] = [Math.cos(angle), Math.sin(angle), Math.cos(spin), Math.sin(spin)];
       // about x by the angle, then down to the axis and out to the row, then about z by the slant, then about y by the
       // spin; columns one after the other
       target.set([cp * cs, s * ss - c * sp * cs, -c * ss - s * sp * cs, 0, sp, c * cp, s * cp, 0], 16 * k);
       target.set([cp * ss, -s * cs - c * sp * ss, c * cs - s * sp * ss, 0], 16 * k + 8);
-      target.set([this.run.row(k), s * axis, -c * axis, 1], 16 * k + 12);
+      target.set([this.run.row(wheel, k), s * axis, -c * axis, 1], 16 * k + 12);
     }
     rollers.instanceMatrix.needsUpdate = true;
   }
@@ -264,7 +271,7 @@ export class VehicleModel {
   /** The picture's rollers of a wheel, read off what is drawn: their axes, and their places along the axle. */
   drawnAxes(wheel) {
     const matrix = this.wheels[wheel].rollers.instanceMatrix.array;
-    return Array.from({ length: this.vehicle.rollers }, (_, k) => ({
+    return Array.from({ length: this.run.own[wheel].rollers }, (_, k) => ({
       axis: Array.from(matrix.subarray(16 * k + 4, 16 * k + 7)),
       row: matrix[16 * k + 12],
     }));
@@ -273,7 +280,7 @@ export class VehicleModel {
   /** Where the picture has a wheel's rollers: their angles from straight down, read off what is drawn. */
   drawnAngles(wheel) {
     const matrix = this.wheels[wheel].rollers.instanceMatrix.array;
-    return Array.from({ length: this.vehicle.rollers }, (_, k) =>
+    return Array.from({ length: this.run.own[wheel].rollers }, (_, k) =>
       Math.atan2(matrix[16 * k + 13], -matrix[16 * k + 14]),
     );
   }

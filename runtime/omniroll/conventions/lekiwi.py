@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.conventions.drive_convention import NEAR, DriveConvention, away
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles.checks import refuse_kinds
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = ("base_left_wheel", "base_back_wheel", "base_right_wheel")
@@ -37,6 +38,7 @@ class LeKiwiDrive(DriveConvention):
         Raises InvalidValueError unless three wheels stand on rays from S at 60, 180 and -60 degrees. 1e-3 rad count as
         rounding.
         """
+        refuse_kinds(vehicle, "wheel_kinds", vehicle.wheel_kinds, "LeKiwi knows one radius")
         if vehicle.wheels != 3 or vehicle.wheel_places is not None:
             raise InvalidValueError("wheels", vehicle.wheels, "must be 3 on rays at platform_radius for LeKiwi")
         if any(vehicle.roller_angle):

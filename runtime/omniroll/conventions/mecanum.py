@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.conventions.drive_convention import NEAR, DriveConvention, away
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles.checks import refuse_kinds
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = ("front_left", "front_right", "rear_right", "rear_left")
@@ -39,6 +40,7 @@ def at_the_corners(vehicle: Vehicle, program: str) -> tuple[Vehicle, tuple[int, 
     """
     if vehicle.wheels != 4:
         raise InvalidValueError("wheels", vehicle.wheels, f"must be 4 for {program}")
+    refuse_kinds(vehicle, "wheel_kinds", vehicle.wheel_kinds, f"{program} knows one radius")
     places = vehicle.places()
     corners = [tuple(sign) for sign in np.sign(places - places.mean(axis=0)).astype(int).tolist()]
     if sorted(corners) != sorted(CORNERS):

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.conventions.drive_convention import NEAR, DriveConvention, away
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles.checks import refuse_kinds
 from omniroll.vehicles.vehicle import Vehicle
 
 SHORTEST = 1e-6  # s and rad: the controller's own bounds below which it does not update, or drives straight on
@@ -35,6 +36,7 @@ class RosOmniDrive(DriveConvention):
         Raises InvalidValueError for fewer than three wheels, and where they are not evenly spaced on rays from S at
         one distance: the controller knows no others. 1e-3 rad, and 1e-3 of the distance, count as rounding.
         """
+        refuse_kinds(vehicle, "wheel_kinds", vehicle.wheel_kinds, "omni_wheel_drive_controller knows one radius")
         if vehicle.wheels < 3:
             raise InvalidValueError("wheels", vehicle.wheels, "must be at least 3 for omni_wheel_drive_controller")
         if any(vehicle.roller_angle):

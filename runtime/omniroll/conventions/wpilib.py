@@ -18,6 +18,7 @@ from omniroll import validation
 from omniroll.conventions.drive_convention import NEAR, DriveConvention, away
 from omniroll.conventions.mecanum import at_the_corners, fields_of_mecanum
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles.checks import refuse_kinds
 from omniroll.vehicles.vehicle import Vehicle
 
 CORNERS = tuple(math.radians(angle) for angle in (45, -45, 135, -135))  # of FL, FR, RL, RR
@@ -38,6 +39,7 @@ class WpilibDrive(DriveConvention):
         Raises InvalidValueError unless there are four omni-wheels whose axles point along 45, 135, 225 and 315 degrees,
         or four mecanum wheels as RosMecanumDrive has them, at any places. 1e-3 rad count as rounding.
         """
+        refuse_kinds(vehicle, "wheel_kinds", vehicle.wheel_kinds, "MecanumDriveKinematics knows one radius")
         if vehicle.wheels != 4:
             raise InvalidValueError("wheels", vehicle.wheels, "must be 4 for MecanumDriveKinematics")
         if any(vehicle.roller_angle):

@@ -38,6 +38,7 @@ from omniroll.kernels.neutral_kernel import NeutralKernel, neutral_kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.slipping import Contacts, given_in_rows
 from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
@@ -434,7 +435,7 @@ class CompiledRun:
         if self.kernel.effects:
             return 1.0
         speeds = np.abs(self.kernel.wheel_speeds(self.nu)).sum()
-        return 1 + float(speeds) * self.task.duration / (2 * self.run.joint)
+        return 1 + float(speeds) * self.task.duration / (2 * joint_angle(self.task.vehicle.rollers_per_wheel))
 
     # What the run left
 

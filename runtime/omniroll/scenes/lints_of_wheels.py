@@ -19,7 +19,7 @@ BISECTIONS = 60
 
 def of_wheels(table: dict[str, Any], vehicle: Vehicle) -> Iterator[Lint]:
     """All of them; the table is [vehicle]."""
-    if vehicle.has_wheels_of_the_paper:
+    if vehicle.has_wheels_of_the_paper or vehicle.has_kinds:
         return
     numbers = {origin.name: origin.value for origin in vehicle.origins} | table
     if any(vehicle.roller_angle):

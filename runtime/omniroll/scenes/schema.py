@@ -50,7 +50,9 @@ HANDEDNESS = Entry(
     "outward, is the usual arrangement: the rollers on top of the wheels make an X, seen from above",
 )
 KIND_OF_WHEELS = (vocabulary.WHEEL_KIND[0], HANDEDNESS, *vocabulary.WHEEL_KIND[1:])
-WHEEL_KINDS = (replace(vocabulary.KINDS[0], note=f"{vocabulary.KINDS[0].note}. Each name has a table [vehicle.kinds.NAME]"),)
+WHEEL_KINDS = (
+    replace(vocabulary.KINDS[0], note=f"{vocabulary.KINDS[0].note}. Each name has a table [vehicle.kinds.NAME]"),
+)
 KINDS = "kinds"  # in [vehicle]: a table for each kind of wheel
 PRESET = (
     Entry(

@@ -1,4 +1,5 @@
-"""What rollers at an angle or in two rows do, in closed forms, and what each level of the model leaves out."""
+"""What rollers at an angle or in two rows do, in closed forms, and what each level of the model leaves out; of wheels
+of several kinds, what each has."""
 
 import math
 from typing import Any
@@ -23,6 +24,8 @@ LEVELS = {
 def wheels_explained(scene: Scene) -> dict[str, Any]:
     """All of it in plain Python types; empty for wheels of the paper."""
     vehicle = scene.vehicle
+    if vehicle.has_kinds:
+        return {"kinds": _kinds(scene)}
     if vehicle.has_wheels_of_the_paper:
         return {}
     own = "contact" if scene.slips else scene.options.get("roller_model", "free")
@@ -56,6 +59,29 @@ def _forms(scene: Scene) -> list[tuple[str, float, str, str]]:
     return found
 
 
+def _kinds(scene: Scene) -> list[dict[str, Any]]:
+    """Each kind: its wheels, counted from 1, its numbers, and how often its rollers change at the largest rate that the
+    start or a target asks of its wheels."""
+    vehicle, names = scene.vehicle, np.array(scene.vehicle.wheel_kinds)
+    rates, found = _top_rates(scene), []
+    for name, _ in vehicle.kinds:
+        wheels = np.flatnonzero(names == name)
+        numbers = {key: values[wheels[0]] for key, values in vehicle.by_wheel.items()}
+        rate = float(rates[wheels].max())
+        changes = {"rate": rate, "roller_frequency": numbers["rollers_per_wheel"] * rate / (2 * math.pi)}
+        found.append({"kind": name, "wheels": (wheels + 1).tolist(), **numbers, **changes})
+    return found
+
+
+def _kind_in_words(kind: dict[str, Any]) -> str:
+    wheels = ", ".join(map(str, kind["wheels"]))
+    changes = f", {kind['roller_frequency']:.4g} changes of rollers a second at {kind['rate']:.4g} rad/s"
+    return (
+        f"  {kind['kind']}: wheels {wheels}; radius {kind['wheel_radius']:.4g} m, "
+        f"{kind['rollers_per_wheel']} rollers on {kind['roller_axis_radius']:.4g} m{'' if kind['driven'] else ', no drive'}{changes if kind['rate'] else ''}"
+    )
+
+
 def _rolling(vehicle: Vehicle) -> dict[str, float]:
     angle = wheel_kind.size_of(vehicle.roller_angle)
     sizes = vehicle.wheel_radius, vehicle.roller_axis_radius, vehicle.rollers_per_wheel
@@ -70,19 +96,26 @@ def contact_shift(vehicle: Vehicle) -> float:
 
 def top_rate(scene: Scene) -> float:
     """The largest rate of a wheel in rad/s that the start or a target asks for, with contacts in the middle."""
+    return float(_top_rates(scene).max())
+
+
+def _top_rates(scene: Scene) -> np.ndarray:
+    """(N,) the same of each wheel."""
     asked = [scene.tables.get(table, {}).get(key) for table, key in (("start", "nu"), ("controller", "target"))]
     twists = [
         twist_of_nu(scene.vehicle.with_wheels_of_the_paper(), nu).reshape(-1, 3) for nu in asked if nu is not None
     ]
     if not twists:
-        return 0.0
-    return float(np.abs(np.concatenate(twists) @ scene.vehicle.middle_rows().T).max())
+        return np.zeros(scene.vehicle.wheels)
+    return np.abs(np.concatenate(twists) @ scene.vehicle.middle_rows().T).max(axis=0)
 
 
 def text(found: dict[str, Any]) -> list[str]:
     """Lines for people; none for wheels of the paper."""
     if not found:
         return []
+    if "kinds" in found:
+        return ["", "Kinds of wheels", *map(_kind_in_words, found["kinds"])]
     lines = ["", "What its rollers do, where wheels roll at a constant speed"]
     lines += [
         f"  {form['name']:<18}{form['value']:>12.6g} {form['unit']:<4} {form['meaning']}" for form in found["forms"]

@@ -9,7 +9,7 @@ from omniroll.vehicles import wheel_kind
 
 ENTRIES = vocabulary.by_name(vocabulary.KIND)
 DRIVEN = "driven"
-LARGEST_OF_THE_VEHICLE = {"rollers_per_wheel": "count", "rows": "number"}
+LARGEST_OF_THE_VEHICLE = {"rollers_per_wheel": "count", "rows": "number"}  # of what, and what it is
 
 Kind = tuple[tuple[str, Any], ...]  # numbers by name, in a form that can be hashed
 Kinds = tuple[tuple[str, Kind], ...]
@@ -43,11 +43,15 @@ def _kind(name: str, table: Any, whole: Mapping[str, int]) -> Kind:
     if not isinstance(numbers, Mapping):
         raise InvalidValueError(f"kinds.{name}", table, "must be numbers by name")
     validation.known(numbers, ENTRIES, f"kinds.{name}")
-    found = {key: entry.kind.checked(f"kinds.{name}.{key}", numbers[key]) for key, entry in ENTRIES.items() if key in numbers}
+    given = [entry for key, entry in ENTRIES.items() if key in numbers]
+    found = {entry.name: entry.kind.checked(f"kinds.{name}.{entry.name}", numbers[entry.name]) for entry in given}
     for key, what in LARGEST_OF_THE_VEHICLE.items():
         if found.get(key, 0) > whole[key]:
             bound = f"must be at most {key} of the vehicle, {whole[key]}: give the vehicle the largest {what}"
             raise InvalidValueError(f"kinds.{name}.{key}", found[key], bound)
+    if {**whole, **found}["rows"] == 2 and {**whole, **found}["rollers_per_wheel"] % 2:
+        bound = "must be even with two rows: it counts the rollers of both rows together"
+        raise InvalidValueError(f"kinds.{name}.rollers_per_wheel", found["rollers_per_wheel"], bound)
     return tuple(found.items())
 
 

@@ -223,7 +223,7 @@ class Vehicle:
 
     @cached_property
     def by_wheel(self) -> dict[str, tuple]:
-        """What a kind of wheels may have otherwise, by name, for each wheel: wheel_radius, rollers_per_wheel and so on."""
+        """What a kind of wheels may have otherwise, by name, for each wheel: wheel_radius, rollers_per_wheel, ..."""
         return kinds_of_wheels.by_wheel(self)
 
     @property
@@ -273,7 +273,10 @@ class Vehicle:
     def middle_rows(self) -> np.ndarray:
         """(N, 3) rates of the wheels in rad/s for a twist (vx, vy in m/s, wz in rad/s), with every contact in the
         middle of its wheel: the kinematics of those who count no rollers."""
-        return wheel_kind.middle_rows(self.wheel_radius, self.places().tolist(), self.wheel_angles, self.roller_angle)
+        radii, places = self.by_wheel["wheel_radius"], self.places().tolist()
+        own = zip(radii, places, self.wheel_angles, self.roller_angle, strict=True)
+        rows = [wheel_kind.middle_rows(radius, [place], [axle], [psi]) for radius, place, axle, psi in own]
+        return np.concatenate(rows)
 
     def sharpness(self) -> float:
         """How much a contact roller's inertia at the joint outgrows the vehicle's mass (generated/data).

@@ -57,6 +57,7 @@ class Shown:
                 "yaw_scale": vehicle.yaw_scale,
                 "center_of_mass": vehicle.center_of_mass,
                 **_kind_of_wheels(vehicle),
+                **_kinds(vehicle),
             },
         }
 
@@ -116,8 +117,19 @@ def _kind_of_wheels(vehicle: Vehicle) -> dict[str, Any]:
     return {"roller_angles": vehicle.roller_angle, "row_offset": vehicle.row_offset}
 
 
+def _kinds(vehicle: Vehicle) -> dict[str, Any]:
+    """Of wheels of several kinds: what each wheel has in the place of the vehicle's."""
+    if not vehicle.has_kinds:
+        return {}
+    names = ("wheel_radius", "roller_axis_radius", "row_offset")
+    own = [vehicle.by_wheel[name] for name in names]
+    of_wheels = zip(vehicle.rollers, *own, strict=True)
+    return {"kinds": [dict(zip(("rollers", *names), wheel, strict=True)) for wheel in of_wheels]}
+
+
 def _axial(run: Trajectory, pieces: Pieces) -> np.ndarray:
     axial = run.kernel.axial_speeds(run.nu, run.chi, run.spins)
-    axial = by_roller(np.concatenate([np.zeros_like(axial[..., :1]), axial], axis=-1), run.contact, np.array(run.vehicle.rollers))
+    whole = np.concatenate([np.zeros_like(axial[..., :1]), axial], axis=-1)
+    axial = by_roller(whole, run.contact, np.array(run.vehicle.rollers))
     axial = np.round(axial / AXIAL) * AXIAL
     return np.ascontiguousarray(np.moveaxis(axial[pieces.rows], (2, 3), (0, 1)), "f4")
