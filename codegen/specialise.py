@@ -113,8 +113,7 @@ class Registry:
         return set_name(base, effects, self.needs)
 
     def absent(self, effects: Sequence[str]) -> dict[str, Expression]:
-        """The neutral values of all symbols of the effects that are not there, put into each other where one has another
-        in it."""
+        """The neutral values of all symbols of the effects that are not there. Such symbols in them have theirs."""
         found = {
             symbol: value
             for name, values in self.neutral.items()

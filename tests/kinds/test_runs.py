@@ -7,7 +7,9 @@ import pytest
 
 import omniroll
 from omniroll import Bearings, Contact, Controller, InvalidValueError, Motor, Slope, Torque, TorqueTable, Vehicle
+from omniroll.cli import main
 from omniroll.kernels.kernel import kernel
+from omniroll.kernels.phases import Carry, kernel_in_phase
 
 MODELS = ("massless", "locked", "free")
 PAPER = Vehicle.paper(4, 9)
@@ -153,3 +155,76 @@ def test_what_is_not_derived_is_refused():
         omniroll.reactions(run(TWO, duration=0.1), height=0.1)
     with pytest.raises(InvalidValueError, match="kind whose roller_inertia is 0"):
         run(TRACKED, effects=(Bearings(roller_viscous=1e-6),))
+
+
+SCENE = """
+[vehicle]
+preset = "paper"
+wheels = 4
+rollers_per_wheel = 9
+wheel_kinds = ["drive", "drive", "drive", "track"]
+[vehicle.kinds.drive]
+[vehicle.kinds.track]
+wheel_radius = "20 mm"
+rollers_per_wheel = 6
+wheel_inertia = 1e-6
+roller_inertia = 0
+driven = false
+[start]
+nu = [1, 0, 0.5]
+[run]
+duration = 1
+step = 0.1
+[measurements]
+counts_per_turn = 2048
+[drive]
+torque = 0.001
+"""
+
+
+def test_scenes(tmp_path):
+    """A scene runs from the command line, is explained, and its instruments read each wheel by its numbers."""
+    (tmp_path / "tracked.toml").write_text(SCENE)
+    scene = omniroll.load_scene(tmp_path / "tracked.toml")
+    assert scene.vehicle.by_wheel["wheel_radius"][3] == 0.02 and scene.vehicle.rollers == (9, 9, 9, 6)
+    found = omniroll.run(scene)
+    read = found.measure(np.linspace(0, 1, 11), scene.instruments())
+    passed = found.switches.direction[found.switches.wheel == 3].sum()
+    assert read["wheel_angle"][-1, 3] == pytest.approx(found.chi[-1, 3] + passed * 2 * np.pi / 6, rel=1e-12)
+    rate, slope = (
+        found.measure([0.4999, 0.5, 0.5001], names=["accelerometer"])["accelerometer"][1],
+        found.sample([0.4999, 0.5001]).nu,
+    )
+    turning = (
+        np.array([-1, 1]) * found.sample([0.5]).nu[0, [1, 0]] * found.sample([0.5]).nu[0, 2] / scene.vehicle.yaw_scale
+    )
+    assert rate == pytest.approx(
+        scene.vehicle.platform_radius * (np.diff(slope, axis=0)[0, :2] / 2e-4 + turning), rel=1e-4
+    )
+    file = str(tmp_path / "tracked.toml")
+    for words in (["run", file, "--output", str(tmp_path / "out")], ["explain", file], ["explain", file, "--json"]):
+        assert main(words) == 0
+    wrong = SCENE.replace("wheel_radius", "wheel_radios").replace("driven = false", "driven = 0")
+    (tmp_path / "wrong.toml").write_text(wrong)
+    with pytest.raises(omniroll.SceneError, match=r"(?s)9: \[vehicle.kinds.track\] wheel_radios.*mean wheel_radius"):
+        omniroll.load_scene(tmp_path / "wrong.toml")
+
+
+def test_one_row_on_a_vehicle_with_two():
+    """All wheels of a kind with one row: the vehicle with one; a kind that has its rows farther out: its own lever."""
+    two = PAPER.replace(
+        rows=2, row_offset=0.004, rollers_per_wheel=10, roller_axis_radius=0.9 * PAPER.roller_axis_radius
+    )
+    one = two.replace(rows=1, row_offset=0.0)
+    flat = two.replace(kinds={"flat": {"rows": 1}}, wheel_kinds=["flat"] * 4)
+    plain, own = (run(vehicle, duration=0.5) for vehicle in (one, flat))
+    np.testing.assert_allclose(own.pose[-1], plain.pose[-1], rtol=1e-11)
+    mixed = two.replace(kinds={"flat": {"rows": 1}, "wide": {"row_offset": 0.006}}, wheel_kinds=["flat", "wide"] * 2)
+    found = run(mixed, accuracy=1e-13, duration=0.5)
+    assert found.stats["phase_energy_drift"] < 1e-13 and found.switches.energy_jump.max() < 1e-14 * found.energy[0]
+    bound, yaw = found.kernel, found.nu[0, 2] / mixed.yaw_scale
+    for contact, side in ((0, 1), (1, -1)):
+        carried = kernel_in_phase(bound, Carry(np.full(4, contact), np.zeros(4, int)))
+        beside = carried.wheel_speeds(found.nu[0]) - bound.wheel_speeds(found.nu[0])
+        expected = -side * yaw * np.array([0, 0.006, 0, 0.006]) / mixed.wheel_radius
+        np.testing.assert_allclose(beside, expected, rtol=1e-11, atol=1e-14)

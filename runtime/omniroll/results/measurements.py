@@ -149,7 +149,8 @@ def readings_of(vehicle: Vehicle, effects: EffectSet, names: Sequence[str] | Non
 
     Where wheels may stand on the joint of two rollers, the acceleration depends on how these share the force.
     """
-    untold = () if vehicle.has_wheels_of_the_paper or effects.slips else ("accelerometer",)
+    has_loads = vehicle.has_wheels_of_the_paper and not vehicle.has_kinds
+    untold = () if has_loads or effects.slips else ("accelerometer",)
     if names is None:
         return tuple(name for name in NAMES if name not in untold)
     for name in untold:

@@ -69,6 +69,14 @@ class Stored:
         return self.description["vehicle"]["rollers_per_wheel"]
 
     @property
+    def rollers(self) -> list[int]:
+        """(N,) the number of rollers of each wheel."""
+        vehicle, most = self.description["vehicle"], self.rollers_per_wheel
+        kinds = vehicle.get("kinds", {})
+        own = [kinds[name].get("rollers_per_wheel", most) for name in vehicle.get("wheel_kinds", ())]
+        return own or [most] * self.wheels
+
+    @property
     def has_joints(self) -> bool:
         """Whether its wheels have two rows of rollers, or rollers at an angle: they may stand on their joints."""
         vehicle = self.description["vehicle"]

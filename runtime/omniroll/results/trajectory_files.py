@@ -126,7 +126,7 @@ def _read_description(text: str) -> dict[str, Any]:
 
 def _names(stored: Stored, spins: bool, modes: int, drives: int, added: int) -> list[str]:
     """The names of the columns without those of the polynomials; wheels and rollers are counted from 1."""
-    wheels, rollers = range(1, stored.wheels + 1), range(2, stored.rollers_per_wheel + 1)
+    wheels = range(1, stored.wheels + 1)
     names = [
         "t",
         "elapsed",
@@ -141,7 +141,7 @@ def _names(stored: Stored, spins: bool, modes: int, drives: int, added: int) -> 
         *(f"contact_spin_{i}" for i in wheels),
         "energy",
     ]
-    names += [f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else []
+    names += [f"spin_{i}_{j}" for i in wheels for j in range(2, stored.rollers[i - 1] + 1)] if spins else []
     names += [f"pivot_{i}" for i in wheels] if stored.has_joints else []
     names += [f"mode_{k}" for k in range(1, modes + 1)]
     inputs = stored.description.get("drive_names", DRIVES)[:drives]
@@ -149,10 +149,17 @@ def _names(stored: Stored, spins: bool, modes: int, drives: int, added: int) -> 
     return names + [f"added_{k}" for k in range(1, added + 1)]
 
 
+def _there(stored: Stored) -> np.ndarray:
+    """(N, n-1) whether a wheel has a free roller at a place."""
+    return np.arange(1, stored.rollers_per_wheel) < np.array(stored.rollers)[:, None]
+
+
 def _write_csv(stored: Stored, file: TextIO) -> None:
     arrays = stored.arrays
     rows, end = len(arrays["t"]), 5 + stored.wheels + 3
     optional = [arrays[name] for name in ("spins", "pivots", "modes", "drive", "added") if arrays[name] is not None]
+    if arrays["spins"] is not None:
+        optional[0] = arrays["spins"][:, _there(stored)]
     counted = (arrays[name] for name in ("modes", "drive", "added"))
     modes, drives, added = (0 if array is None else array.shape[1] for array in counted)
     names = _names(stored, arrays["spins"] is not None, modes, drives, added)
@@ -199,7 +206,7 @@ def _read_csv(file: TextIO) -> Stored:
 def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: list[list[str]]) -> dict[str, Any]:
     """The arrays from the rows of a CSV file, as texts."""
     wheels, rollers, rows = stored.wheels, stored.rollers_per_wheel, len(table)
-    with_spins = f"spin_{wheels}_{rollers}" in names
+    with_spins = "spin_1_2" in names
     added, drives, modes = layout["added"], layout["drives"], layout["modes"]
     plain = _names(stored, with_spins, modes, drives, added or 0)
     if names[: len(plain)] != plain or any(len(row) != len(names) for row in table):
@@ -221,8 +228,9 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
         place += max(width, 1)
     arrays["contact"] = arrays["contact"].astype(int)
     if with_spins:
-        width = wheels * (rollers - 1)
-        arrays["spins"] = numbers[:, place : place + width].reshape(rows, wheels, rollers - 1)
+        there = _there(stored)
+        width, arrays["spins"] = there.sum(), np.zeros((rows, wheels, rollers - 1))
+        arrays["spins"][:, there] = numbers[:, place : place + width]
         place += width
     if stored.has_joints:
         arrays["pivots"] = numbers[:, place : place + wheels].astype(int)

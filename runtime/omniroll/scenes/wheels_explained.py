@@ -75,11 +75,12 @@ def _kinds(scene: Scene) -> list[dict[str, Any]]:
 
 def _kind_in_words(kind: dict[str, Any]) -> str:
     wheels = ", ".join(map(str, kind["wheels"]))
-    changes = f", {kind['roller_frequency']:.4g} changes of rollers a second at {kind['rate']:.4g} rad/s"
-    return (
-        f"  {kind['kind']}: wheels {wheels}; radius {kind['wheel_radius']:.4g} m, "
-        f"{kind['rollers_per_wheel']} rollers on {kind['roller_axis_radius']:.4g} m{'' if kind['driven'] else ', no drive'}{changes if kind['rate'] else ''}"
-    )
+    radius, axis, count = (kind[name] for name in ("wheel_radius", "roller_axis_radius", "rollers_per_wheel"))
+    sizes = f"radius {radius:.4g} m, {count} rollers on {axis:.4g} m"
+    text = f"  {kind['kind']}: wheels {wheels}; {sizes}{'' if kind['driven'] else ', no drive'}"
+    if not kind["rate"]:
+        return text
+    return f"{text}, {kind['roller_frequency']:.4g} changes of rollers a second at {kind['rate']:.4g} rad/s"
 
 
 def _rolling(vehicle: Vehicle) -> dict[str, float]:
