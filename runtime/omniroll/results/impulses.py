@@ -7,6 +7,7 @@ import numpy as np
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import kernel
 from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.checks import refuse_kinds
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,7 @@ def impulses(trajectory: Trajectory) -> Impulses:
         raise InvalidValueError("trajectory", trajectory, "must be a Trajectory")
     if trajectory.switching != "impact":
         raise InvalidValueError("switching", trajectory.switching, 'must be "impact": this law has no impulses')
+    refuse_kinds(trajectory.vehicle, "trajectory", "impulses", "take wheels that are all alike")
     switched = (trajectory.contact[1:] != trajectory.contact[:-1]).any(axis=1)
     row = np.flatnonzero(switched) + 1
     entering = trajectory.contact[row][..., None]

@@ -155,7 +155,7 @@ def readings_of(vehicle: Vehicle, effects: EffectSet, names: Sequence[str] | Non
         return tuple(name for name in NAMES if name not in untold)
     for name in untold:
         if name in names:
-            bound = "is told of omni-wheels in one row, and of wheels that may slip: ask for other readings"
+            bound = "is told of omni-wheels in one row, all alike, and of wheels that may slip: ask for other readings"
             raise InvalidValueError("names", name, bound)
     return tuple(names)
 

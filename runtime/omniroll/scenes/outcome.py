@@ -185,7 +185,8 @@ def write(outcome: Outcome, folder: ResultFolder) -> dict[str, Any]:
         trajectory.save(place / "trajectory.npz", measured=False)
         trajectory.save(place / "trajectory.csv", dense=False, measured=False)
         _write_switches(trajectory, place / "switches.csv")
-        if not any(trajectory.vehicle.roller_angle) and trajectory.switching == "impact":
+        vehicle = trajectory.vehicle
+        if not any(vehicle.roller_angle) and not vehicle.has_kinds and trajectory.switching == "impact":
             _write_impulses(impulses(trajectory), place / "impulses.csv")
         if trajectory.contacts is not None:
             _write_slip(trajectory, place / "slip.csv")
