@@ -11,7 +11,7 @@ import pytest
 import omniroll
 from omniroll import InvalidValueError, vocabulary
 from omniroll.kernels import sets
-from omniroll.kinds import Choice, Flags, Numbers, Whole, Word
+from omniroll.kinds import Choice, Flags, Names, Numbers, Tables, Whole, Word
 from omniroll.scenes.schema import SCENE, keys
 from omniroll.vocabulary import Entry
 
@@ -112,7 +112,7 @@ def test_the_c_headers_say_what_the_table_says():
 @pytest.mark.parametrize("table", TABLES)
 def test_entries_are_whole(table):
     for entry in TABLES[table]:
-        assert isinstance(entry.kind, (Choice, Flags, Numbers, Whole, Word)) and entry.meaning
+        assert isinstance(entry.kind, (Choice, Flags, Names, Numbers, Tables, Whole, Word)) and entry.meaning
         assert bool(entry.unit) == isinstance(entry.kind, Numbers)
         assert not (entry.needed and entry.default)
 

@@ -8,7 +8,7 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.kinds import Choice, Flags, Whole, Word
+from omniroll.kinds import Choice, Flags, Names, Whole, Word
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.reading import lines_of
@@ -167,7 +167,7 @@ def test_lines_of_keys():
     text = "a.b = 1\n[t] # x\n 'k' = 2\n\n[ u ]\nk=3\nk2 = [\n1]\n[[v]]\nx.y = 1"
     assert lines_of(text) == {
         ("a", None): 1, ("a", "b"): 1, ("t", None): 2, ("t", "k"): 3, ("u", None): 5, ("u", "k"): 6, ("u", "k2"): 7,
-        ("v", None): 9, ("v", "x"): 10,
+        ("v", None): 9, ("v", "x"): 10, ("v.x", "y"): 10,
     }  # fmt: skip
 
 
@@ -199,6 +199,7 @@ def test_the_schema_names_units_and_bounds():
     for table in SCENE:
         for key in table.keys:
             assert key.meaning or key.name == "gravity"
-            assert bool(key.unit) != isinstance(key.kind, (Choice, Flags, Whole, Word)), f"[{table.name}] {key.name}"
+            has_none = isinstance(key.kind, (Choice, Flags, Names, Whole, Word))
+            assert bool(key.unit) != has_none, f"[{table.name}] {key.name}"
             assert not (key.needed and key.default)
             assert math.isfinite(len(key.kind.expected({})))
