@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from omniroll import cli
-from omniroll.scenes.schema import TABLES
+from omniroll.scenes.schema import KIND_OF_WHEEL, KINDS, TABLES
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -52,4 +52,5 @@ def test_commands_are_ones_that_the_command_line_takes(page):
 def test_scenes_have_tables_and_keys_that_there_are(page):
     for block in blocks("toml", page):
         for table, keys in tomllib.loads(block).items():
-            assert [name for name in keys if TABLES[table].key(name) is None] == []
+            of_kinds = [KIND_OF_WHEEL.key(name) for kind in keys.pop(KINDS, {}).values() for name in kind]
+            assert None not in [*of_kinds, *map(TABLES[table].key, keys)]
