@@ -47,7 +47,7 @@ CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "free": (
         *((*rollers, *ground) for ground in ((), STICKY_GROUND) for rollers in ((), DAMPED, (*SMOOTH, *STICKING))),
-        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, (*DAMPED, *ROWS), (*SMOOTH, *ROWS),
+        (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, ROWS, (*DAMPED, *ROWS), (*SMOOTH, *ROWS),
         MECANUM, *((*OTHER_KINDS, *ground) for ground in (GROUND, STICKY_GROUND)),
     ),
 }  # fmt: skip
