@@ -51,10 +51,7 @@ def text(explanation: dict[str, Any]) -> str:
         "",
         f"Effects that are off, and how far each would take the motion away within {explanation['compared']:g} s",
     ]
-    for effect in explanation["effects"]:
-        if not effect["on"]:
-            place, estimate = f"[{effect['table']}]", _estimated(effect["estimate"], explanation["felt"])
-            lines += [f"  {_named(effect, place)}  {estimate}"]
+    lines += _effects_off(explanation)
     if not any(effect["estimate"] for effect in explanation["effects"]):
         lines.append("  nothing to compare with: the motion takes no time, or too long on this machine, or it stops")
     lines += _cost(explanation)
@@ -81,6 +78,22 @@ def _why(effect: dict[str, Any]) -> str:
     if effect["called_by"]:
         return " ".join(f"[{table}]" for table in effect["called_by"])
     return "by default" if effect["table"] else "[vehicle]"
+
+
+def _effects_off(explanation: dict[str, Any]) -> list[str]:
+    """A line for each; why some are not estimated is said once."""
+    lines, said = [], set()
+    for effect in explanation["effects"]:
+        if effect["on"]:
+            continue
+        estimate = effect["estimate"]
+        why = estimate["why"] if estimate else ""
+        if why in said:
+            estimate = estimate | {"why": "as above"}
+        said |= {why} - {""}
+        place = f"[{effect['table']}]"
+        lines.append(f"  {_named(effect, place)}  {_estimated(estimate, explanation['felt'])}")
+    return lines
 
 
 def _estimated(estimate: dict[str, Any] | None, felt: float) -> str:

@@ -77,7 +77,8 @@ def _kind_in_words(kind: dict[str, Any]) -> str:
     wheels = ", ".join(map(str, kind["wheels"]))
     radius, axis, count = (kind[name] for name in ("wheel_radius", "roller_axis_radius", "rollers_per_wheel"))
     sizes = f"radius {radius:.4g} m, {count} rollers on {axis:.4g} m"
-    text = f"  {kind['kind']}: wheels {wheels}; {sizes}{'' if kind['driven'] else ', no drive'}"
+    several = "s" * (len(kind["wheels"]) > 1)
+    text = f"  {kind['kind']}: wheel{several} {wheels}; {sizes}{'' if kind['driven'] else ', no drive'}"
     if not kind["rate"]:
         return text
     return f"{text}, {kind['roller_frequency']:.4g} changes of rollers a second at {kind['rate']:.4g} rad/s"
