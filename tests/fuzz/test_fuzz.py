@@ -30,7 +30,8 @@ METHODS_OF_ENGINES = (
     "Trajectory.drives_at",
     "Trajectory.state_and_row",
     "Trajectory.state_at",
-)  # which take numbers that are checked
+    "Vehicle.with_drives",
+)  # which take numbers that are checked, or functions of the package itself
 OPENS_A_BROWSER = ("View.open",)
 ERRORS = {name for name in omniroll.__all__ if name.endswith(("Error", "Warning", "Stopped", "Interrupted"))}
 RESULTS = {

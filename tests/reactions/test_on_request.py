@@ -12,7 +12,10 @@ MODELS = ("massless", "locked", "free")
 REACTIONS = ("contact_forces", "contact_impulses", "load_balance")
 LISTED = [effect for effect in generated_data.load("effects")["effects"] if effect["neutral"]]
 # Loads from springs share the numbers of the loads' balance.
-OTHERS = tuple(e["name"] for e in LISTED if "reactions" not in (e["name"], *e["needs"]) and e["table"] != "springs")
+OTHERS = tuple(
+    e["name"] for e in LISTED
+    if "reactions" not in (e["name"], *e["needs"], *e["excludes"]) and e["table"] != "springs"
+)  # fmt: skip
 
 
 @cache

@@ -44,7 +44,7 @@ def scaled(thing, names):
     changed = {}
     for name in names:
         value = getattr(thing, name)
-        if name in UNITS and value is not None and not isinstance(value, (str, int)):
+        if name in UNITS and value not in (None, ()) and not isinstance(value, (str, int)):
             factors = [scale(unit) for unit in UNITS[name].split(", ")]
             changed[name] = (np.array(value) * factors[0]).tolist()
     return changed

@@ -148,10 +148,10 @@ static void put_modes_of(const variations_t *w, const change_t *e, int which)
 #include "deviations/standing.c"
 
 /* What the ground would ask of massless rollers if they stuck, at the point, and how that moves. Beside contacts that may
- * stick their spins have other arguments, and the ground's forces say it. */
+ * stick, and of free rollers, spins have other arguments. */
 static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
 {
-#if !SET_STRIPS
+#if !SET_STRIPS && !SET_DISKS_STICK
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
     lanes_t spin[MOST_WHEELS], spin_moved[MOST_WHEELS], none[MOST_WHEELS] = {{0}}, sticks[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
