@@ -1,6 +1,6 @@
 """How often the intervals of fits to a log's slip hold the truth: logs of ground_motion.py, not of this simulator.
 
-`python -m identification.coverage_of_slip`, from tests/, fits 200 logs on each ground, one for each seed, and writes
+`python -m identification.coverage_of_slip`, from tests/, fits 400 logs on each ground, one for each seed, and writes
 what it finds into docs/fitting.md (20 minutes).
 """
 
@@ -22,7 +22,7 @@ VEHICLE = omniroll.Vehicle(
 NUMBER = {"viscous": "coefficient", "coulomb": "friction"}
 AWAY = (1.15, 0.8, 1.3)  # where a fit begins, over the truth: mass, wheel_viscous, the ground's number
 NOISE = {"wheel_rate": 0.3, "pose": 0.003}  # rad/s, and m and rad of a tracker
-LOGS = 200
+LOGS = 400
 PAGE = Path(__file__).parents[2] / "docs/fitting.md"
 BEGIN, END = "<!-- written by identification.coverage_of_slip -->\n", "<!-- up to here -->\n"
 
@@ -62,7 +62,7 @@ def fit_of(law, seed, rows=ROWS):
 
 
 def rows_of(law):
-    """Lines of the page's table: of 200 logs."""
+    """Lines of the page's table: of 400 logs."""
     fit_of(law, 0)  # what is compiled once is compiled
     began = time.process_time()
     fits = [fit_of(law, seed) for seed in range(LOGS)]
