@@ -71,9 +71,13 @@ int main(int count, char **arguments)
     double *const rows = calloc(ROWS*row, sizeof *rows);
     static double steps[ROWS*(2 + 16*(6 + WHEELS + CORE + ACCOUNTS))];
     static double switches[ROWS*(2 + WHEELS)], switch_axial[ROWS*WHEELS*PLACES];
+    double joint[WHEELS];
+    long long rollers[WHEELS];
+    for (int i = 0; i < WHEELS; i++)
+        joint[i] = 3.141592653589793/ROLLERS, rollers[i] = ROLLERS;
     omniroll_run_t run = {
         .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]), .next_time = INFINITY,
-        .tolerance = 1e-11, .sweep_tolerance = 1e-14, .joint = 3.141592653589793/ROLLERS, .patience = 600,
+        .tolerance = 1e-11, .sweep_tolerance = 1e-14, .joint = joint, .rollers = rollers, .patience = 600,
         .nu = nu, .chi = chi, .pose = pose, .axial = axial, .contact = contact, .work = work,
         .rows = rows, .steps = steps, .row_capacity = ROWS,
         .switches = switches, .switch_axial = switch_axial, .switch_capacity = ROWS};

@@ -34,7 +34,7 @@ def every_effect() -> tuple[str, ...]:
 
 
 def other_wheels() -> list[tuple[str, ...]]:
-    """Two rows of rollers, and mecanum wheels, each with all effects that go beside."""
+    """Two rows of rollers, mecanum wheels, and wheels of several kinds, each with all effects that go beside."""
     excludes = {entry["name"]: entry["excludes"] for entry in generated_data.load("effects")["effects"]}
     chosen = [{*every_effect(), "layout", "joints", kind} - {*excludes[kind]} for kind in OTHER_WHEELS]
     return [tuple(effect for effect in optional_effects() if effect in own) for own in chosen]
@@ -44,7 +44,7 @@ def bases_of(scale: Scale) -> tuple[str, ...]:
     return scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
 
 
-OTHER_WHEELS = ("rows", "mecanum")
+OTHER_WHEELS = ("rows", "mecanum", "kinds")
 NUMBERS = {  # by which the derivatives are judged, of a bare vehicle and of one with all effects
     (): ("mass", "roller_inertia", "wheel_angles", "wheel_radius"),
     ("all",): ("roller_damping", "roller_fade_speed", "slope_angle", "wheel_places"),
@@ -98,12 +98,22 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
 
 
 def of_other_wheels(draw: Draw, vehicle: dict[str, np.ndarray], wheels: int) -> dict[str, np.ndarray]:
-    """Of two rows and of rollers at an angle, up to which the wheel keeps inertia; every third wheel stands."""
+    """Of two rows; of rollers at an angle, up to which the wheel keeps inertia; of several kinds, whose wheels are up to
+    twice as large as the vehicle's. Every third wheel stands."""
     carried = 5 * vehicle["roller_inertia"]
+    larger = draw.rng.uniform(1, 2, (draw.count, wheels))
+    weightless = draw.rng.integers(0, 2, (draw.count, wheels)).astype(float)
     steepest = np.minimum(np.arcsin(np.sqrt(np.minimum(0.9 * vehicle["wheel_inertia"] / carried, 1))), 1.5)
     return {
         "roller_angle": per_state(steepest, (wheels,)) * draw.rng.uniform(-1, 1, (draw.count, wheels)),
         "row_offset": vehicle["wheel_radius"] * draw.signed(1e-3, 1),
+        "wheel_radii": per_state(vehicle["wheel_radius"], (wheels,)) * larger,
+        "roller_axis_radii": per_state(vehicle["roller_axis_radius"], (wheels,)) * larger,
+        "wheel_inertias": per_state(vehicle["wheel_inertia"], (wheels,)) * larger**5,
+        "roller_inertias": per_state(vehicle["roller_inertia"], (wheels,)) * (1 - weightless),
+        "weightless": weightless,
+        "roller_counts": draw.rng.integers(3, 6, (draw.count, wheels)).astype(float),
+        "driven": draw.rng.integers(0, 2, (draw.count, wheels)).astype(float),
         "sides": draw.rng.choice([-1.0, 1.0], (draw.count, wheels)),
         "turns": np.minimum(draw.rng.integers(0, 3, (draw.count, wheels)), 1).astype(float),
     }
