@@ -60,7 +60,6 @@ NEEDS = {
     "contact_loads": ("contact", "contact_viscous", "reactions"),  # they act through a law
     "contact_springs": ("contact", "contact_regularised"),
 }
-BRINGS = dict.fromkeys(("rows", "mecanum"), ("joints",))  # wheels whose roller may end where the next one carries
 
 
 def added_to_nothing(effect):
@@ -68,7 +67,7 @@ def added_to_nothing(effect):
 
 
 def without_what_needs(effect):
-    return tuple(e for e in EFFECTS if e != effect and effect not in (*NEEDS.get(e, ()), *BRINGS.get(e, ())))
+    return tuple(e for e in EFFECTS if e != effect and effect not in (*NEEDS.get(e, ()), *EFFECTS[e]["needs"]))
 
 
 def solver(effect):

@@ -98,7 +98,7 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
 
 
 def of_other_wheels(draw: Draw, vehicle: dict[str, np.ndarray], wheels: int) -> dict[str, np.ndarray]:
-    """Of two rows; of rollers at an angle, up to which the wheel keeps inertia; of several kinds, whose wheels are up to
+    """Of two rows; of rollers at an angle, up to which the wheel keeps inertia; of several kinds, with wheels up to
     twice as large as the vehicle's. Every third wheel stands."""
     carried = 5 * vehicle["roller_inertia"]
     larger = draw.rng.uniform(1, 2, (draw.count, wheels))
