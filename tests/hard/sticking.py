@@ -10,9 +10,9 @@ from hard import naive, on_the_spot
 from hard.case import Case, Measurement, Scale
 from hard.known_times import equal, interpolated
 from hard.setting import EPS, JOINT, LAWS, MODELS, PAPER, Setting, settings, speeds_of_wheels
+from hard.sticking_flow import Held, Motion, follow
 from omniroll import Bearings, Slope, Torque, TorqueTable, Trajectory
-from omniroll.studies.accuracy.mechanics import Mechanics
-from omniroll.studies.accuracy.reference import Taylor, digits, flint_module, follow
+from omniroll.studies.accuracy.reference import digits
 
 SECTION = "Effects"
 ACCURACY = 1e-13
@@ -37,16 +37,10 @@ def dead_band(sliding: np.ndarray, drive: naive.Law | None = None) -> naive.Law:
     return torques
 
 
-def end_of(setting: Setting, start: dict[str, Any], acting: tuple) -> np.ndarray:
-    """nu, chi and pose at the end of the true motion, in 28 digits: which axles stick is found by trying all sets."""
-    task = setting.task(**start, effects=acting)
-    with digits():
-        return follow(Taylor(task), task, np.array([task.duration])).y[-1].astype(float)
-
-
-def apart(run: Trajectory, truth: np.ndarray) -> float:
-    """The distance of the ends; a switch too many or too few puts chi as far off as a roller is long."""
-    return float(np.abs(np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]]) - truth).max())
+def apart(run: Trajectory, truth: Motion) -> float:
+    """The distance of the ends, and 1 for each switch too many or too few."""
+    end = np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]])
+    return float(np.abs(end - truth.y).max()) + abs(len(run.switches) - len(truth.switches))
 
 
 def by_scipy(setting: Setting, start: dict[str, Any], law: naive.Law, truth: np.ndarray) -> float:
@@ -72,17 +66,17 @@ def one_by_one(scale: Scale) -> list[Measurement]:
     short = (("massless", "impact", 0.3), ("locked", "impact", 0.1))
     for model, law, duration in scale.of(short, [(model, law, 0.5) for model in MODELS for law in LAWS]):
         random, worst, theirs = np.random.default_rng([71, MODELS.index(model)]), dict.fromkeys(engines(), 0.0), 0.0
-        judged = Setting(model, law, "compiled")
+        judged = Setting(model, law, "python")
         for _ in range(scale.of(1, 2)):
             start, sliding, holding = slow_wheel(random, judged, duration)
+            truth = follow(judged.task(**start, effects=(Torque(0.0),)), sliding, holding)
+            assert any(0 in modes for _, modes in truth.modes)
             acting = (Bearings(wheel_coulomb=sliding, wheel_break_away=holding),)
-            truth = end_of(judged, start, acting)
             for engine in engines():
                 run = Setting(model, law, engine).run(**start, effects=acting, accuracy=ACCURACY)
-                assert (run.modes == 0).any()
                 worst[engine] = max(worst[engine], apart(run, truth))
             if scale.compares:
-                theirs = max(theirs, by_scipy(judged, start, dead_band(sliding), truth))
+                theirs = max(theirs, by_scipy(judged, start, dead_band(sliding), truth.y))
         found += [
             Setting(model, law, engine).measurement(
                 "distance from the true motion", worst[engine], 1e-11, theirs if scale.compares else None
@@ -171,15 +165,13 @@ def _switches_fit(switches: int, edges: int, beyond: float) -> bool:
 
 
 def break_away(start: dict[str, Any], setting: Setting, slope: Slope) -> Any:
-    """The least torque in 28 digits, the same for all three axles, that holds the vehicle at rest; inside digits(). The
-    axles' torques do as much work as the slope: rows^T torques = -M* nu'."""
-    flint = flint_module()
-    m = Mechanics(setting.task(**start, effects=(slope, Torque(0.0))), flint.arb)
-    y = m.begin(*m.start(), m.number(0.0))
-    mass = flint.arb_mat(m.module.mass_matrix(m.model, m.view(y, "chi")))
-    force = mass * flint.arb_mat([[rate] for rate in m.rates(y)[:3]])
-    rows = flint.arb_mat([m.wheel_speeds([m.number(float(j == k)) for j in range(3)]) for k in range(3)])
-    return max((abs(torque) for torque in rows.solve(force).entries()), key=float)
+    """The least torque in 28 digits, the same for all axles, that holds the vehicle at rest; inside digits()."""
+    task = setting.task(**start, effects=(slope, Torque(0.0)))
+    held = Held(task, np.zeros(3))
+    held.modes = [0, 0, 0]
+    y, axial = held.start()
+    held.rates(held.begin(y, axial, held.number(0.0)))
+    return max((abs(torque) for torque in held.taken.values()), key=float)
 
 
 def at_its_break_away_angle(scale: Scale) -> list[Measurement]:
@@ -204,15 +196,16 @@ def at_its_break_away_angle(scale: Scale) -> list[Measurement]:
                 run = setting.run(**start | {"duration": 1000.0}, effects=acting, accuracy=1e-9)
                 lets_go = max(lets_go, float(np.abs(run.nu).max()))
             below = float(np.nextafter(least, 0.0))
-            beside = max(beside, _speed(setting, start, slope, below) / (EPS * 9.8 * slope.angle))
-            holds += _speed(setting, start, slope, least * (1 - ROUNDINGS * EPS)) == 0
+            beside = max(beside, _distance(setting, start, slope, below)[0] / (EPS * 9.8 * slope.angle))
+            off, way = _distance(setting, start, slope, least * (1 - ROUNDINGS * EPS))
+            holds += off > 0.5 * way
             if scale.compares:
                 task = judged.task(**start, effects=(slope, Torque(0.0)))
                 motion = naive.simulate(task, law=dead_band(np.full(3, least)), rtol=1e-9, method="LSODA")
                 theirs = max(theirs, np.inf if motion.gave_up else float(np.abs(motion.y[:3]).max()))
         found += [
             setting.measurement("at the angle: largest nu", lets_go, 0, theirs if scale.compares else None),
-            setting.measurement("1 ulp beyond it: nu after 1 s / (eps g angle)", beside, ROUNDINGS),
+            setting.measurement("1 ulp beyond it: error of nu after 1 s / (eps g angle)", beside, ROUNDINGS),
             setting.measurement(f"{ROUNDINGS} eps beyond it: starts that do not slide, in %", 100 * holds / count, 0),
         ]
     return found
@@ -223,10 +216,12 @@ def _rounded_up(value: Any) -> float:
     return float(np.nextafter(near, np.inf)) if float(value - near) > 0 else near
 
 
-def _speed(setting: Setting, start: dict[str, Any], slope: Slope, torque: float) -> float:
-    """The size of nu at the end of a start from rest."""
+def _distance(setting: Setting, start: dict[str, Any], slope: Slope, torque: float) -> tuple[float, float]:
+    """How far nu is from the true one at the end of a start from rest, and how large the true one is."""
+    judged = Setting(setting.model, setting.law, "python")
+    truth = follow(judged.task(**start, effects=(slope, Torque(0.0))), np.full(3, torque), np.full(3, torque))
     run = setting.run(**start, effects=(Bearings(wheel_coulomb=torque), slope), accuracy=ACCURACY)
-    return float(np.abs(run.nu[-1]).max())
+    return float(np.abs(run.nu[-1] - truth.y[:3]).max()), float(np.abs(truth.y[:3]).max())
 
 
 def touching(scale: Scale) -> list[Measurement]:

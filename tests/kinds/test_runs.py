@@ -94,7 +94,7 @@ def test_a_wheel_without_a_drive_gets_no_torque():
     drives = motor.drives_at(motor.t[-1:])
     assert drives["torque"][0, 3] == drives["damping"][0, 3] == 0 and drives["torque"][0, 0] > 0
     for effect in (Torque([0.01] * 4), TorqueTable((0, 1), np.full((2, 4), 0.01))):
-        with pytest.raises(InvalidValueError, match="torque = .*must be 0 for wheel 3, which has no drive"):
+        with pytest.raises(InvalidValueError, match="torque = .*must be 0 for wheel 4, which has no drive"):
             run(TRACKED, effects=(effect,))
     bound = kernel(TRACKED, "free", "compiled")
     asked = bound.wheel_torques([0.1, -0.2, 0.3])
@@ -148,6 +148,8 @@ def test_sessions_many_runs_and_linear_models_take_them():
         ({"kinds": {"drive": {}, "small": {"rollers_per_wheel": 12}}}, "kinds.small.rollers_per_wheel = 12.*at most"),
         ({"kinds": {"drive": {}, "small": {"wheel_radius": -1}}}, "kinds.small.wheel_radius = -1"),
         ({"kinds": {"drive": {}, "small": {"radius": 1}}}, "radius"),
+        ({"kinds": (1, 2)}, r"kinds = \(1, 2\): must be numbers by name"),
+        ({"kinds": {"drive": {}, "small": (1,)}}, r"kinds.small = \(1,\): must be numbers by name"),
         (
             {"kinds": {"drive": {}, "small": {"roller_axis_radius": 1.0}}},
             "kinds.small.roller_axis_radius = 1.0.*above the",

@@ -90,7 +90,8 @@ def _effects_off(explanation: dict[str, Any]) -> list[str]:
         why = estimate["why"] if estimate else ""
         if why in said:
             estimate = estimate | {"why": "as above"}
-        said |= {why} - {""}
+        elif why:
+            said.add(why)
         place = f"[{effect['table']}]"
         lines.append(f"  {_named(effect, place)}  {_estimated(estimate, explanation['felt'])}")
     return lines

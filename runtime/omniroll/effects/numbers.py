@@ -43,7 +43,7 @@ def driven_alone(field: str, value: PerWheel, vehicle: Vehicle) -> np.ndarray:
 def refuse_undriven(field: str, values: np.ndarray, vehicle: Vehicle) -> None:
     """Raise InvalidValueError where values (..., N) ask something of a wheel without a drive."""
     if values[..., ~vehicle.driven].any():
-        wheel = int(np.flatnonzero(~vehicle.driven)[0])
+        wheel = int(np.flatnonzero(~vehicle.driven)[0]) + 1
         bound = f"must be 0 for wheel {wheel}, which has no drive: its kind has driven = false"
         raise InvalidValueError(field, values.tolist(), bound)
 

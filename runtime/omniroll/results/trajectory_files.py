@@ -26,6 +26,7 @@ from omniroll import durable, json_texts
 from omniroll.effects.effect_set import DRIVES
 from omniroll.errors import InvalidValueError
 from omniroll.results.trajectory_content import ARRAYS, AXES, SWITCH_FIELDS, Stored, check
+from omniroll.vehicles.checks import rollers_there
 
 FORMAT = "omniroll trajectory 2"
 LAYOUT = ("switches", "dense", "step_rows", "added", "drives")  # what the description of a CSV file has besides, and
@@ -149,17 +150,12 @@ def _names(stored: Stored, spins: bool, modes: int, drives: int, added: int) -> 
     return names + [f"added_{k}" for k in range(1, added + 1)]
 
 
-def _there(stored: Stored) -> np.ndarray:
-    """(N, n-1) whether a wheel has a free roller at a place."""
-    return np.arange(1, stored.rollers_per_wheel) < np.array(stored.rollers)[:, None]
-
-
 def _write_csv(stored: Stored, file: TextIO) -> None:
     arrays = stored.arrays
     rows, end = len(arrays["t"]), 5 + stored.wheels + 3
     optional = [arrays[name] for name in ("spins", "pivots", "modes", "drive", "added") if arrays[name] is not None]
     if arrays["spins"] is not None:
-        optional[0] = arrays["spins"][:, _there(stored)]
+        optional[0] = arrays["spins"][:, rollers_there(stored)]
     counted = (arrays[name] for name in ("modes", "drive", "added"))
     modes, drives, added = (0 if array is None else array.shape[1] for array in counted)
     names = _names(stored, arrays["spins"] is not None, modes, drives, added)
@@ -228,7 +224,7 @@ def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: lis
         place += max(width, 1)
     arrays["contact"] = arrays["contact"].astype(int)
     if with_spins:
-        there = _there(stored)
+        there = rollers_there(stored)
         width, arrays["spins"] = there.sum(), np.zeros((rows, wheels, rollers - 1))
         arrays["spins"][:, there] = numbers[:, place : place + width]
         place += width

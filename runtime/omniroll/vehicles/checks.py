@@ -1,6 +1,7 @@
 """Checks of states: speeds, wheel angles and spins that fit a vehicle and a roller model."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -91,8 +92,8 @@ def free_spins(spins: ArrayLike | None, vehicle: Vehicle, roller_model: str) -> 
     return validation.magnitude("spins", array, axes=2)
 
 
-def rollers_there(vehicle: Vehicle) -> np.ndarray:
-    """(N, n-1) whether a wheel has a free roller at a place."""
+def rollers_there(vehicle: Any) -> np.ndarray:
+    """(N, n-1) whether a wheel has a free roller at a place; of a vehicle, or of what a file says of one."""
     return np.arange(1, vehicle.rollers_per_wheel) < np.array(vehicle.rollers)[:, None]
 
 

@@ -20,10 +20,8 @@ def checked(kinds: Any, names: Any, wheels: int, whole: Mapping[str, int]) -> tu
 
     whole  rollers_per_wheel and rows of the vehicle
     """
-    tables = dict(kinds) if isinstance(kinds, tuple) else kinds
-    if not isinstance(tables, Mapping):
-        raise InvalidValueError("kinds", kinds, "must be numbers by name for each kind of wheel")
-    found = tuple((str(name), _kind(str(name), table, whole)) for name, table in tables.items())
+    tables = _by_name("kinds", kinds, "must be numbers by name for each kind of wheel")
+    found = tuple((name, _kind(name, table, whole)) for name, table in tables.items())
     if names is None:
         if found:
             raise InvalidValueError("wheel_kinds", None, "is missing; name the kind of each wheel")
@@ -38,10 +36,17 @@ def checked(kinds: Any, names: Any, wheels: int, whole: Mapping[str, int]) -> tu
     return found, tuple(names)
 
 
+def _by_name(field: str, given: Any, bound: str) -> Mapping[str, Any]:
+    """A mapping from texts, or the pairs that a vehicle keeps of one."""
+    pairs = isinstance(given, tuple) and all(isinstance(pair, tuple) and len(pair) == 2 for pair in given)
+    found = dict(given) if pairs else given
+    if not isinstance(found, Mapping) or not all(isinstance(name, str) for name in found):
+        raise InvalidValueError(field, given, bound)
+    return found
+
+
 def _kind(name: str, table: Any, whole: Mapping[str, int]) -> Kind:
-    numbers = dict(table) if isinstance(table, tuple) else table
-    if not isinstance(numbers, Mapping):
-        raise InvalidValueError(f"kinds.{name}", table, "must be numbers by name")
+    numbers = _by_name(f"kinds.{name}", table, "must be numbers by name")
     validation.known(numbers, ENTRIES, f"kinds.{name}")
     given = [entry for key, entry in ENTRIES.items() if key in numbers]
     found = {entry.name: entry.kind.checked(f"kinds.{name}.{entry.name}", numbers[entry.name]) for entry in given}
