@@ -38,6 +38,7 @@ VEHICLES = {
     "layout": PAPER.replace(wheel_places=PLACES),
     "two rows": omniroll.Vehicle.paper(rollers_per_wheel=6).replace(rows=2, row_offset=1e-3),
     "mecanum": PAPER.replace(roller_angle=0.7),
+    "kinds": PAPER.replace(kinds={"a": {}, "b": {"wheel_radius": 0.04}}, wheel_kinds=("a", "a", "b")),
 }
 
 # Events that leave the motion as it is, and the same run without them.
