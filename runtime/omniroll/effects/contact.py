@@ -118,14 +118,14 @@ class Contact(Effect):
                 raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
         for name in COEFFICIENTS:
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, _along_and_across(name, getattr(self, name)))
+                self._put(**{name: _along_and_across(name, getattr(self, name))})
         if self.static_friction is not None and (np.subtract(self.static_friction, self.friction) < 0).any():
             raise InvalidValueError(
                 "static_friction", self.static_friction, f"must be at least friction, {self.friction}"
             )
         for name in ("load", "wheel_rates", "contact_spins"):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, per_wheel(name, getattr(self, name)))
+                self._put(**{name: per_wheel(name, getattr(self, name))})
                 validation.magnitude(name, np.atleast_1d(getattr(self, name)), axes=1)
         if self.load is not None and np.min(self.load) < 0:
             raise InvalidValueError("load", self.load, "must not be negative")

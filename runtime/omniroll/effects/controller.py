@@ -13,24 +13,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects.effect import Effect, Influence, Process, Sampler, Signal
+from omniroll.effects.effect import Effect, Sampler
 from omniroll.effects.linear_loop import growth
 from omniroll.effects.motor import Motor
-from omniroll.effects.numbers import Curve, spread, table
-from omniroll.effects.torque import Drive
-from omniroll.errors import InvalidValueError, UnstableControllerWarning
+from omniroll.effects.numbers import Curve, spread
+from omniroll.effects.sampled import Sampled, SampledDrive, doubts_of_growth
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import CONTROLLER, documented
 
-NEUTRAL = 1e-6  # growth that rounding may give to what neither grows nor fades
-
 
 @documented(*CONTROLLER)
 @dataclass(frozen=True)
-class Controller(Drive):
+class Controller(SampledDrive):
     """Tracks a wanted nu by torques or voltages of the wheels, proportional and integral, in samples.
 
     {entries}
@@ -52,30 +49,22 @@ class Controller(Drive):
     interpolation: str = "linear"
 
     def __post_init__(self) -> None:
-        def put(name: str, value: object) -> None:
-            object.__setattr__(self, name, value)
-
         self._keep_checked(entry for entry in CONTROLLER if entry.name not in ("target", "times"))
         if self.times is None:
-            put("target", tuple(validation.real_array("target", self.target, (3,)).tolist()))
+            self._put(target=tuple(validation.real_array("target", self.target, (3,)).tolist()))
         else:
-            times, target = table("target", self.times, self.target, self.interpolation, width=3)
-            put("times", times)
-            put("target", target)
+            self._keep_table("target", width=3)
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         for name in ("proportional", "integral"):
             spread(name, getattr(self, name), vehicle.wheels)
-        if self.output != "torque" and not any(self.output in effect.needs for effect in others):
-            raise InvalidValueError("output", self.output, "needs a Motor among the effects")
+        super().check(vehicle, others)
 
     def doubts(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[UserWarning, ...]:
         gains = (spread(name, getattr(self, name), vehicle.wheels) for name in ("proportional", "integral"))
         times = growth(vehicle, *self._torques(vehicle, others), *gains, self.sample_time)
-        if times <= 1 + NEUTRAL:
-            return ()
-        text = f"the controller's errors grow from sample to sample, {times:.3g} times in a linear test at rest"
-        return (UnstableControllerWarning(f"{text}; make sample_time, proportional or integral smaller"),)
+        words = "the controller's errors", "a linear test at rest", "sample_time, proportional or integral"
+        return doubts_of_growth(times, *words)
 
     def _torques(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[np.ndarray, np.ndarray]:
         """(N,) the torque at an axle per output, and what friction and motors take from it per rate of the wheel."""
@@ -92,35 +81,26 @@ class Controller(Drive):
         return (f"samples of the controller, every {self.sample_time:g} s",)
 
     def process(self, kernel: Kernel, start_time: float) -> "Sampling":
-        curve = (
-            Curve.constant(np.array(self.target))
-            if self.times is None
-            else Curve(np.array(self.times) - start_time, np.array(self.target), self.interpolation)
-        )
+        constant = self.times is None
+        curve = Curve.constant(np.array(self.target)) if constant else self._curve("target", start_time)
         return Sampling(self, kernel, curve)
 
 
-class Sampling(Process):
-    """The controller in one run: its samples, its integral and the output that it holds."""
-
-    remembers: ClassVar[tuple[str, ...] | None] = ("samples", "sum", "output")
+class Sampling(Sampled):
+    """The controller in one run, with its integral."""
 
     def __init__(self, controller: Controller, kernel: Kernel, target: Curve):
-        self.controller, self.kernel, self.target = controller, kernel, target
+        super().__init__(controller, kernel)
+        self.target = target
         driven = kernel.vehicle.driven
         self.proportional = driven * spread("proportional", controller.proportional, kernel.wheels)
         self.integral = driven * spread("integral", controller.integral, kernel.wheels)
         self.limit = math.inf if controller.limit is None else controller.limit
-        self.samples = 0
         self.sum = np.zeros(kernel.wheels)  # of the errors, rad
-        self.output = np.zeros(kernel.wheels)
 
     def compiled(self) -> tuple[Sampler]:
         output, sample_time = self.controller.output, self.controller.sample_time
         return (Sampler(output, sample_time, self.limit, self.target, self.proportional, self.integral),)
-
-    def next_time(self) -> float:
-        return self.samples * self.controller.sample_time
 
     def pass_time(self, state: State) -> None:
         wanted, _ = self.target.after(self.next_time())
@@ -135,14 +115,9 @@ class Sampling(Process):
     def _sampled(self, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N,) the sums of the errors with this one, and the output that is not cut off."""
         gains = self.proportional.tolist(), self.integral.tolist()
-        found = parts.controller_sample(
-            len(error), 0, error.tolist(), self.sum.tolist(), *gains, self.controller.sample_time
-        )
-        summed, output = map(np.array, found)
-        return summed, output
-
-    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
-        return Influence({self.controller.output: Signal.constant(self.output)})
+        sums, sample_time = self.sum.tolist(), self.controller.sample_time
+        summed, output = parts.controller_sample(len(error), 0, error.tolist(), sums, *gains, sample_time)
+        return np.array(summed), np.array(output)
 
     def held(self) -> Mapping[str, np.ndarray]:
         return {"target": self.target.values[0]} if self.target.is_constant else {}

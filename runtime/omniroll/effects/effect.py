@@ -1,21 +1,10 @@
 """What acts on a vehicle: the contract between an effect and the engine.
 
-A kind of effect is one file of this folder with two classes.
-
- 1. The effect (a subclass of Effect) is what the user makes: a frozen dataclass of numbers that checks itself. What
-    needs the vehicle is checked in `check`.
- 2. It names its effects of the registry (generated/data/effects.json), which choose the kernel, and the constants that
-    the kernel's `prepare` takes with them.
- 3. The registry says which generated functions are evaluated with the rates, before the one that gives nu', and which
-    quantities they integrate: states, and entries of the energy's account.
- 4. Its process (a subclass of Process) is what it does in one run: what it remembers, at which times it must be asked
-    again, and for each phase the inputs that it gives and the guards that end the phase.
- 5. Inputs and outputs meet by name: torque and damping are inputs of the kernel; voltage is an input of a motor. Inputs
-    of one name add up. An effect that reads an input says so in `needs`, and is asked after those that give it.
- 6. For sessions a process says which of its values may be replaced (`held`), what can be read of it (`readings`) and
-    what it remembers.
-
-What an effect does not name costs nothing: no state, no call.
+The effect (a subclass of Effect) is what the user makes: a frozen dataclass of numbers that checks itself. Its process
+(a subclass of Process) is what it does in one run. Inputs and outputs meet by name: torque and damping are inputs of
+the kernel; voltage is an input of a motor. Inputs of one name add up. An effect that reads an input says so in `needs`,
+and is asked after those that give it. What an effect does not name costs nothing: no state, no call.
+docs/adding-an-effect.md goes through the methods.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -193,10 +182,14 @@ class Effect:
     numbers: ClassVar[Mapping[str, str]] = {}  # field: argument of `prepare` that it is; one number is for all wheels
     signals: ClassVar[tuple[str, ...]] = ()  # fields by which its process acts that are no arguments of `prepare`
 
+    def _put(self, **fields: Any) -> None:
+        """Put values into fields; effects are frozen for everybody else."""
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
     def _keep_checked(self, entries: Iterable[Entry]) -> None:
         """Put the fields of these names, checked, in place of what was given. Raises InvalidValueError."""
-        for entry in entries:
-            object.__setattr__(self, entry.name, entry.checked(getattr(self, entry.name)))  # effects are frozen
+        self._put(**{entry.name: entry.checked(getattr(self, entry.name)) for entry in entries})
 
     def check(self, vehicle: Vehicle, others: "Sequence[Effect]") -> None:
         """Raise InvalidValueError where it does not fit the vehicle, or `others`, the effects with which it acts."""

@@ -4,7 +4,7 @@ A file can name a function only where that is registered: register_controller gi
 trajectory that is read back, find the function by this name.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -12,13 +12,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Called, Effect, Influence, Process, Signal
+from omniroll.effects.named import check_name, keep_named, origin_of
 from omniroll.effects.numbers import per_wheel, plain_numbers, read_only, refuse_undriven, spread
-from omniroll.effects.torque import Drive
+from omniroll.effects.sampled import Sampled, SampledDrive
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
-from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import FUNCTION_CONTROLLER, documented
 
 Function = Callable[[float, "Measured"], ArrayLike]
@@ -35,21 +34,8 @@ def register_controller(name: str) -> Callable[[Registered], Registered]:
     The same function may be registered again, for instance where a module is loaded anew. Raises InvalidValueError
     for a name that is empty or another function's.
     """
-    if not isinstance(name, str) or not name:
-        raise InvalidValueError("name", name, "must be a text that is not empty")
-
-    def register(function: Registered) -> Registered:
-        there = CONTROLLERS.get(name)
-        if there is not None and _origin(there) != _origin(function):
-            raise InvalidValueError("name", name, f"is registered for {'.'.join(_origin(there))} already")
-        CONTROLLERS[name] = function
-        return function
-
-    return register
-
-
-def _origin(function: Callable) -> tuple[str, str]:
-    return function.__module__, getattr(function, "__qualname__", type(function).__qualname__)
+    check_name(name)
+    return lambda function: keep_named(CONTROLLERS, name, function)
 
 
 @dataclass(frozen=True)
@@ -77,7 +63,7 @@ class Measured:
 
 @documented(*FUNCTION_CONTROLLER)
 @dataclass(frozen=True)
-class FunctionController(Drive):
+class FunctionController(SampledDrive):
     """A controller that is a Python function: function(time, state) gives the output for each wheel.
 
     {entries}
@@ -97,7 +83,7 @@ class FunctionController(Drive):
 
     def __post_init__(self) -> None:
         names = (name for name, function in CONTROLLERS.items() if function is self.function)
-        object.__setattr__(self, "function", next(names, self.function))
+        self._put(function=next(names, self.function))
         self._keep_checked(entry for entry in FUNCTION_CONTROLLER if entry.name != "function" or not self._is_unnamed)
         _ = self._callable
 
@@ -116,16 +102,12 @@ class FunctionController(Drive):
         bound = f"is not the name of a registered controller ({known}); first import the module that registers it with "
         raise InvalidValueError("function", self.function, bound + "omniroll.register_controller")
 
-    def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
-        if self.output != "torque" and not any(self.output in effect.needs for effect in others):
-            raise InvalidValueError("output", self.output, "needs a Motor among the effects")
-
     def events(self) -> tuple[str, ...]:
         return (f"calls of the function {self._shown}, every {self.sample_time:g} s",)
 
     @property
     def _shown(self) -> str:
-        return ".".join(_origin(self.function)) if callable(self.function) else self.function
+        return origin_of(self.function) if callable(self.function) else self.function
 
     def process(self, kernel: Kernel, start_time: float) -> "Calling":
         return Calling(self, kernel, start_time, self._callable)
@@ -142,21 +124,14 @@ class FunctionController(Drive):
         return type(self), (self._callable, self.sample_time, self.output)
 
 
-class Calling(Process):
-    """The function in one run: its samples, and the output that it holds. Of a class it makes an object."""
+class Calling(Sampled):
+    """The function in one run. Of a class it makes an object."""
 
     def __init__(self, controller: FunctionController, kernel: Kernel, start_time: float, function: Callable):
-        self.controller, self.kernel, self.start_time = controller, kernel, start_time
+        super().__init__(controller, kernel)
+        self.start_time = start_time
         self.function = function() if isinstance(function, type) else function
         self.memory = vars(self.function) if isinstance(function, type) else {}
-        self.samples = 0
-        self.output = np.zeros(kernel.wheels)
-
-    def compiled(self) -> tuple[Called]:
-        return (Called(self.controller.output, self.controller.sample_time),)
-
-    def next_time(self) -> float:
-        return self.samples * self.controller.sample_time
 
     def pass_time(self, state: State) -> None:
         arrays = [read_only(array) for array in (state.nu, state.chi, state.pose, state.contact)]
@@ -165,9 +140,6 @@ class Calling(Process):
         self.output = _output(given, self.kernel.wheels)
         refuse_undriven("function", self.output, self.kernel.vehicle)
         self.samples += 1
-
-    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
-        return Influence({self.controller.output: Signal.constant(self.output)})
 
     def saved(self) -> dict[str, Any]:
         return {"samples": self.samples, "output": self.output, "memory": self.memory}

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from omniroll import generated_data
 from omniroll.effects.effect import Effect, Influence, Modal, Signal, Table
 from omniroll.effects.guards import Guard
-from omniroll.effects.numbers import Curve, per_wheel, spread, table
+from omniroll.effects.numbers import Curve, per_wheel, spread
 from omniroll.effects.torque import Drive, Following
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, kernel
@@ -61,20 +61,15 @@ class Motor(Drive):
     interpolation: str = "linear"
 
     def __post_init__(self) -> None:
-        def put(name: str, value: object) -> None:
-            object.__setattr__(self, name, value)
-
         if self.back_emf is None:
-            put("back_emf", self.torque_constant)
+            self._put(back_emf=self.torque_constant)
         self._keep_checked(entry for entry in MOTOR if entry.name != "voltage")
         if self.gear_ratio == 0:
             raise InvalidValueError("gear_ratio", self.gear_ratio, "must not be 0")
         if self.times is None:
-            put("voltage", per_wheel("voltage", self.voltage))
+            self._put(voltage=per_wheel("voltage", self.voltage))
         else:
-            times, voltage = table("voltage", self.times, self.voltage, self.interpolation)
-            put("times", times)
-            put("voltage", voltage)
+            self._keep_table("voltage")
 
     @classmethod
     @documented(*MOTOR_SHEET)
@@ -93,7 +88,7 @@ class Motor(Drive):
         return cls(voltage, **{name: origin.value for name, origin in constants.items()}, **others)
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
-        self._curve(vehicle.wheels, 0.0)
+        self._voltages(vehicle.wheels, 0.0)
         self._check_rotor(vehicle)
 
     def _check_rotor(self, vehicle: Vehicle) -> None:
@@ -138,7 +133,7 @@ class Motor(Drive):
         }
 
     def process(self, kernel: Kernel, start_time: float) -> "Driving":
-        return Driving(self, kernel, self._curve(kernel.wheels, start_time))
+        return Driving(self, kernel, self._voltages(kernel.wheels, start_time))
 
     def line(self, vehicle: Vehicle) -> tuple[np.ndarray, np.ndarray]:
         """(N,) torque at the axles in N m per volt, and what it loses per rate of the wheels in N m s; no limit.
@@ -150,12 +145,11 @@ class Motor(Drive):
         _, per_volt, per_rate = laws(bound)[LINEAR, :, 0].T
         return per_volt, -per_rate
 
-    def _curve(self, wheels: int, start_time: float) -> Curve:
+    def _voltages(self, wheels: int, start_time: float) -> Curve:
         if self.times is None:
             return Curve.constant(spread("voltage", self.voltage, wheels))
-        if len(self.voltage[0]) != wheels:
-            raise InvalidValueError("voltage", self.voltage, f"must have {wheels} columns, one for each wheel")
-        return Curve(np.array(self.times) - start_time, np.array(self.voltage), self.interpolation)
+        self._refuse_columns("voltage", wheels)
+        return self._curve("voltage", start_time)
 
 
 class Driving(Following):
@@ -203,17 +197,10 @@ class Driving(Following):
             for mode, event, follows in self.transitions:
                 if mode == present:
                     self.leads_to.append((wheel, follows))
-                    yield self._guard(voltage, wheel, self.laws[mode, wheel, 1 + event])
-
-    def _guard(self, voltage: Signal, wheel: int, margin: np.ndarray) -> Guard:
-        at_zero, per_volt, per_rate = margin
-        of_voltage = per_volt * voltage.value[wheel]
-        return Guard(
-            at_zero + of_voltage,
-            per_volt * voltage.slope[wheel],
-            per_rate * self.rate_rows[wheel],
-            size=abs(at_zero) + abs(of_voltage),
-        )
+                    at_zero, per_volt, per_rate = self.laws[mode, wheel, 1 + event]
+                    of_voltage, slope = per_volt * voltage.value[wheel], per_volt * voltage.slope[wheel]
+                    size = abs(at_zero) + abs(of_voltage)
+                    yield Guard(at_zero + of_voltage, slope, per_rate * self.rate_rows[wheel], size)
 
     def pass_guards(self, passed: np.ndarray) -> None:
         for guard in np.flatnonzero(passed):

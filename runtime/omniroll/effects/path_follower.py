@@ -6,18 +6,16 @@ knows pose, nu and the wheels' angles, as a robot does; the rollers that are off
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Called, Effect, Influence, Process, Signal
+from omniroll.effects.effect import Effect
 from omniroll.effects.motor import voltages_of
-from omniroll.effects.numbers import table
-from omniroll.effects.torque import Drive
-from omniroll.errors import InvalidValueError, UnstableControllerWarning
+from omniroll.effects.sampled import Sampled, SampledDrive, doubts_of_growth
+from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.kernel import kernel as kernel_of
@@ -27,12 +25,11 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import PATH, documented
 
 FASTEST = 1e3  # rad per sample: errors of the path grow at this bandwidth and above it
-NEUTRAL = 1e-6  # growth that rounding may give to what neither grows nor fades
 
 
 @documented(*PATH)
 @dataclass(frozen=True)
-class PathFollower(Drive):
+class PathFollower(SampledDrive):
     """Takes the vehicle along a path, by torques or voltages of the wheels, in samples.
 
     {entries}
@@ -51,23 +48,17 @@ class PathFollower(Drive):
 
     def __post_init__(self) -> None:
         self._keep_checked(entry for entry in PATH if entry.name not in ("times", "poses"))
-        times, poses = table("poses", self.times, self.poses, "linear", width=3)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "poses", poses)
+        self._keep_table("poses", width=3)
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         rank = np.linalg.matrix_rank(kernel_of(vehicle, "massless", "python").wheel_speeds(np.eye(3)))
         if rank < 3:
             raise InvalidValueError("poses", self.poses, "needs wheels that can drive the vehicle in every direction")
-        if self.output != "torque" and not any(self.output in effect.needs for effect in others):
-            raise InvalidValueError("output", self.output, "needs a Motor among the effects")
+        super().check(vehicle, others)
 
     def doubts(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[UserWarning, ...]:
         times = growth(min(self.bandwidth * self.sample_time, FASTEST))
-        if times <= 1 + NEUTRAL:
-            return ()
-        text = f"the errors of the path grow from sample to sample, {times:.3g} times in a linear test"
-        return (UnstableControllerWarning(f"{text}; make sample_time or bandwidth smaller"),)
+        return doubts_of_growth(times, "the errors of the path", "a linear test", "sample_time or bandwidth")
 
     def events(self) -> tuple[str, ...]:
         return (f"samples of the path's controller, every {self.sample_time:g} s",)
@@ -110,26 +101,17 @@ class Path:
         return self.spline(time, 2) if self.spline is not None and self.first < time < self.last else np.zeros(3)
 
 
-class PathTracking(Process):
-    """The controller in one run: its samples, the sums of the errors and the output that it holds."""
-
-    remembers: ClassVar[tuple[str, ...] | None] = ("samples", "sum", "output")
+class PathTracking(Sampled):
+    """The controller in one run, with the sums of the errors."""
 
     def __init__(self, follower: PathFollower, kernel: Kernel, start_time: float):
-        self.follower, self.kernel = follower, kernel
+        super().__init__(follower, kernel)
+        self.follower = follower
         self.path = Path(np.array(follower.times) - start_time, np.array(follower.poses))
         self.limit = math.inf if follower.limit is None else follower.limit
         model = "massless" if kernel.roller_model == "massless" else "locked"
         self.plant = kernel_by(best_backend(), kernel.vehicle, model)  # what the controller takes the vehicle for
-        self.samples = 0
         self.sum = np.zeros(3)
-        self.output = np.zeros(kernel.wheels)
-
-    def compiled(self) -> tuple[Called]:
-        return (Called(self.follower.output, self.follower.sample_time),)
-
-    def next_time(self) -> float:
-        return self.samples * self.follower.sample_time
 
     def pass_time(self, state: State) -> None:
         acceleration, summed = self._wanted(state)
@@ -158,9 +140,6 @@ class PathTracking(Process):
         if self.follower.output == "torque":
             return torque
         return voltages_of(self.kernel, torque, self.plant.wheel_speeds(nu, chi))
-
-    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
-        return Influence({self.follower.output: Signal.constant(self.output)})
 
 
 def nu_dot_of(bound: Kernel, acceleration: np.ndarray, nu: np.ndarray, heading: float) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll.effects import registry
 from omniroll.effects.bearings import Bearings
 from omniroll.effects.contact import Contact
 from omniroll.effects.effect import Effect, Influence, Process, Signal
@@ -130,17 +131,8 @@ class Springs(Effect):
 
     def process(self, kernel: Kernel, start_time: float) -> "Supports":
         contact = tuple(name for name in kernel.effects if name.startswith("contact"))
-        return Supports(kernel, self.most_tilt, Effect.quantities(_Named(contact), kernel.roller_model, kernel.effects))
-
-
-@dataclass(frozen=True)
-class _Named(Effect):
-    """Effects of the registry by their names."""
-
-    present: tuple[str, ...]
-
-    def kernel_effects(self) -> tuple[str, ...]:
-        return self.present
+        quantities = registry.quantities(contact, kernel.roller_model, kernel.effects)
+        return Supports(kernel, self.most_tilt, quantities)
 
 
 def inertia_of_size(vehicle: Vehicle, height: float) -> tuple[float, float]:

@@ -17,10 +17,26 @@ from omniroll.vocabulary import INTERPOLATION, ONE_OR_PER_WHEEL, ROW_TIMES, ROWS
 
 
 class Drive(Effect):
-    """What the effects that turn the wheels share: the kernel's torque, and the work that it does."""
+    """What the effects that turn the wheels share: the kernel's torque, the work that it does, and tables over time."""
 
     def kernel_effects(self) -> tuple[str, ...]:
         return ("drive",)
+
+    def _keep_table(self, name: str, width: int | None = None) -> None:
+        """Put times and the values of this name, checked, in place of what was given. Raises InvalidValueError."""
+        interpolation = getattr(self, "interpolation", "linear")
+        times, values = table(name, self.times, getattr(self, name), interpolation, width)
+        self._put(times=times, **{name: values})
+
+    def _curve(self, name: str, start_time: float) -> Curve:
+        """The table of this name over the time since the start of a run."""
+        return Curve(np.array(self.times) - start_time, np.array(getattr(self, name)), self.interpolation)
+
+    def _refuse_columns(self, name: str, wheels: int) -> None:
+        """Raise InvalidValueError where that table has not a column for each wheel."""
+        values = getattr(self, name)
+        if len(values[0]) != wheels:
+            raise InvalidValueError(name, values, f"must have {wheels} columns, one for each wheel")
 
 
 class Following(Process):
@@ -63,7 +79,7 @@ class Torque(Drive):
     torque: ArrayLike
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "torque", per_wheel("torque", self.torque))
+        self._put(torque=per_wheel("torque", self.torque))
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         driven_alone("torque", self.torque, vehicle)
@@ -97,17 +113,14 @@ class TorqueTable(Drive):
     interpolation: str = "linear"
 
     def __post_init__(self) -> None:
-        times, torque = table("torque", self.times, self.torque, self.interpolation)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "torque", torque)
+        self._keep_table("torque")
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
-        if len(self.torque[0]) != vehicle.wheels:
-            raise InvalidValueError("torque", self.torque, f"must have {vehicle.wheels} columns, one for each wheel")
+        self._refuse_columns("torque", vehicle.wheels)
         refuse_undriven("torque", np.array(self.torque), vehicle)
 
     def events(self) -> tuple[str, ...]:
         return (f"knots of the torques, {len(self.times)}",)
 
     def process(self, kernel: Kernel, start_time: float) -> Process:
-        return Following("torque", Curve(np.array(self.times) - start_time, np.array(self.torque), self.interpolation))
+        return Following("torque", self._curve("torque", start_time))
