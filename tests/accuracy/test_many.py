@@ -191,6 +191,15 @@ def test_axles_that_stick_vary_by_member():
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_wheels_that_slip_end_with_their_own_speeds_in_steps_in_time(roller_model):
+    ground, pushed = omniroll.Contact(law="coulomb", friction=0.3), omniroll.Torque((0.05, 0.02, -0.01))
+    task = {"nu": (1, -0.4, 0.7), "duration": 0.3, "accuracy": 2e-3, "engine": "python", "roller_model": roller_model}
+    many, one = (call(PAPER, **task, effects=(ground, pushed)) for call in (simulate_many, omniroll.simulate))
+    for name in ("nu", "contact_spin", "energy"):
+        assert np.array_equal(getattr(many.end, name), getattr(one, name)[-1]), name
+
+
 @pytest.mark.parametrize("executor", [None, Pickling()])
 def test_a_member_that_fails_is_named(executor):
     """The second one's torques are those of another vehicle, the third one's numbers leave the range."""

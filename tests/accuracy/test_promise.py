@@ -120,6 +120,6 @@ def test_a_request_out_of_reach_does_not_go_on_for_ever(monkeypatch):
 def test_the_python_engine_is_controlled_alike():
     task = checked_task(PAPER, nu=(1, 0, 1), duration=0.5, accuracy=1e-6, engine="python")
     checked = controlled(task)
-    assert isinstance(checked.run.engine, Run)
+    assert isinstance(checked.run, Run)
     fine = made(task, 1e-12).trajectory()
     assert difference(checked.trajectory(), fine) <= checked.error_estimate <= 1e-6

@@ -9,16 +9,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from omniroll.engine.compiled_engine import CompiledRun, can_run
+from omniroll.engine.python_run import PythonRun
 from omniroll.engine.runs import STATE, Task
 from omniroll.engine.switching import EPS
 from omniroll.engine.works import Work, result_of, side_by_side
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
-from omniroll.results.comparison import difference
 from omniroll.results.laws import broken
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
@@ -39,61 +38,7 @@ HEADING = np.array([0.0, 0.0, 1.0])
 FINE = 1e-3  # the tolerance of the runs is FINE * MOVED, so that their errors are small against the distance
 
 
-class ReferenceRun:
-    """A run of the Python engine with the methods of CompiledRun."""
-
-    def __init__(self, task: Task, tolerance: float):
-        from omniroll.engine.python_engine import Run  # which imports SciPy's integrators
-        from omniroll.engine.time_stepping import SteppedInTime
-
-        self.task, self.tolerance = task, tolerance
-        self.engine = (SteppedInTime if task.effects.slips_or_sticks(task.kernel) else Run)(task, tolerance)
-
-    def advance(self) -> "ReferenceRun":
-        result_of(self.advancing())
-        return self
-
-    def advancing(self) -> Work[None]:
-        yield from ()  # it calls no engine
-        try:
-            self.found, self.stop = self.engine.trajectory(), None
-        except SimulationStopped as stopped:
-            self.found, self.stop = stopped.trajectory, stopped
-
-    @property
-    def done(self) -> bool:
-        return self.stop is None
-
-    def trajectory(self) -> Trajectory:
-        if self.stop is not None:
-            raise self.stop
-        return self.found
-
-    def recorded(self) -> Trajectory:
-        return self.found
-
-    def end(self) -> dict[str, Any]:
-        found, axial = self.found, self.engine.axial_at_end()
-        end = {name: getattr(found, name)[-1] for name in ("t", "nu", "chi", "contact", "pose")}
-        speeds = self.task.effects.own_speeds(self.engine.kernel, self.engine.state)
-        if speeds and found.roller_model == "massless":
-            speeds["contact_spin"] = found.contact_spin[-1]
-        return end | {"axial": axial if found.roller_model == "free" else None, "speeds": speeds}
-
-    def stats(self) -> dict:
-        return self.found.stats
-
-    def distance_from(self, coarse: "ReferenceRun") -> float:
-        return difference(coarse.found, self.found)
-
-    def largest_pose(self) -> np.ndarray:
-        return np.abs(self.found.pose).max(axis=0)
-
-    def release(self) -> None:
-        pass
-
-
-AnyRun = CompiledRun | ReferenceRun
+AnyRun = CompiledRun | PythonRun
 
 
 def made(task: Task, tolerance: float) -> AnyRun:
@@ -103,12 +48,19 @@ def made(task: Task, tolerance: float) -> AnyRun:
 
 def making(task: Task, tolerance: float) -> Work[AnyRun]:
     """The same as a work, whose calls of the engine others may share."""
-    engine = ReferenceRun if task.engine == "python" else CompiledRun
-    if engine is ReferenceRun and "contact_springs" in task.effects.names():
-        raise InvalidValueError("engine", "python", "has no loads from springs: choose compiled")
-    run = engine(task, tolerance)
+    run = (_engine_in_python(task) if task.engine == "python" else CompiledRun)(task, tolerance)
     yield from run.advancing()
     return run
+
+
+def _engine_in_python(task: Task) -> type[PythonRun]:
+    """Which of both takes a task. Raises InvalidValueError where none does."""
+    from omniroll.engine.python_engine import Run  # which imports SciPy's integrators
+    from omniroll.engine.time_stepping import SteppedInTime
+
+    if "contact_springs" in task.effects.names():
+        raise InvalidValueError("engine", "python", "has no loads from springs: choose compiled")
+    return SteppedInTime if task.effects.slips_or_sticks(task.kernel) else Run
 
 
 def one_run(task: Task, tolerance: float) -> Trajectory:
@@ -289,7 +241,7 @@ def _measuring(task: Task, base: AnyRun | None = None) -> Work[float | None]:
     """The same as a work."""
     task = replace(task, engine="compiled") if can_run(task) else task
     tolerance = min(task.accuracy, FINE * MOVED)
-    if base is None or base.tolerance > tolerance or isinstance(base, ReferenceRun) == (task.engine != "python"):
+    if base is None or base.tolerance > tolerance or isinstance(base, PythonRun) == (task.engine != "python"):
         base = yield from making(task, tolerance)
     companion = yield from making(moved(task, MOVED), base.tolerance)
     if not (base.done and companion.done):

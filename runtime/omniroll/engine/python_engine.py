@@ -3,135 +3,56 @@
 Friction that slips and sticks is in time_stepping.py."""
 
 import warnings
-from bisect import bisect_left, bisect_right
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError, StepTooSmallError
 from omniroll.engine.outlook import FIRST, outlook_of
-from omniroll.engine.runs import (
-    SWITCHES_WITHOUT_PROGRESS,
-    TOO_MANY_ROWS,
-    Rows,
-    Task,
-    assembled,
-    least_speed,
-    shown_state,
-    speed_scale,
-    state_of,
-)
+from omniroll.engine.python_run import NUMBER, PythonRun
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, TOO_MANY_ROWS, Task, least_speed, speed_scale, state_of
 from omniroll.engine.stiffness import TO_CHANGE, blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
-from omniroll.errors import SimulationStopped
 from omniroll.kernels.kernel import Flow
-from omniroll.results.trajectory import Trajectory
 
 SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
 SLOW = 1e-6  # of the fastest wheel's speed: only slower wheels are asked whether they rest
 ROUNDINGS = 16  # inputs of the drives that differ by less are the same
-# Of the memory that rows take: bytes of a number, with its share of the objects around it; and how many numbers a step
-# keeps for each of the state, those of its polynomial and of its row.
-NUMBER, NUMBERS_PER_STEP = 15, 12
+NUMBERS_PER_STEP = 12  # that a step keeps for each of the state: those of its polynomial and of its row
 MOST_STEPS = 4096  # between two looks ahead
 MANY_STEPS, LOOKS = 1e5, 3  # left at the third look or later: many minutes at some ms each, of which a word is said
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
 
-@dataclass
-class Record:
-    """What is collected during a run."""
-
-    elapsed: list[float] = field(default_factory=list)
-    y: list[np.ndarray] = field(default_factory=list)
-    contact: list[np.ndarray] = field(default_factory=list)
-    axial: list[np.ndarray | None] = field(default_factory=list)
-    drive: list[np.ndarray] = field(default_factory=list)
-    dense: list[np.ndarray] = field(default_factory=list)
-    step_rows: list[int] = field(default_factory=list)
-    directions: list[np.ndarray] = field(default_factory=list)
-    switch_rows: list[int] = field(default_factory=list)
-    steps_before: int = 0  # in rows that are forgotten
-    switches_before: int = 0
-    wheels_before: int = 0
-
-    @property
-    def step_count(self) -> int:
-        """Since the start of the run."""
-        return self.steps_before + len(self.dense)
-
-    @property
-    def switch_count(self) -> int:
-        """Since the start of the run."""
-        return self.switches_before + len(self.directions)
-
-    def last(self) -> "Record":
-        """The last row alone, with what must be known of the others."""
-        kept = {name: getattr(self, name)[-1:] for name in ("elapsed", "y", "contact", "axial", "drive")}
-        wheels = self.wheels_before + int(np.count_nonzero(self.directions))
-        return Record(**kept, steps_before=self.step_count, switches_before=self.switch_count, wheels_before=wheels)
-
-    def add(
-        self,
-        elapsed: float,
-        y: np.ndarray,
-        contact: np.ndarray,
-        axial: np.ndarray | None,
-        drive: np.ndarray,
-    ) -> None:
-        self.elapsed.append(elapsed)
-        self.y.append(y)
-        self.contact.append(contact)
-        self.axial.append(axial)
-        self.drive.append(drive)
-
-
-class Run:
-    """One simulation with one tolerance."""
+class Run(PythonRun):
+    """One simulation with one tolerance, from one switch or event to the next."""
 
     def __init__(self, task: Task, tolerance: float):
-        self.task, self.kernel, self.state = task, task.kernel, task.state
-        vehicle = self.kernel.vehicle
+        super().__init__(task, tolerance)
+        vehicle, vector = self.kernel.vehicle, self.acting.state_vector
         self.model = SwitchingModel(self.kernel, task.switching)
-        self.tolerance = tolerance
-        self.acting = EffectRun(task.effects, self.kernel, task.start_time)
-        self.added = np.zeros(
-            self.acting.state_vector.size - self.acting.state_vector.plain
-        )  # what the effects integrate
+        self.added = np.zeros(vector.size - vector.plain)  # what the effects integrate
         self._start_added()
-        scale = np.concatenate(
-            [
-                np.full(3, least_speed(task, tolerance)),
-                np.full(vehicle.wheels, self.model.joint),
-                [vehicle.platform_radius, vehicle.platform_radius, 1.0],
-                self.acting.state_vector.scale_of_added(self.kernel, speed_scale(task)),
-            ]
-        )
-        self.integrator = PhaseIntegrator(
-            vehicle.wheels,
-            self.model.joint,
-            scale,
-            SAFETY * tolerance / self._steps_expected(),
-        )
-        self.rows = Record()
-        self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
+        of_nu, of_chi = np.full(3, least_speed(task, tolerance)), np.full(vehicle.wheels, self.model.joint)
+        of_pose = [vehicle.platform_radius, vehicle.platform_radius, 1.0]
+        scale = np.concatenate([of_nu, of_chi, of_pose, vector.scale_of_added(self.kernel, speed_scale(task))])
+        allowed = SAFETY * tolerance / self._steps_expected()
+        self.integrator = PhaseIntegrator(vehicle.wheels, self.model.joint, scale, allowed)
         self.integrator.watch = self._is_ended
-        numbers = self.integrator.scale.size * NUMBERS_PER_STEP + self.kernel.wheels * self.kernel.rollers_per_wheel
-        self.outlook = outlook_of(task.duration, NUMBER * numbers, task.memory, task.room)
+        self.carry = 0.0  # what the rounding of the time since the start has left over
+        numbers = scale.size * NUMBERS_PER_STEP + self.kernel.wheels * self.kernel.rollers_per_wheel
+        self.bytes_per_row = NUMBER * numbers
+        self.outlook = outlook_of(task.duration, self.bytes_per_row, task.memory, task.room)
         self.next_look, self.is_named = FIRST, False
         self.phases = 0
         self.flow: Flow | None = None
-        self.phase_start, self.slopes = (
-            0.0,
-            0.0,
-        )  # elapsed where what acts is from, and the slopes of the drives' inputs
+        self.phase_start, self.slopes = 0.0, 0.0  # elapsed where what acts is from; slopes of the drives' inputs
         self.anchor, self.idle_switches, self.turned = 0.0, 0, 0.0
 
-    def trajectory(self) -> Trajectory:
-        """Simulate, and return the result. Raises SimulationStopped."""
+    def simulate(self) -> None:
         self._pass_events()
         directions = self._due_at_once()
         while True:
@@ -139,7 +60,7 @@ class Run:
                 self._switch(directions)
                 directions = self._due_at_once()
             elif self.elapsed >= self.task.duration:
-                return self.part(0)
+                return
             else:
                 self._pass_events()
                 directions = self._phase()
@@ -192,9 +113,6 @@ class Run:
         speed = np.abs(self.kernel.wheel_speeds(self.state.nu)).max()
         return STEPS_PER_PHASE * (1 + speed * self.task.duration / (2 * self.model.joint))
 
-    def _time(self) -> float:
-        return self.task.start_time + self.elapsed
-
     def _due_at_once(self) -> np.ndarray:
         """Directions of the wheels that stand at their joints and move or accelerate outwards, 0 for the others.
 
@@ -224,7 +142,7 @@ class Run:
             self._record(error.phase)  # type: ignore[attr-defined]
             if isinstance(error, StepTooSmallError):
                 self._stop(f"{error}{self._blamed()}{TO_CHANGE}", self._most_accelerated())
-            self._stop(str(error) + self._blamed(), None)
+            self._stop(str(error) + self._blamed())
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
@@ -235,10 +153,7 @@ class Run:
             self.acting.pass_guards(phase.passed)
         self.phases += 1
         self._look_up()
-        if self.task.keep is not None:
-            self.task.keep(self)
-        if self.task.progress is not None:
-            self.task.progress(self.elapsed, self.task.duration)
+        self._show()
         return phase.directions
 
     def _look_up(self) -> None:
@@ -247,7 +162,7 @@ class Run:
             try:
                 self._is_ended(0.0)
             except StepFailedError as error:
-                self._stop(str(error) + self._blamed(), None)
+                self._stop(str(error) + self._blamed())
 
     def _most_accelerated(self) -> int:
         """The wheel whose rate changes fastest."""
@@ -293,14 +208,12 @@ class Run:
         if not np.isfinite(self.state.nu).all():
             self._stop("the speeds after the switch leave the number range", int(np.flatnonzero(directions)[0]))
         self._start_added()
-        self.rows.switch_rows.append(len(self.rows.y))
-        self.rows.directions.append(directions)
+        self.rows.switch(directions)
         self._add_row()
 
     def _is_ended(self, done: float) -> None:
         """Raises StepFailedError where somebody wishes that the run ends here, `done` s into the phase."""
-        reason = self.task.interrupted() if self.task.interrupted is not None else ""
-        if reason:
+        if reason := self._interruption():
             raise StepFailedError(reason)
         steps = self.integrator.counts.steps
         if steps >= self.next_look:
@@ -327,60 +240,15 @@ class Run:
         goes to and fro there, in less and less time. `wheel` is None where a guard was passed.
         """
         moved = wheel is None or self.turned > CHATTER * self.model.joint
-        if moved and self.elapsed - self.anchor > tau(self._time(), self.elapsed - self.anchor):
+        if moved and self.elapsed - self.anchor > tau(self.task.start_time + self.elapsed, self.elapsed - self.anchor):
             self.anchor, self.idle_switches, self.turned = self.elapsed, 0, 0.0
         self.idle_switches += 1
         if self.idle_switches > SWITCHES_WITHOUT_PROGRESS * self.kernel.wheels:
             self._stop(f"{self.idle_switches} switches without progress in time", wheel)
 
-    def _stop(self, reason: str, wheel: int | None) -> None:
-        raise SimulationStopped(
-            reason, t=float(self._time()), wheel=wheel, state=shown_state(self.state), trajectory=self.part(0)
-        )
-
-    def axial_at_end(self) -> np.ndarray | None:
-        """(N, n-1) axial speeds of the free rollers; None of others."""
-        return self.rows.axial[-1]
-
-    @property
-    def row_count(self) -> int:
-        """How many rows there are so far."""
-        return len(self.rows.y)
-
-    @property
-    def bytes_held(self) -> float:
-        """Bytes that the rows and steps in memory take, about."""
-        return len(self.rows.y) * self.outlook.step_memory
-
-    def forget(self) -> None:
-        """Take all rows but the last one from memory, and all switches."""
-        self.rows = self.rows.last()
-
-    def part(self, first: int) -> Trajectory:
-        """The motion from row `first` to the last one."""
-        record, counts = self.rows, self.integrator.counts
-        step, switch = bisect_left(record.step_rows, first), bisect_right(record.switch_rows, first) if first else 0
-        y, directions = np.array(record.y[first:]), np.array(record.directions[switch:], int)
-        dense = record.dense[step:]
-        rows = Rows(
-            elapsed=np.array(record.elapsed[first:]),
-            y=y,
-            contact=np.array(record.contact[first:]),
-            axial=lambda some: np.array(record.axial[first:])[some],
-            dense=lambda some: np.array(dense).reshape(len(dense), -1, y.shape[1])[some],
-            step_rows=np.array(record.step_rows[step:], int) - first,
-            directions=directions.reshape(len(directions), self.kernel.wheels),
-            switch_rows=np.array(record.switch_rows[switch:], int) - first,
-            drive=np.array(record.drive[first:]) if self.acting.drives else None,
-        )
-        stats = {
-            "engine": "python",
-            "kernel": self.kernel.set_name,
-            "steps": counts.steps,
-            "evaluations": counts.evaluations,
-            "phases": self.phases,
-            "tolerance": self.tolerance,
+    def figures(self) -> dict[str, Any]:
+        counts = self.integrator.counts
+        return {
+            "steps": counts.steps, "evaluations": counts.evaluations, "phases": self.phases,
             "local_errors": float(counts.error),
-            "switches": self.rows.wheels_before + int(np.count_nonzero(record.directions)),
-        }
-        return assembled(self.task, rows, stats)
+        }  # fmt: skip

@@ -19,24 +19,23 @@ sliding friction. The method is of first order, also where something comes to re
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.guards import Guards
 from omniroll.engine.elements import Elements, NotSolvedError, Step
-from omniroll.engine.runs import Rows, Task, assembled, shown_state
-from omniroll.errors import InvalidValueError, SimulationStopped
+from omniroll.engine.python_run import NUMBER, PythonRun
+from omniroll.engine.runs import Task
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import kernel
 from omniroll.results.accelerations import call_named
-from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.state import State, by_place, by_roller
 
 AT_REST = 1e-12  # of the largest speed: slips and rates of the start are rounding
 STEP = 1.0  # s, times the accuracy: the length of a step
 MOST_STEPS = 1e6  # of a run
-NUMBER = 15  # bytes of memory of a number in a row, with its share of the objects around it
 SMOOTH = ("drive", "motor", "slope")  # effects of the registry that are no friction
 
 
@@ -188,28 +187,21 @@ class Place:
         return slice(self.row, self.row + int(np.prod(self.shape)) * self.width)
 
 
-class SteppedInTime:
+class SteppedInTime(PythonRun):
     """One simulation with a fixed step."""
 
     def __init__(self, task: Task, accuracy: float):
         _refuse(task)
-        self.task, self.kernel, self.tolerance = task, task.kernel, accuracy
+        super().__init__(task, accuracy)
         self.mechanics, self.laws = Mechanics(task), Laws.of(task)
-        self.acting = EffectRun(task.effects, task.kernel, task.start_time)
         self.vector = self.acting.state_vector
         self.joint = joint_angle(self.kernel.rollers_per_wheel)
         self.length = STEP * accuracy
-        self.state = task.state
+        self.bytes_per_row = NUMBER * 3 * (self.vector.size + self.mechanics.size)
         self.w = self._speeds_at_start()
         self._lay_out()
         names = [quantity.name for quantity in self.vector.quantities if quantity.account]
         self.accounts = {name: np.zeros(self.vector.shapes[name]) for name in names}
-        self.elapsed, self.steps = 0.0, 0
-        self.rows: dict[str, list] = {name: [] for name in ("elapsed", "y", "contact", "axial", "drive")}
-        self.dense: list[np.ndarray] = []
-        self.step_rows: list[int] = []
-        self.directions: list[np.ndarray] = []
-        self.switch_rows: list[int] = []
 
     def _speeds_at_start(self) -> np.ndarray:
         state, bound, count = self.state, self.mechanics.geometry, self.mechanics.wheels
@@ -332,8 +324,7 @@ class SteppedInTime:
         self.state = replace(
             self.state, chi=self.state.chi - 2 * self.joint * directions, contact=(self.state.contact - directions) % n
         )
-        self.switch_rows.append(len(self.rows["y"]))
-        self.directions.append(directions)
+        self.rows.switch(directions)
         self._add_row()
 
     def _roll(self, name: str, wheel: int, direction: int) -> None:
@@ -346,8 +337,7 @@ class SteppedInTime:
 
     # The run
 
-    def trajectory(self) -> Trajectory:
-        """Simulate, and return the result. Raises SimulationStopped."""
+    def simulate(self) -> None:
         task, acting = self.task, self.acting
         self._ask()
         self._add_row()
@@ -362,19 +352,18 @@ class SteppedInTime:
                 self._stop(str(error))
             if not np.isfinite(self.w).all():
                 self._stop("the speeds leave the number range")
-            self.elapsed, self.steps = end, self.steps + 1
-            self.step_rows.append(len(self.rows["y"]) - 1)
+            self.elapsed = end
+            self.rows.step_rows.append(len(self.rows.y) - 1)
             self._add_row()
-            self.dense.append(np.array(self.rows["y"][-2:]))
+            self.rows.dense.append(np.array(self.rows.y[-2:]))
             self._pass_joints()
             self._look_up()
-        return self.part(0)
 
     def _ask(self) -> None:
         """What the effects give from now on."""
         acting = self.acting
         while self.elapsed >= acting.next_time():
-            acting.pass_time(self.elapsed, self._plain_state())
+            acting.pass_time(self.elapsed, self._at_end())
         y = self._y()
         for _ in range(3 * self.mechanics.wheels):
             guards = Guards(acting.begin_phase(self.elapsed), len(y))
@@ -384,25 +373,15 @@ class SteppedInTime:
             acting.pass_guards(passed)
 
     def _look_up(self) -> None:
-        task = self.task
-        reason = task.interrupted() if task.interrupted is not None else ""
-        if reason:
+        if reason := self._interruption():
             self._stop(reason)
-        if self.bytes_held > task.memory:
+        if self.bytes_held > self.task.memory:
             self._stop("more rows than memory should hold; ask for a lower accuracy, which makes the steps longer")
-        if task.keep is not None:
-            task.keep(self)
-        if task.progress is not None:
-            task.progress(self.elapsed, task.duration)
-
-    def _stop(self, reason: str) -> None:
-        t = float(self.task.start_time + self.elapsed)
-        raise SimulationStopped(reason, t=t, wheel=None, state=shown_state(self.state), trajectory=self.part(0))
+        self._show()
 
     # Rows
 
-    def _plain_state(self) -> State:
-        """The state as effects know it."""
+    def _at_end(self) -> State:
         _, rates, axial = self.mechanics.split(self.w)
         state = replace(self.state, rates=rates.copy() if self.kernel.slips else None)
         if self.kernel.roller_model == "free":
@@ -410,16 +389,14 @@ class SteppedInTime:
         return state
 
     def _y(self) -> np.ndarray:
-        y, state = np.zeros(self.vector.size), self._plain_state()
+        y, state = np.zeros(self.vector.size), self._at_end()
         self.vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose} | self.accounts)
         self.vector.put(y, self.task.effects.initial(self.kernel, state))
         return y
 
     def _add_row(self) -> None:
         axial = self.mechanics.split(self.w)[2][:, 1:].copy() if self.kernel.has_spins else None
-        numbers = (self.elapsed, self._y(), self.state.contact, axial, self._drive())
-        for own, number in zip(self.rows.values(), numbers, strict=True):
-            own.append(number)
+        self.rows.add(self.elapsed, self._y(), self.state.contact, axial, self._drive())
 
     def _drive(self) -> np.ndarray:
         """(D, N) what rows keep: of drives, and of Coulomb's friction."""
@@ -441,48 +418,9 @@ class SteppedInTime:
         found |= {name: signal.at(0.0) for name, signal in self.acting.signals.items()}
         return np.array([np.broadcast_to(found.get(n, 0.0), count) for n in self.acting.drives]).reshape(-1, count)
 
-    def axial_at_end(self) -> np.ndarray | None:
-        """(N, n-1) axial speeds of the free rollers; None of others."""
-        return self.rows["axial"][-1]
-
-    @property
-    def row_count(self) -> int:
-        """How many rows there are so far."""
-        return len(self.rows["y"])
-
-    @property
-    def bytes_held(self) -> float:
-        """Bytes that the rows and steps in memory take, about."""
-        return self.row_count * NUMBER * 3 * (self.vector.size + self.mechanics.size)
-
-    def part(self, first: int) -> Trajectory:
-        """The motion from row `first` to the last one."""
-        kept = {name: own[first:] for name, own in self.rows.items()}
-        steps = [k for k, row in enumerate(self.step_rows) if row >= first]
-        switches = [k for k, row in enumerate(self.switch_rows) if row > first or not first]
-        dense = np.array([self.dense[k] for k in steps]).reshape(len(steps), 2, self.vector.size)
-        rows = Rows(
-            elapsed=np.array(kept["elapsed"]),
-            y=np.array(kept["y"]),
-            contact=np.array(kept["contact"]),
-            axial=lambda some: np.array(kept["axial"])[some],
-            dense=lambda some: dense[some],
-            step_rows=np.array([self.step_rows[k] for k in steps], int) - first,
-            directions=np.array([self.directions[k] for k in switches], int).reshape(-1, self.mechanics.wheels),
-            switch_rows=np.array([self.switch_rows[k] for k in switches], int) - first,
-            drive=np.array(kept["drive"]) if self.acting.drives else None,
-        )
-        stats = {
-            "engine": "python",
-            "kernel": self.kernel.set_name,
-            "steps": self.steps,
-            "evaluations": self.steps,
-            "phases": 1 + len(self.directions),
-            "tolerance": self.tolerance,
-            "local_errors": 0.0,
-            "switches": int(np.count_nonzero(np.array(self.directions))),
-        }
-        return assembled(self.task, rows, stats)
+    def figures(self) -> dict[str, Any]:
+        steps = self.rows.step_count
+        return {"steps": steps, "evaluations": steps, "phases": 1 + self.rows.switch_count, "local_errors": 0.0}
 
 
 def _refuse(task: Task) -> None:
