@@ -94,7 +94,7 @@ def test_the_distance_of_two_runs_is_that_of_their_trajectories():
         task = checked_task(vehicle, **arguments, accuracy=1e-12)
         fine, other = made(task, 1e-12), made(moved(task, 1e-6), 1e-12)
         in_c = fine.distance_from(other)
-        assert in_c == pytest.approx(difference(other.recorded(), fine.recorded()), rel=0.3)
+        assert in_c == pytest.approx(difference(other.part(), fine.part()), rel=0.3)
         assert in_c > 1e-7
 
 

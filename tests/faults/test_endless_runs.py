@@ -47,7 +47,7 @@ def test_steps_that_collapse_are_stopped_and_the_term_is_named(effects, engine, 
     said = str(run.stop)
     assert term in said and "has a time constant of" in said and "memory allows" in said
     assert "wheel_viscous = 0.0001" not in said
-    assert 0 < run.recorded().t[-1] < 20
+    assert 0 < run.part().t[-1] < 20
 
 
 @pytest.mark.parametrize("effects", [[WHEELS], [MOTOR], [ROLLERS_OF_TWO]])
@@ -150,7 +150,7 @@ def test_a_vehicle_that_slows_down_may_run_for_long():
     """Switches take energy: the pace grows as the speed falls, and the whole takes few steps."""
     memory = 5e8
     run = done([], "compiled", duration=1e6, memory=memory)
-    elapsed = run.recorded().elapsed
+    elapsed = run.part().elapsed
     pace = (elapsed[18_000] - elapsed[14_000]) / 4000  # where the run is first asked whether it has a future
     assert run.done and 1e6 / pace * run.space.bytes_per_row > 4 * memory
 

@@ -53,10 +53,10 @@ def test_parts_that_memory_forgets_join_to_the_motion(options):
         run.forget()
 
     last = made(replace(asked, keep=keep), asked.accuracy)
-    joined = omniroll.Trajectory.joined([*parts, last.recorded()])
+    joined = omniroll.Trajectory.joined([*parts, last.part()])
     assert len(parts) > 1 and len(joined.switches) > 10
     for name in (*ARRAYS, "switches"):
-        assert np.array_equal(getattr(joined, name), getattr(whole.recorded(), name)), name
+        assert np.array_equal(getattr(joined, name), getattr(whole.part(), name)), name
     assert last.stats()["switches"] == len(joined.switches) and last.stats()["steps"] == whole.stats()["steps"]
 
 

@@ -20,14 +20,7 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.engine import workspace
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.recorded import Forgotten, Recorded, wheels_switched
-from omniroll.engine.runs import (
-    TOO_MANY_ROWS,
-    Task,
-    assembled,
-    least_speed,
-    shown_state,
-    state_of,
-)
+from omniroll.engine.runs import TOO_MANY_ROWS, Task, assembled, least_speed, shown_state, state_of
 from omniroll.engine.stiffness import TO_CHANGE, blamed, to_and_fro
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.engine.works import EngineCall, Work, result_of
@@ -207,19 +200,15 @@ class CompiledRun:
         if self.status is None:
             self.advance()
         stopped = self.stop
-        result = self.recorded()
+        result = self.part()
         self.release()
         if stopped is None:
             return result
         stopped.trajectory = result
         raise stopped
 
-    def recorded(self) -> Trajectory:
-        """The trajectory up to where the run has come; its buffers are free then."""
-        return self.part(0)
-
-    def part(self, first: int) -> Trajectory:
-        """The trajectory from row `first` to where the run has come."""
+    def part(self, first: int = 0) -> Trajectory:
+        """The trajectory from row `first` to where the run has come; its buffers are free then."""
         return assembled(self.task, Recorded(self, first), self.stats())
 
     @property
@@ -249,7 +238,7 @@ class CompiledRun:
         state: dict[str, Any] = {name: array.copy() for name, array in state_of(self).items()}
         own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
         speeds = {name: self.speeds(name).copy() for name in own}
-        state["speeds"] = speeds | (self._spins(speeds) if self._spins_follow else self.massless_modes())
+        state["speeds"] = speeds | (self._spins(speeds) if self._is_cut else self.massless_modes())
         return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
 
     def _end_axial(self) -> np.ndarray | None:
@@ -267,24 +256,15 @@ class CompiledRun:
 
         It is taken at the ends of the coarse run's steps.
         """
-        return self.module.lib.omniroll_distance(
-            coarse._course(), self._course(), self.task.vehicle.platform_radius, self._speed()
-        )
+        radius = self.task.vehicle.platform_radius
+        return self.module.lib.omniroll_distance(coarse._course(), self._course(), radius, self._speed())
 
     def _course(self) -> Any:
         """Pointer to what the run has left, as C takes it; `space` keeps it alive."""
-        return self.module.ffi.new(
-            "omniroll_course_t *",
-            {
-                "wheels": self.wheels,
-                "contact": self.columns.end,
-                "count": self.run.row_count,
-                "row_size": self.space.rows.shape[1],
-                "step_size": self.space.steps.shape[1],
-                "rows": self.run.rows,
-                "steps": self.run.steps,
-            },
-        )
+        sizes = {"row_size": self.space.rows.shape[1], "step_size": self.space.steps.shape[1]}
+        places = {"wheels": self.wheels, "contact": self.columns.end, "count": self.run.row_count}
+        arrays = {"rows": self.run.rows, "steps": self.run.steps}
+        return self.module.ffi.new("omniroll_course_t *", places | sizes | arrays)
 
     def _speed(self) -> float:
         """|nu| at the start; with effects the largest of the run; 1 for a vehicle that stays where it is."""
@@ -349,13 +329,8 @@ class CompiledRun:
 
     @property
     def _is_cut(self) -> bool:
-        """Whether massless rollers may stick beside contacts that may."""
+        """Whether massless rollers may stick beside contacts that may: their spins follow from headings, too."""
         return "corner_forces" in self.kernel.signatures
-
-    @property
-    def _spins_follow(self) -> bool:
-        """Whether their spins follow from more than speeds and modes: from headings."""
-        return self._is_cut
 
     def _spins(self, speeds: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """(N,) in rad/s by name, spins of such rollers, where contacts have `speeds` by name."""
@@ -484,8 +459,5 @@ class CompiledRun:
             reason += blamed(self.task, self.end())
         if self.status == NO_STEP:
             reason += TO_CHANGE
-        return self._stopped(reason, wheel)
-
-    def _stopped(self, reason: str, wheel: int | None) -> SimulationStopped:
         time = self.task.start_time + self.run.elapsed
         return SimulationStopped(reason, t=time, wheel=wheel, state=shown_state(self))

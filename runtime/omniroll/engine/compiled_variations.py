@@ -12,18 +12,11 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from omniroll.codegen.along import SUFFIX
-from omniroll.engine.bearing_modes import FREE
+from omniroll.engine.bearing_modes import FREE, BearingModes
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.deviations import Deviations
-from omniroll.engine.events_beside import (
-    APART,
-    GRAZES,
-    JUMPS,
-    LETS_GO_ONLY_JUST,
-    REACHED,
-    RESTS_ONLY_JUST,
-    UNKNOWN,
-)
+from omniroll.engine.directions import Directions
+from omniroll.engine.events_beside import APART, GRAZES, JUMPS, LETS_GO_ONLY_JUST, REACHED, RESTS_ONLY_JUST, UNKNOWN
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.sticking import Sticking
 from omniroll.engine.workspace import NODES
@@ -33,6 +26,7 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.dense import weights_at
 
 ALIGNMENT = 128  # bytes
+TYPES = {"double": float, "long long": np.int64, "int": np.int32}  # of numbers, by their names in C
 # At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row
 # fewer nodes are as exact as the run itself, where its accuracy is this one or better, and where the deviations move no
 # faster than the run: the last of Legendre's polynomials makes at most this part of them in a step.
@@ -62,17 +56,11 @@ class Gauss:
         falling = np.concatenate([-np.ones_like(of_series[..., :1]), of_series[..., : s - 1]], axis=-1)
         return (of_series[..., 1:] - falling) / 2 @ to_series
 
-    @property
-    def last(self) -> np.ndarray:
-        """(s,) weights of the last coefficient of the polynomial through values there, in Legendre's."""
-        s = len(self.nodes)
-        return (2 * s - 1) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 1)[:, -1]
-
-    @property
-    def before_last(self) -> np.ndarray:
-        """(s,) the same of the coefficient before it."""
-        s = len(self.nodes)
-        return (2 * s - 3) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 2)[:, -1]
+    def coefficient(self, back: int) -> np.ndarray:
+        """(s,) weights of a coefficient, so many before the last, of the polynomial through values there, in
+        Legendre's."""
+        degree = len(self.nodes) - 1 - back
+        return (2 * degree + 1) * self.weights * legendre.legvander(2 * self.nodes - 1, degree)[:, -1]
 
     @cached_property
     def to_nodes(self) -> np.ndarray:
@@ -119,8 +107,8 @@ def _tables(degree: int, count: int) -> dict[str, np.ndarray]:
     nodes = gauss(count)
     return {
         "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
-        "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.last,
-        "gauss_before_last": nodes.before_last,
+        "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.coefficient(0),
+        "gauss_before_last": nodes.coefficient(1),
     }  # fmt: skip
 
 
@@ -183,19 +171,15 @@ class CompiledVariations:
     """
 
     def __init__(
-        self,
-        motion: Motion,
-        columns: Columns,
-        rows: np.ndarray,
-        inputs: np.ndarray,
-        axial: np.ndarray | None,
+        self, motion: Motion, columns: Columns, rows: np.ndarray, inputs: np.ndarray, axial: np.ndarray | None,
         sticking: Sticking | None,
-    ):
+    ):  # fmt: skip
         self.module = module = library_of(motion)
         self.motion, self.columns = motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
         self.models = _models_of(columns, module.ffi, module.lib)
         self.struct = module.ffi.new("omniroll_variations_t *")
+        self.fields = dict(module.ffi.typeof("omniroll_variations_t").fields)
         self.kept: list[np.ndarray] = []
         # Slips along the axles decay fast within steps, and massless rollers that stick have such slips, too.
         decays = "contact_omega" in motion.deviations.rates or "slip_contact_loss" in motion.plain.signatures
@@ -207,7 +191,7 @@ class CompiledVariations:
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
-        self.module.lib.omniroll_deviate(self.struct, self._pointer(spins, float))
+        self.module.lib.omniroll_deviate(self.struct, self._pointer(spins, "double"))
 
     def begin(self, phase: int) -> None:
         """Let what sticks where a phase begins, of wheels that roll, take what it does from the deviations there."""
@@ -226,7 +210,7 @@ class CompiledVariations:
         knot  (P,) by how much the time deviates at which drives jump behind `first`; None where none does
         """
         call = self.module.lib.omniroll_follow
-        self.struct[0].knot = self.module.ffi.NULL if knot is None else self._pointer(knot, float)
+        self.struct[0].knot = self.module.ffi.NULL if knot is None else self._pointer(knot, "double")
         self._take_nodes(self.nodes)
         reached = call(self.struct, first, last, phase, as_one)
         while reached < 0:  # a step asks for more nodes; where many do, all get them
@@ -257,15 +241,17 @@ class CompiledVariations:
         """(k, s, m, P) the rates of the deviations at the nodes of steps (k,), and (k,) bool: steps that are followed
         in pieces, and have none."""
         rates, cut = np.zeros((len(steps), self.struct[0].nodes, *self.rows.shape[1:])), np.zeros(len(steps), np.int32)
-        pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(rates, float)
-        self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers, self._pointer(cut, np.int32))
+        places = self._pointer(steps, "long long"), self._pointer(phases, "long long")
+        found = self._pointer(rates, "double"), self._pointer(cut, "int")
+        self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *places, *found)
         return rates, cut != 0
 
     def _moved_in_steps(self, steps: np.ndarray, phases: np.ndarray, x: np.ndarray) -> np.ndarray:
         """(k, m, P) the deviations at parts x (k,) of steps (k,) that are followed in pieces."""
         moved = np.empty((len(steps), *self.rows.shape[1:]))
-        pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(x, float)
-        self.module.lib.omniroll_moved_in_steps(self.struct, len(steps), *pointers, self._pointer(moved, float))
+        places = self._pointer(steps, "long long"), self._pointer(phases, "long long")
+        numbers = self._pointer(x, "double"), self._pointer(moved, "double")
+        self.module.lib.omniroll_moved_in_steps(self.struct, len(steps), *places, *numbers)
         return moved
 
     def _take_nodes(self, wanted: int) -> None:
@@ -275,15 +261,17 @@ class CompiledVariations:
         if run.nodes == count:
             return
         run.nodes, run.most_last = count, MOST_LAST if count < NODES else 0.0
-        for name, array in _tables(run.degree, count).items():
-            setattr(run, name, self._pointer(array, float))
+        self._point(**_tables(run.degree, count))
 
-    def _pointer(self, array: np.ndarray, kind: type):
+    def _point(self, **arrays: np.ndarray) -> None:
+        """Let fields of the struct point to arrays' numbers, of the types that they have in C."""
+        for name, array in arrays.items():
+            setattr(self.struct[0], name, self._pointer(array, self.fields[name].type.item.cname))
+
+    def _pointer(self, array: np.ndarray, kind: str):
         """A pointer to an array's numbers, which are kept alive; not of another array's where the type fits."""
-        names = {float: "double[]", np.int64: "long long[]", np.int32: "int[]"}
-        array = np.ascontiguousarray(array, kind)
-        self.kept.append(array)
-        return self.module.ffi.from_buffer(names[kind], array)
+        self.kept.append(np.ascontiguousarray(array, TYPES[kind]))
+        return self.module.ffi.from_buffer(f"{kind}[]", self.kept[-1])
 
     def _grip(self, contacts: ContactModes) -> np.ndarray:
         """(1 + Q, 3 N) the loads of contacts and their friction, and how the numbers move these."""
@@ -311,13 +299,30 @@ class CompiledVariations:
                 found[1:] -= np.where(own > 0, 2 * own * rises, 0.0)
         return found
 
-    def _of_contacts(self, contacts: ContactModes) -> dict[str, np.ndarray]:
-        """What C takes of contacts that have modes, by name."""
-        run, motion = self.struct[0], self.motion
-        ends = np.minimum(np.arange(len(motion.y)) + 1, len(motion.y) - 1)
-        run.grazes = GRAZES * contacts.friction_rate()
-        noises = contacts.noises(motion.y, ends)
-        return {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
+    def _fill_contacts(self, contacts: ContactModes) -> None:
+        """What C takes of contacts that have modes."""
+        y = self.motion.y
+        noises = contacts.noises(y, np.minimum(np.arange(len(y)) + 1, len(y) - 1))
+        self.struct[0].grazes = GRAZES * contacts.friction_rate()
+        self._point(grip=self._grip(contacts), slip_rounding=noises, per_reach=self._per_reach(contacts))
+
+    def _fill_bearings(self, bearings: BearingModes, sticking: Sticking) -> None:
+        """What C takes of bearings that may stick."""
+        self.turns[:] = bearings.alone
+        self._point(own_mode=bearings.modes, enters=self.turns, own_inertia=sticking.inertias)
+        self._point(own_sliding=bearings.sliding, own_most=bearings.holding, own_most_moved=sticking.torques[1])
+        turning = bearings.given(bearings.torques)
+        if FREE in turning:
+            self._point(free_torque=turning[FREE])
+
+    def _fill_held(self, held: Directions, sticking: Sticking) -> None:
+        """What C takes of rates that are held together."""
+        self._point(hold=held.which, allowed=sticking.tables)
+        if self.motion.stands:
+            numbers, moved = sticking.numbers
+            self._point(standing=numbers, standing_moved=moved)
+        else:
+            self._point(hold_row=held.rows, hold_row_moved=sticking.turning_rows)
 
     def _drive(self) -> np.ndarray:
         """(T, F, N) what drives give, and modes; of bearings that may stick the torques of those that turn."""
@@ -347,41 +352,20 @@ class CompiledVariations:
         number[columns.numbered] = 1 + np.arange(len(columns.numbered))
         steps = np.full(len(trajectory), -1)
         steps[trajectory.step_rows] = np.arange(len(trajectory.step_rows))
-        integers = {"number": number, "place": deviations.state}
-        for name, array in integers.items():
-            setattr(run, name, self._pointer(array, np.int32))
-        whole = {"contact": trajectory.contact, "step_of": steps, "step_rows": trajectory.step_rows}
-        run.why, bearings = self._pointer(self._why, np.int32), motion.bearings
-        if bearings is not None:
-            self.turns[:] = bearings.alone
-            whole["own_mode"], run.enters = bearings.modes, self._pointer(self.turns, np.int32)
-        if motion.held is not None:
-            whole["hold"] = motion.held.which
-            run.allowed = self._pointer(sticking.tables, float)
-        if motion.held is not None and motion.stands:
-            numbers, moved = sticking.numbers
-            run.standing, run.standing_moved = self._pointer(numbers, float), self._pointer(moved, float)
-        elif motion.held is not None:
-            run.hold_row = self._pointer(motion.held.rows, float)
-            run.hold_row_moved = self._pointer(sticking.turning_rows, float)
-        for name, array in (whole | {"phase_start": motion.phases}).items():
-            setattr(run, name, self._pointer(array, np.int64))
-        numbers = {
-            "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(), "dense": dense,
-            "moved": self.rows, "given": self.inputs, "least": NO_ANGLE / columns.sizes,
-        }  # fmt: skip
+        self._point(
+            number=number, place=deviations.state, why=self._why, contact=trajectory.contact, step_of=steps,
+            step_rows=trajectory.step_rows, phase_start=motion.phases, elapsed=trajectory.elapsed, y=motion.y,
+            drive=self._drive(), dense=dense, moved=self.rows, given=self.inputs, least=NO_ANGLE / columns.sizes,
+        )  # fmt: skip
         if motion.contacts is not None:
-            numbers |= self._of_contacts(motion.contacts)
-        if bearings is not None:
-            numbers |= {"own_sliding": bearings.sliding, "own_most": bearings.holding}
-            numbers |= {"own_most_moved": sticking.torques[1], "own_inertia": sticking.inertias}
-            turning = bearings.given(bearings.torques)
-            numbers |= {"free_torque": turning[FREE]} if FREE in turning else {}
+            self._fill_contacts(motion.contacts)
+        if motion.bearings is not None:
+            self._fill_bearings(motion.bearings, sticking)
+        if motion.held is not None:
+            self._fill_held(motion.held, sticking)
         if self.axial is not None:
-            numbers |= {"spins": trajectory.spins, "axial": self.axial}
-        for name, array in numbers.items():
-            setattr(run, name, self._pointer(array, float))
+            self._point(spins=trajectory.spins, axial=self.axial)
         size = self.module.lib.omniroll_variations_work_size(self.struct)
         memory = np.empty(size + ALIGNMENT // 8)
         start = -memory.ctypes.data % ALIGNMENT // 8
-        run.work = self._pointer(memory[start : start + size], float)
+        self._point(work=memory[start : start + size])

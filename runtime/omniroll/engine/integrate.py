@@ -44,6 +44,9 @@ class StepTooSmallError(StepFailedError):
 class Phase:
     """A piece of motion without a switch inside.
 
+    flow        the rates, f(time, y)
+    gap         gap(h): the time within which switches are one switch, where h is the phase's length
+    guards      what ends it beside switches
     times       ends of the steps, counted from the phase's start
     ends        y at these times
     dense       Bernstein coefficients (8, d) of each step
@@ -52,7 +55,10 @@ class Phase:
     passed      (m,) bool: the guards that have ended it
     """
 
+    flow: Flow
     y: np.ndarray
+    gap: Callable[[float], float]
+    guards: Guards
     directions: np.ndarray
     passed: np.ndarray
     times: list[float] = field(default_factory=list)
@@ -97,19 +103,13 @@ class PhaseIntegrator:
         self.watch: Callable[[float], None] = lambda done: None  # may end a phase after each step
 
     def run(
-        self,
-        flow: Flow,
-        y: np.ndarray,
-        limit: float,
-        gap: Callable[[float], float],
-        guards: Guards = NO_GUARDS,
+        self, flow: Flow, y: np.ndarray, limit: float, gap: Callable[[float], float], guards: Guards = NO_GUARDS
     ) -> Phase:
-        """Integrate from y to the next switch or guard, at most for the time `limit`.
+        """Integrate from y to the next switch or guard, at most for the time `limit`; the others as of Phase.
 
-        gap(h) is the time within which switches are one switch, where h is the phase's length.
         Raises StepFailedError; its `phase` attribute is what was done until then. So does `watch`.
         """
-        phase = Phase(y, np.zeros(self.wheels, int), np.zeros(len(guards), bool))
+        phase = Phase(flow, y, gap, guards, np.zeros(self.wheels, int), np.zeros(len(guards), bool))
         self.carry[: self.pose.start] = 0.0  # a switch has put wheels onto their joints, and may have changed nu
         if len(guards) and guards.beyond(0.0, y).any():
             phase.passed = guards.beyond(0.0, y)
@@ -119,7 +119,7 @@ class PhaseIntegrator:
                 self.next_step = self._first_step(flow, y, limit)
             while phase.duration < limit:
                 try:
-                    finished = self._advance(flow, phase, limit, gap, guards)
+                    finished = self._advance(phase, limit)
                 except StepFailedError as error:
                     error.phase = phase  # type: ignore[attr-defined]
                     raise
@@ -127,34 +127,33 @@ class PhaseIntegrator:
                     break
         return phase
 
-    def _advance(self, flow: Flow, phase: Phase, limit: float, gap: Callable[[float], float], guards: Guards) -> bool:
+    def _advance(self, phase: Phase, limit: float) -> bool:
         """Add steps until a switch, a guard or the limit. False: a crossing proved to be none, so go on anew."""
         time, y = phase.duration, phase.y
-        rates = self._rates(flow, time, y)
+        rates = phase.flow(time, y)
+        self.counts.evaluations += 1
         while True:
-            step, end = self._step(flow, time, y, rates, limit, guards)
+            step, end = self._step(phase.flow, time, y, rates, limit)
             dense = step.polynomial()
             self.counts.evaluations += step.further
             crossing, directions = self._first_crossing(dense)
-            if self._land_on_first_guard(flow, phase, step, dense, gap, guards, crossing):
+            if self._land_on_first_guard(phase, step, dense, crossing):
                 return True
             if crossing is not None:
                 if time + crossing * step.h == time:
                     phase.directions = directions
                     phase.y = self._onto_joint(phase, directions)
                     return True
-                return self._land(flow, phase, step, crossing, gap)
+                return self._land(phase, step, crossing)
             phase.add_step(end, step.y_end, dense)
             time, y, rates, self.carry = end, step.y_end, step.rates_end, step.carry_end
             if time >= limit:
-                phase.directions = self._due(flow, time, y, gap(time))
+                phase.directions = self._due(phase, time, y)
                 phase.y = self._onto_joint(phase, phase.directions)
                 return True
             self.watch(time)
 
-    def _step(
-        self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float, guards: Guards
-    ) -> tuple[Step, float]:
+    def _step(self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float) -> tuple[Step, float]:
         """One accepted step, short enough not to pass the next joint by far; and the time of its end."""
         waits, _ = self._waits(rates, y)
         wanted = self.next_step
@@ -168,9 +167,7 @@ class PhaseIntegrator:
             scale = self._scale(y, rates, step.h)
             size = self.tolerance * scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
             error = step.error(size)
-            factor = MOST_FACTOR  # not a number where a stage is none
-            if error != 0:
-                factor = SAFETY * error ** (-1 / step.order)
+            factor = SAFETY * error ** (-1 / step.order) if error != 0 else MOST_FACTOR  # none where a stage is none
             if error < 1:
                 break
             h, rejected = step.h * max(LEAST_FACTOR, factor if np.isfinite(factor) else 0.0), True
@@ -193,10 +190,6 @@ class PhaseIntegrator:
         scale[NU] = np.max([scale[NU].max(), np.abs(y[NU]).max(), h * np.abs(rates[NU]).max()])
         return scale
 
-    def _rates(self, flow: Flow, time: float, y: np.ndarray) -> np.ndarray:
-        self.counts.evaluations += 1
-        return flow(time, y)
-
     def _first_step(self, flow: Flow, y: np.ndarray, limit: float) -> float:
         fastest = np.max(np.abs(flow(0.0, y)) / self.scale)
         self.counts.evaluations += 1
@@ -210,11 +203,11 @@ class PhaseIntegrator:
         waits = np.where(chi_dot != 0, way / np.abs(chi_dot), np.inf)
         return waits, directions.astype(int)
 
-    def _due(self, flow: Flow, time: float, y: np.ndarray, gap: float) -> np.ndarray:
-        """Directions of the wheels that reach their joint in less than `gap`, 0 for the others."""
-        waits, directions = self._waits(flow(time, y), y)
+    def _due(self, phase: Phase, time: float, y: np.ndarray) -> np.ndarray:
+        """Directions of the wheels that reach their joint within the phase's gap, 0 for the others."""
+        waits, directions = self._waits(phase.flow(time, y), y)
         self.counts.evaluations += 1
-        return np.where(waits < gap, directions, 0)
+        return np.where(waits < phase.gap(time), directions, 0)
 
     def _first_crossing(self, dense: np.ndarray) -> tuple[float | None, np.ndarray]:
         """Where in the step, 0..1, a wheel first leaves its roller, and the directions; None if none does."""
@@ -245,26 +238,17 @@ class PhaseIntegrator:
         small = (slowing > 0) & (outwards**2 < 2 * ROUNDING * self.joint * slowing)
         return small & (np.abs(chi[0]) >= self.joint)
 
-    def _land_on_first_guard(
-        self,
-        flow: Flow,
-        phase: Phase,
-        step: Step,
-        dense: np.ndarray,
-        gap: Callable[[float], float],
-        guards: Guards,
-        crossing: float | None,
-    ) -> bool:
+    def _land_on_first_guard(self, phase: Phase, step: Step, dense: np.ndarray, crossing: float | None) -> bool:
         """Step onto the first guard that the step passes before `crossing`; False if it passes none. Its polynomial
         (8, d) is less exact than the motion, and may lead beyond a guard that the motion only comes near."""
-        if not len(guards):
+        if not len(phase.guards):
             return False
-        margins = guards.margins(dense, step.time, step.h)
+        margins = phase.guards.margins(dense, step.time, step.h)
         while True:
             guard, passed = self._first_guard(margins, crossing)
             if guard is None:
                 return False
-            if self._land_on_guard(flow, phase, step, guard, gap, guards, passed):
+            if self._land_on_guard(phase, step, guard, passed):
                 return True
             margins[:, passed] = -1.0
 
@@ -280,14 +264,7 @@ class PhaseIntegrator:
             passed[k] = True
         return earliest, passed
 
-    def _land(
-        self,
-        flow: Flow,
-        phase: Phase,
-        step: Step,
-        guess: float,
-        gap: Callable[[float], float],
-    ) -> bool:
+    def _land(self, phase: Phase, step: Step, guess: float) -> bool:
         """Step onto the first joint, `guess` of the way of a step that passes it.
 
         Newton's rule between the last h inside and the first outside. False if no wheel passes after all.
@@ -300,10 +277,8 @@ class PhaseIntegrator:
             waits, directions = self._waits(part.rates_end, part.y_end)
             first = np.argmin(waits)
             outside = not np.abs(chi).max() <= self.joint
-            if outside:
-                high, beyond = h, chi
-            else:
-                low, inside = h, part
+            high, beyond = (h, chi) if outside else (high, beyond)
+            low, inside = (low, inside) if outside else (h, part)
             noise = 2 * EPS * (h + self.joint / max(abs(part.rates_end[self.chi][first]), np.finfo(float).tiny))
             if abs(waits[first]) <= noise or (not outside and h == h_most):
                 break
@@ -313,7 +288,7 @@ class PhaseIntegrator:
             if following in (low, high) and beyond is not None:  # nothing between: the joint is here
                 part = inside
                 y = step.y if part is None else part.y_end
-                waits, directions = self._waits(flow(step.time + low, y), y)
+                waits, directions = self._waits(phase.flow(step.time + low, y), y)
                 past = np.abs(beyond) > self.joint
                 directions = np.where(past, np.sign(beyond).astype(int), directions)
                 waits = np.where(past, 0.0, waits)
@@ -323,26 +298,17 @@ class PhaseIntegrator:
             raise StepFailedError("no landing on the joint")
         if part is not None:
             self._add(phase, part)
-        phase.directions = np.where(waits < gap(phase.duration), directions, 0)
+        phase.directions = np.where(waits < phase.gap(phase.duration), directions, 0)
         phase.y = self._onto_joint(phase, phase.directions)
         return bool(phase.directions.any())
 
-    def _land_on_guard(
-        self,
-        flow: Flow,
-        phase: Phase,
-        step: Step,
-        guess: float,
-        gap: Callable[[float], float],
-        guards: Guards,
-        passed: np.ndarray,
-    ) -> bool:
+    def _land_on_guard(self, phase: Phase, step: Step, guess: float, passed: np.ndarray) -> bool:
         """Step onto the first of the passed guards, `guess` of the way of a step that passes them. False, and no step,
         if the motion passes none after all.
 
         Newton's rule, and halving where it leaves the bracket. A guard on which the step starts is passed at once.
         """
-        low, high, h, is_passed = 0.0, step.h, guess * step.h, False
+        guards, low, high, h, is_passed = phase.guards, 0.0, step.h, guess * step.h, False
         waits, _ = guards.waits(step.time, step.y, step.rates)
         if (waits[passed] <= 0).any() or step.time + h == step.time:
             phase.passed = passed
@@ -371,8 +337,8 @@ class PhaseIntegrator:
         if not is_passed:
             return False
         self._add(phase, part)
-        phase.passed = passed & (waits <= max(waits[first], 0.0) + noise + gap(phase.duration))
-        phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
+        phase.passed = passed & (waits <= max(waits[first], 0.0) + noise + phase.gap(phase.duration))
+        phase.directions = self._due(phase, phase.duration, y)
         phase.y = self._onto_joint(phase, phase.directions)
         return True
 

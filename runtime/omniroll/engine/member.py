@@ -33,7 +33,7 @@ def finding(run: Run, times: np.ndarray | None, control: bool) -> Work[Found]:
         found |= {"reason": None if stopped is None else str(stopped), "start_axial": task.state.free_axial()}
         found["start_speeds"] = task.effects.own_speeds(task.kernel, task.state)
         found["error_estimate"] = None if stopped is not None else done.error_estimate
-        found["samples"] = None if times is None else _samples(done.run.recorded(), times)
+        found["samples"] = None if times is None else _samples(done.run.part(), times)
         done.run.release()
     except Exception as error:  # whatever it is, it must not take the others along
         return {"reason": shown(error)}

@@ -118,7 +118,7 @@ class PythonRun:
         yield from ()  # it calls no compiled engine
         try:
             self.simulate()
-            self.found = self.part(0)
+            self.found = self.part()
         except SimulationStopped as stopped:
             self.found, self.stop = stopped.trajectory, stopped
 
@@ -133,9 +133,6 @@ class PythonRun:
     @property
     def done(self) -> bool:
         return self.stop is None
-
-    def recorded(self) -> Trajectory:
-        return self.found
 
     def end(self) -> dict[str, Any]:
         found, is_free = self.found, self.kernel.roller_model == "free"
@@ -168,7 +165,7 @@ class PythonRun:
     def forget(self) -> None:
         self.rows = self.rows.last()
 
-    def part(self, first: int) -> Trajectory:
+    def part(self, first: int = 0) -> Trajectory:
         """The motion from row `first` to the last one."""
         stats = {
             "engine": "python", "kernel": self.kernel.set_name, "tolerance": self.tolerance,
@@ -189,4 +186,4 @@ class PythonRun:
 
     def _stop(self, reason: str, wheel: int | None = None) -> NoReturn:
         t = float(self.task.start_time + self.elapsed)
-        raise SimulationStopped(reason, t=t, wheel=wheel, state=shown_state(self.state), trajectory=self.part(0))
+        raise SimulationStopped(reason, t=t, wheel=wheel, state=shown_state(self.state), trajectory=self.part())
