@@ -10,7 +10,6 @@ from .effects.slope import Slope as Slope
 from .effects.springs import Springs as Springs
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
-from .engine.batch import Batch as Batch
 from .engine.ends import Many as Many
 from .engine.gradients import gradient as gradient
 from .engine.many import simulate_many as simulate_many
@@ -39,6 +38,7 @@ from .identification.answer import Fit as Fit
 from .identification.fitting import fit as fit
 from .identification.log import Log as Log
 from .identification.model import Number as Number
+from .kernels.batch import Batch as Batch
 from .kernels.dynamics import accelerations as accelerations
 from .kernels.kernel import Kernel as Kernel
 from .kernels.kernel import kernel as kernel

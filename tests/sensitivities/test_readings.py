@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omniroll import Bearings, Contact, Instruments, Motor, Slope, Torque
-from omniroll.engine.reading_slopes import reading_slopes
+from omniroll.identification.reading_slopes import reading_slopes
 from tests.sensitivities.differences import Case
 
 MOTOR = Motor(voltage=((1, 2, 3), (3, 1, -1)), times=(0, 1), torque_constant=0.02, resistance=1.5, gear_ratio=4)

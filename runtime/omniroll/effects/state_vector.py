@@ -9,8 +9,35 @@ from omniroll.effects.registry import Quantity
 from omniroll.kernels.kernel import Kernel
 
 
-class StateVector:
-    """Names, places and shapes of the quantities in y, a row of numbers."""
+class Layout:
+    """Names, places and shapes of quantities in a row of numbers.
+
+    shapes  by name, in their order
+    """
+
+    def __init__(self, shapes: Mapping[str, tuple[int, ...]]):
+        self.shapes, self.slices, self.size = shapes, {}, 0
+        for name, shape in shapes.items():
+            self.slices[name] = slice(self.size, self.size + prod(shape))
+            self.size += prod(shape)
+
+    def view(self, y: np.ndarray, name: str) -> np.ndarray:
+        """The quantity in rows (..., size): a view."""
+        return y[..., self.slices[name]].reshape(y.shape[:-1] + self.shapes[name])
+
+    def views(self, y: np.ndarray) -> dict[str, np.ndarray]:
+        """All quantities by name."""
+        return {name: self.view(y, name) for name in self.slices}
+
+    def joined(self, views: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The inverse of `views`, of quantities whose leading axes broadcast."""
+        lead = np.broadcast_shapes(*(views[name].shape[: -len(shape)] for name, shape in self.shapes.items()))
+        whole = ((np.broadcast_to(views[name], (*lead, *shape)), prod(shape)) for name, shape in self.shapes.items())
+        return np.concatenate([view.reshape(*lead, size) for view, size in whole], axis=-1)
+
+
+class StateVector(Layout):
+    """A state y: nu, chi, the pose, and what the effects integrate."""
 
     def __init__(self, kernel: Kernel, quantities: Sequence[Quantity]):
         self.quantities = tuple(quantities)
@@ -18,19 +45,8 @@ class StateVector:
         if self.quantities:
             outputs = {a.name: a.shape for signature in kernel.signatures.values() for a in signature.outputs}
             shapes |= {quantity.name: outputs[quantity.rate] for quantity in self.quantities}
-        self.shapes, self.slices, self.size = shapes, {}, 0
-        for name, shape in shapes.items():
-            self.slices[name] = slice(self.size, self.size + prod(shape))
-            self.size += prod(shape)
+        super().__init__(shapes)
         self.plain = self.slices["pose"].stop  # the part that every vehicle has
-
-    def view(self, y: np.ndarray, name: str) -> np.ndarray:
-        """The quantity in states (..., size): a view."""
-        return y[..., self.slices[name]].reshape(y.shape[:-1] + self.shapes[name])
-
-    def views(self, y: np.ndarray) -> dict[str, np.ndarray]:
-        """All quantities by name: nu, chi, the pose, and what the effects integrate."""
-        return {name: self.view(y, name) for name in self.slices}
 
     def scale_of_added(self, kernel: Kernel, speed: float) -> np.ndarray:
         """The size of each component that effects add, where the vehicle moves at |nu| = speed."""

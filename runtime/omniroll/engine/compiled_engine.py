@@ -24,9 +24,10 @@ from omniroll.engine.runs import TOO_MANY_ROWS, Task, assembled, least_speed, sh
 from omniroll.engine.stiffness import TO_CHANGE, blamed, to_and_fro
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.engine.works import EngineCall, Work, result_of
-from omniroll.engine.workspace import MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
+from omniroll.engine.workspace import NODES, Workspace, columns, engine_of, names_of
 from omniroll.errors import InvalidValueError, KernelsMissingError, SimulationStopped
 from omniroll.kernels.kernel import CompiledKernel, Kernel
+from omniroll.kernels.lanes import MOST_WHEELS
 from omniroll.kernels.neutral_kernel import NeutralKernel, neutral_kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.slipping import Contacts, given_in_rows

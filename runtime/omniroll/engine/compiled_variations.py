@@ -23,9 +23,9 @@ from omniroll.engine.workspace import NODES
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.lanes import aligned
 from omniroll.results.dense import weights_at
 
-ALIGNMENT = 128  # bytes
 TYPES = {"double": float, "long long": np.int64, "int": np.int32}  # of numbers, by their names in C
 # At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row
 # fewer nodes are as exact as the run itself, where its accuracy is this one or better, and where the deviations move no
@@ -366,6 +366,4 @@ class CompiledVariations:
         if self.axial is not None:
             self._point(spins=trajectory.spins, axial=self.axial)
         size = self.module.lib.omniroll_variations_work_size(self.struct)
-        memory = np.empty(size + ALIGNMENT // 8)
-        start = -memory.ctypes.data % ALIGNMENT // 8
-        self._point(work=memory[start : start + size])
+        self._point(work=aligned(size))

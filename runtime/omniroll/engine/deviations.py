@@ -9,6 +9,7 @@ import numpy as np
 
 from omniroll.effects.bound_rates import PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import BEARINGS, MOMENTS, EffectSet
+from omniroll.effects.state_vector import Layout
 from omniroll.engine.contact_modes import MODES, pushes
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
@@ -27,6 +28,7 @@ class Deviations:
                they are constant, the torques of their bearings where they may stick
     constant   (moving,) bool: inputs among those that are torques of bearings, which do not change within a step
     sticking   names of those inputs that are torques of bearings which may stick, and whose rates follow from nu
+    views, joined, input_size  of the inputs (..., U)
     spins_stick  whether free rollers may stick as well
     axles_stick, rollers_stick  whether axles, and rollers, may stick where wheels may slip
     grips      whether contacts may stick on the ground
@@ -51,6 +53,8 @@ class Deviations:
         self.spins_stick = bound.rollers_stick and bound.has_spins
         if self.spins_stick:
             self.inputs["free_bearing"] = (bound.wheels, bound.rollers_per_wheel - 1)
+        layout = Layout(self.inputs)
+        self.views, self.joined, self.input_size = layout.views, layout.joined, layout.size
         self.axles_stick = bound.slips and "bearing_torque" in self.inputs
         self.rollers_stick = bound.slips and self.spins_stick
         self.sticking = () if bound.slips else tuple(name for name in BEARINGS if name in self.inputs)
@@ -74,45 +78,17 @@ class Deviations:
     @cached_property
     def places(self) -> dict[str, np.ndarray]:
         """By name the places of a quantity among what deviates, and of an input behind all quantities."""
-        found, start = {}, 0
-        shapes = {name: self.vector.shapes[name] for name in self.rates} | self.inputs
-        for name, shape in shapes.items():
-            found[name] = start + np.arange(prod(shape)).reshape(shape)
-            start += prod(shape)
-        return found
-
-    @property
-    def input_size(self) -> int:
-        return sum(map(prod, self.inputs.values()))
+        every = Layout({name: self.vector.shapes[name] for name in self.rates} | self.inputs)
+        return every.views(np.arange(every.size))
 
     def changes(self, inputs: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(..., moving) by how much inputs (T, U) of rows change in the steps from rows (...)."""
         moving = slice(self.moving)
         return np.where(self.constant, 0.0, inputs[rows + 1, moving] - inputs[rows, moving])
 
-    def views(self, inputs: np.ndarray) -> dict[str, np.ndarray]:
-        """Inputs (..., U) by name."""
-        found, start = {}, 0
-        for name, shape in self.inputs.items():
-            end = start + prod(shape)
-            found[name] = inputs[..., start:end].reshape(*inputs.shape[:-1], *shape)
-            start = end
-        return found
-
-    def joined(self, inputs: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The inverse of `views`."""
-        lead = np.broadcast_shapes(*(inputs[name].shape[: -len(shape)] for name, shape in self.inputs.items()))
-        return np.concatenate(
-            [
-                np.broadcast_to(inputs[name], (*lead, *shape)).reshape(*lead, prod(shape))
-                for name, shape in self.inputs.items()
-            ],
-            axis=-1,
-        )
-
     def known_in(self, y: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take, by name, in states y (..., size) with inputs (..., U)."""
-        known = {name: self.vector.view(y, name) for name in self.vector.slices} | self.views(inputs)
+        known = self.vector.views(y) | self.views(inputs)
         return known | dict.fromkeys(("theta", "heading"), known["pose"][..., 2])
 
     def known_of(

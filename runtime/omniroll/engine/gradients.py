@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
 from omniroll.engine.motion import Motion, columns_beside
-from omniroll.engine.sensitivities import Followed, Sweep
+from omniroll.engine.sensitivities import Sweep
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Trajectory
@@ -126,12 +126,7 @@ class Chain(Sweep):
         """(P,) the derivatives of a loss by the numbers; `weights` (K, m) are those by the deviations at the times."""
         trajectory, phases = self.trajectory, self.motion.phases
         _, row = trajectory.state_and_row(times)
-        moved = self.rows[row]
-        between = trajectory.t[row] < times
-        if between.any():
-            followed = Followed(self.columns.names, self.rows, self.inputs, phases, self.axial, compiled=self.compiled)
-            moved[between] += followed.since_row(self.motion, self.columns, row[between], times[between])
-        seen = np.einsum("km,kmc->kc", weights, moved)
+        seen = np.einsum("km,kmc->kc", weights, self.followed().moved_at(self.motion, self.columns, row, times))
         phase = np.searchsorted(phases, row, side="right") - 1
         by_numbers, later = np.zeros(len(self.columns) - self.handed_on), np.zeros(self.handed_on)
         for k in reversed(range(len(self.maps))):

@@ -1,14 +1,9 @@
 """How a run depends on its start and on its numbers: deviations followed through steps, switches and what acts.
 
-Between two events a deviation follows the variational equations (csrc/deviations). Where a wheel passes to its next
-roller, the rule of the switch is differentiated as it stands, on numbers that carry tangents, and the deviation of the
-time at which it happens is in it: with the map g of the switch and the rates f,
-
-    d+ = g' (d- + f- dt) - f+ dt,   dt = -dchi_i / chi_i'
-
-(the saltation matrix). Rows show the motion at a fixed time, and so do their deviations. Where a current reaches or
-leaves its limit the rates do not jump, and a sample comes at a fixed time: d+ = d-. Where a held value of a table
-changes at a time that deviates, d+ = d- + (f- - f+) dt.
+Between two events a deviation follows the variational equations (csrc/deviations). How it passes a switch is in
+passages.py. Rows show the motion at a fixed time, and so do their deviations. Where a current reaches or leaves its
+limit the rates do not jump, and a sample comes at a fixed time: d+ = d-. Where a held value of a table changes at a
+time that deviates, d+ = d- + (f- - f+) dt.
 """
 
 import warnings
@@ -90,7 +85,7 @@ class Followed:
     inputs: np.ndarray
     phases: np.ndarray
     axial: np.ndarray | None
-    look: "Look | None" = None
+    look: Look | None = None
     compiled: CompiledVariations | None = None
 
     @classmethod
@@ -117,7 +112,7 @@ class Followed:
         """The phases between two switches to which rows belong."""
         return np.searchsorted(self.phases, row, side="right") - 1
 
-    def look_at(self, trajectory: Trajectory, t: ArrayLike | None) -> "Look":
+    def look_at(self, trajectory: Trajectory, t: ArrayLike | None) -> Look:
         """All deviations in the rows or at times within the run. The last look is kept: many names ask for one."""
         times = trajectory.t if t is None else validation.real_array("t", t)
         look = self.look
@@ -125,31 +120,28 @@ class Followed:
             return look
         motion, columns = Motion(trajectory), columns_beside(trajectory, self.names)
         y, row = (motion.y, np.arange(len(trajectory))) if t is None else trajectory.state_and_row(times)
-        moved = np.array(self.rows[row])  # a copy: at one time alone it would be a view
-        between = trajectory.t[row] < times
-        if between.any():
-            moved[between] += self.since_row(motion, columns, row[between], times[between])
+        moved = self.moved_at(motion, columns, row, times)
         self.look = Look(motion, columns, times.copy(), t is None, y, row, moved)
         return self.look
 
     def __getstate__(self) -> dict:
         return vars(self) | {"look": None, "compiled": None}
 
-    def since_row(self, motion: "Motion", columns: "Columns", row: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """(k, m, P) what the deviations have come to since the rows (k,)."""
-        trajectory = motion.trajectory
-        step = np.searchsorted(trajectory.step_rows, row, side="right") - 1
-        compiled = self.compiled_for(motion, columns)
-        starts = trajectory.elapsed[trajectory.step_rows[step]]
-        lengths = trajectory.elapsed[trajectory.step_rows[step] + 1] - starts
-        x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
-        return compiled.since_rows(step, self.phase_of(trajectory.step_rows[step]), x)
-
-    def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations:
+    def moved_at(self, motion: Motion, columns: Columns, row: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """(..., m, P) all deviations at times (...) in the rows (...) or between them and the next ones."""
+        trajectory, moved = motion.trajectory, np.array(self.rows[row])  # a copy: at one time alone it would be a view
+        between = trajectory.t[row] < times
+        if not between.any():
+            return moved
         if self.compiled is None:
             sticking = Sticking.of(motion, columns)
             self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, sticking)
-        return self.compiled
+        step = np.searchsorted(trajectory.step_rows, row[between], side="right") - 1
+        first = trajectory.step_rows[step]
+        starts = trajectory.elapsed[first]
+        x = np.clip((times[between] - trajectory.start_time - starts) / (trajectory.elapsed[first + 1] - starts), 0, 1)
+        moved[between] += self.compiled.since_rows(step, self.phase_of(first), x)
+        return moved
 
 
 class Sweep:

@@ -14,15 +14,14 @@ from omniroll.effects.state_vector import StateVector
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import MECANUM, Kernel
+from omniroll.kernels.lanes import aligned
 from omniroll.vehicles.checks import joint_angles
 
 NODES = 16  # of a step; gauss.h
-MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
 FIRST_BYTES = 2**28  # that the rows of a run have at first, if some rows do
 FEWEST = 32  # rows that they are at least
 GROWTH = 8  # times its rows has a buffer that grows: a page costs nothing before it is written to, and a copy much
-ALIGNMENT = 128  # bytes
 MOST_GUARDS = 256  # run.c
 GUARD = 6  # numbers of a guard, before those of the wheels' rates and of the tilt; events.c
 
@@ -103,13 +102,6 @@ class Columns:
 
 
 columns = lru_cache(maxsize=64)(Columns)
-
-
-def aligned(size: int) -> np.ndarray:
-    """`size` doubles at an address that vectors can be loaded from."""
-    raw = np.zeros(size + ALIGNMENT // 8)
-    first = -(raw.ctypes.data // 8) % (ALIGNMENT // 8)
-    return raw[first : first + size]
 
 
 STATE_ARRAYS = (

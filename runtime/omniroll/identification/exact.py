@@ -7,12 +7,12 @@ import numpy as np
 from omniroll.effects.effect_set import BEARINGS
 from omniroll.engine.columns import columns_of
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
-from omniroll.engine.reading_slopes import reading_slopes
 from omniroll.engine.sensitivities import with_sensitivities
 from omniroll.errors import InvalidValueError, NoDerivativeError
 from omniroll.identification.late import by_delay, read_times
 from omniroll.identification.log import Log
 from omniroll.identification.model import OF_INSTRUMENT, Model
+from omniroll.identification.reading_slopes import reading_slopes
 from omniroll.results.trajectory import Trajectory
 
 UNUSED = ("pose[0]",)  # stands for no number where only delays are asked for

@@ -12,7 +12,7 @@ from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import columns_beside
 from omniroll.engine.sensitivities import Followed
 from omniroll.engine.sticking import Sticking
-from omniroll.engine.way_slopes import way_slopes
+from omniroll.identification.way_slopes import way_slopes
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.measurements import (
     ANGLE_OF,

@@ -10,10 +10,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from omniroll.engine.workspace import MOST_WHEELS, aligned
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel, kernel
+from omniroll.kernels.lanes import MOST_WHEELS, aligned
 from omniroll.validation import choice, sequence
 from omniroll.vehicles.checks import joint_angle, refuse_kinds, refuse_mecanum, refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
