@@ -118,11 +118,11 @@ def test_a_bar(capsys):
 def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
     """Threads are not made to take turns here: this one goes on only while the other has given the lock away."""
     order, ready = [], threading.Event()
-    recorded = compiled_engine.CompiledRun.recorded
+    part = compiled_engine.CompiledRun.part
 
-    def watched(run):
+    def watched(run, first=0):
         order.append("the engine is done")
-        return recorded(run)
+        return part(run, first)
 
     def work():
         run = compiled_engine.CompiledRun(task, 1e-9)
@@ -130,7 +130,7 @@ def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
         run.trajectory()
 
     monkeypatch.setattr(workspace, "ROWS", 100_000)
-    monkeypatch.setattr(compiled_engine.CompiledRun, "recorded", watched)
+    monkeypatch.setattr(compiled_engine.CompiledRun, "part", watched)
     task = checked_task(PAPER, nu=(1, 0, 1), duration=3000)
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e3)

@@ -112,14 +112,14 @@ class EffectSet:
     @kept
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
         """What is integrated; effects that name the same quantity share it."""
-        states = (q for e in self._slipping_first() for q in e.quantities(roller_model, self.names()))
+        states = (q for e in self._with_contact(last=False) for q in e.quantities(roller_model, self.names()))
         return tuple({quantity.name: quantity for quantity in states}.values())
 
     @kept
     def functions(self, roller_model: str) -> tuple[str, ...]:
         """Generated functions that are evaluated with the rates, each once."""
         names = self.names()
-        return tuple(dict.fromkeys(f for e in self._slipping_last() for f in e.functions(roller_model, names)))
+        return tuple(dict.fromkeys(f for e in self._with_contact(last=True) for f in e.functions(roller_model, names)))
 
     def names(self) -> tuple[str, ...]:
         """The effects' names in the registry."""
@@ -139,13 +139,10 @@ class EffectSet:
         """Whether wheels may slip, or bearings stick: the Python engine steps such runs in time."""
         return self.slips or bool(self.bearings(bound))
 
-    def _slipping_first(self) -> list[Effect]:
-        """In the order of their states: guards find the rates of wheels that may slip right behind the pose."""
-        return sorted(self.effects, key=lambda effect: "contact" not in effect.kernel_effects())
-
-    def _slipping_last(self) -> list[Effect]:
-        """In the order of their functions: that of wheels that may slip needs what the others give."""
-        return sorted(self.effects, key=lambda effect: "contact" in effect.kernel_effects())
+    def _with_contact(self, last: bool) -> list[Effect]:
+        """In the order of their states, where guards find the rates of wheels that may slip right behind the pose; or,
+        `last`, in that of their functions: that of such wheels needs what the others give."""
+        return sorted(self.effects, key=lambda effect: ("contact" in effect.kernel_effects()) is last)
 
     @kept
     def state_vector(self, bound: Kernel) -> StateVector:
@@ -204,7 +201,7 @@ class EffectSet:
     @kept
     def drives(self) -> tuple[str, ...]:
         """Names of the inputs, and of what else rows keep, in a trajectory's columns `drive`, in their order."""
-        present = {name for effect in self.effects for name in effect.kernel_effects()}
+        present = set(self.names())
         entries = generated_data.load("effects")["effects"]
         given = {name for entry in entries if entry["name"] in present for name in entry["inputs"]}
         recorded = [name for effect in self.effects for name in effect.recorded()]
@@ -233,14 +230,11 @@ def _can_be_hashed(effects: tuple[Effect, ...]) -> bool:
 def _checked(effects: tuple[Effect, ...], vehicle: Vehicle) -> EffectSet:
     for effect in effects:
         effect.check(vehicle, effects)
-    names = {name for effect in effects for name in effect.kernel_effects()}
-    if vehicle.wheels > MOST_STICKING and not STICKING.isdisjoint(names):
-        bound = (
-            f"must be at most {MOST_STICKING} where friction sticks; choose the law regularised for the ground and "
-            "give bearings wheel_speed and roller_speed"
-        )
-        raise InvalidValueError("wheels", vehicle.wheels, bound)
     ordered = EffectSet(tuple(sorted(effects, key=lambda effect: len(effect.needs))))
+    if vehicle.wheels > MOST_STICKING and not STICKING.isdisjoint(ordered.names()):
+        instead = "choose the law regularised for the ground and give bearings wheel_speed and roller_speed"
+        bound = f"must be at most {MOST_STICKING} where friction sticks; {instead}"
+        raise InvalidValueError("wheels", vehicle.wheels, bound)
     ordered.constants(vehicle)
     return ordered
 

@@ -56,18 +56,7 @@ def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -
     if len(set(names)) < len(names):
         raise InvalidValueError("sensitivities", names, "must name each number once")
     of_vehicle = values_of(plain, ())
-    return tuple(_column(name, plain, of_vehicle, effects) for name in names)
-
-
-def _column(name: str, plain: Kernel, of_vehicle: Mapping[str, np.ndarray], effects: Sequence[Effect]) -> Column:
-    match = NAME.fullmatch(name)
-    number, place = ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
-    found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain, of_vehicle, effects)
-    for k in range(len(effects)):
-        found = found or _of_effect(name, number, place, plain, k, effects)
-    if found is None:
-        raise InvalidValueError("sensitivities", name, f"is no number of this run; there are {_known(plain, effects)}")
-    return found
+    return tuple(_Asked(name, plain, effects).column(of_vehicle) for name in names)
 
 
 def start_shapes(plain: Kernel) -> dict[str, tuple[int, ...]]:
@@ -86,48 +75,69 @@ def _known(plain: Kernel, effects: Sequence[Effect]) -> str:
     return ", ".join(names)
 
 
-def _of_start(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> Column | None:
-    shapes = start_shapes(plain)
-    return Column(name, start={number: _moved(name, shapes[number], place)}) if number in shapes else None
+class _Asked:
+    """A name that was asked for, of a run with this kernel and these effects: the number and the place in it."""
 
+    def __init__(self, name: str, plain: Kernel, effects: Sequence[Effect]):
+        self.name, self.plain, self.effects = name, plain, effects
+        match = NAME.fullmatch(name)
+        self.number, self.place = (
+            ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
+        )
 
-def _of_vehicle(
-    name: str,
-    number: str,
-    place: tuple[int, ...],
-    plain: Kernel,
-    values: Mapping[str, np.ndarray],
-    effects: Sequence[Effect],
-) -> Column | None:
-    if number in VEHICLE_SCALARS and number not in values:
-        _moved(name, (), place)
-        return Column(name)  # massless rollers do not feel their inertia
-    if number not in values or number not in (*VEHICLE_SCALARS, "wheel_angles", *OF_THE_VEHICLE):
+    def column(self, of_vehicle: Mapping[str, np.ndarray]) -> Column:
+        """What the number moves. Raises InvalidValueError for a name that stands for no number of the run."""
+        found = self._of_start() or self._of_vehicle(of_vehicle)
+        for k in range(len(self.effects)):
+            found = found or self._of_effect(k)
+        if found is None:
+            bound = f"is no number of this run; there are {_known(self.plain, self.effects)}"
+            raise InvalidValueError("sensitivities", self.name, bound)
+        return found
+
+    def _moved(self, shape: tuple[int, ...]) -> np.ndarray:
+        """1 at the place, or everywhere where none is given."""
+        moved = np.zeros(shape)
+        try:
+            if len(self.place) > len(shape):
+                raise IndexError
+            moved[self.place] = 1.0
+        except IndexError:
+            raise InvalidValueError("sensitivities", self.name, f"its places go with the shape {shape}") from None
+        return moved
+
+    def _of_start(self) -> Column | None:
+        shapes, number = start_shapes(self.plain), self.number
+        return Column(self.name, start={number: self._moved(shapes[number])}) if number in shapes else None
+
+    def _of_vehicle(self, values: Mapping[str, np.ndarray]) -> Column | None:
+        number = self.number
+        if number in VEHICLE_SCALARS and number not in values:
+            self._moved(())
+            return Column(self.name)  # massless rollers do not feel their inertia
+        if number not in values or number not in (*VEHICLE_SCALARS, "wheel_angles", *OF_THE_VEHICLE):
+            return None
+        constants = _with_places(number, self._moved(values[number].shape), self.plain)
+        for effect in self.effects:
+            constants |= effect.constants_along(self.plain.vehicle, constants)
+        return Column(self.name, _size(values[number]), constants=constants)
+
+    def _of_effect(self, k: int) -> Column | None:
+        name, number, effect = self.name, self.number, self.effects[k]
+        values, argument = values_of(self.plain, (effect,)), effect.numbers.get(number)
+        if argument in values:
+            shape = values[argument].shape
+            moved = np.broadcast_to(self._moved(effect.number_shape(number, shape)), shape)
+            rotor = _rotor(number, self.plain, k, self.effects)
+            constants = {argument: moved} | rotor | _static(number, moved, values, effect)
+            return Column(name, _size(values[argument]), constants=constants)
+        if number == ROTOR and hasattr(effect, ROTOR):
+            self._moved(())
+            return Column(name, _size(effect.rotor_inertia), constants=_rotor(number, self.plain, k, self.effects))
+        if number in effect.signals and getattr(effect, number) is not None:
+            moved = self._moved(effect.shape_of(number, self.plain.wheels))
+            return Column(name, _size(getattr(effect, number)), signals={(k, number): moved})
         return None
-    moved = _moved(name, values[number].shape, place)
-    constants = _with_places(number, moved, plain)
-    for effect in effects:
-        constants |= effect.constants_along(plain.vehicle, constants)
-    return Column(name, _size(values[number]), constants=constants)
-
-
-def _of_effect(
-    name: str, number: str, place: tuple[int, ...], plain: Kernel, k: int, effects: Sequence[Effect]
-) -> Column | None:
-    effect = effects[k]
-    values, argument = values_of(plain, (effect,)), effect.numbers.get(number)
-    if argument in values:
-        shape = values[argument].shape
-        moved = np.broadcast_to(_moved(name, effect.number_shape(number, shape), place), shape)
-        constants = {argument: moved} | _rotor(number, plain, k, effects) | _static(number, moved, values, effect)
-        return Column(name, _size(values[argument]), constants=constants)
-    if number == ROTOR and hasattr(effect, ROTOR):
-        _moved(name, (), place)
-        return Column(name, _size(effect.rotor_inertia), constants=_rotor(number, plain, k, effects))
-    if number in effect.signals and getattr(effect, number) is not None:
-        moved = _moved(name, effect.shape_of(number, plain.wheels), place)
-        return Column(name, _size(getattr(effect, number)), signals={(k, number): moved})
-    return None
 
 
 def values_of(plain: Kernel, effects: Sequence[Effect]) -> dict[str, np.ndarray]:
@@ -158,18 +168,6 @@ def _static(number: str, moved: np.ndarray, values: Mapping, effect: Effect) -> 
     """What friction does to the static friction of contacts that stick, where that is not given."""
     follows = number == "friction" and "ground_static_friction" in values
     return {"ground_static_friction": moved} if follows and getattr(effect, "static_friction", 0) is None else {}
-
-
-def _moved(name: str, shape: tuple[int, ...], place: tuple[int, ...]) -> np.ndarray:
-    """1 at a place, or everywhere where none is given."""
-    moved = np.zeros(shape)
-    try:
-        if len(place) > len(shape):
-            raise IndexError
-        moved[place] = 1.0
-    except IndexError:
-        raise InvalidValueError("sensitivities", name, f"its places go with the shape {shape}") from None
-    return moved
 
 
 def _with_places(number: str, moved: np.ndarray, plain: Kernel) -> dict[str, np.ndarray]:

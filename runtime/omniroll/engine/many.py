@@ -86,7 +86,8 @@ def simulate_many(
         raise InvalidValueError("executor", executor, "must be an executor of concurrent.futures, or None for threads")
     if progress is not None and not isinstance(progress, bool):
         validation.function("progress", progress, "done", "runs")
-    shape, arrays = _arrays(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
+    start = {"nu": nu, "chi": chi, "spins": spins, "pose": pose, "duration": duration}
+    shape, arrays = _arrays(vehicles, effects, roller_model, **start)
     _check_memory(shape, arrays["vehicle"][0].flat[0], roller_model, _size(times), memory)
     runs = [run | common for run in _all_runs(shape, arrays)]
     checked_task(**runs[0])
@@ -107,15 +108,9 @@ def simulate_many(
 
 
 def _arrays(
-    vehicles: Any,
-    effects: Any,
-    nu: ArrayLike,
-    chi: ArrayLike,
-    spins: ArrayLike,
-    pose: ArrayLike,
-    duration: ArrayLike,
-    roller_model: str,
-) -> tuple[tuple[int, ...], dict[str, tuple[np.ndarray, int]]]:
+    vehicles: Any, effects: Any, roller_model: str, *, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike,
+    pose: ArrayLike, duration: ArrayLike,
+) -> tuple[tuple[int, ...], dict[str, tuple[np.ndarray, int]]]:  # fmt: skip
     """The shape of the whole; of each argument that varies an array, and how many axes one run's value has."""
     vehicle_table, effect_table = _vehicles(vehicles), _effects(effects)
     first = vehicle_table.flat[0]
@@ -141,9 +136,8 @@ def _arrays(
         try:
             shape = np.broadcast_shapes(shape, lead)
         except ValueError:
-            raise InvalidValueError(
-                name, f"array of shape {array.shape}", f"leading axes do not broadcast with {shape}"
-            ) from None
+            bound = f"leading axes do not broadcast with {shape}"
+            raise InvalidValueError(name, f"array of shape {array.shape}", bound) from None
     return shape, arrays
 
 
@@ -240,9 +234,6 @@ def _warn_of_effects(runs: list[Run]) -> None:
 def _warn(many: Many, accuracy: float) -> None:
     above = np.count_nonzero(many.error_estimate > accuracy)
     if above:
-        warnings.warn(
-            f"{above} of {many.stopped.size} runs: the error may be above the accuracy {accuracy:g}; "
-            f"largest estimate {np.nanmax(many.error_estimate):.2g}",
-            AccuracyWarning,
-            stacklevel=3,
-        )
+        said = f"{above} of {many.stopped.size} runs: the error may be above the accuracy {accuracy:g}"
+        largest = f"largest estimate {np.nanmax(many.error_estimate):.2g}"
+        warnings.warn(f"{said}; {largest}", AccuracyWarning, stacklevel=3)

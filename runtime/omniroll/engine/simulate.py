@@ -139,7 +139,7 @@ def checked_task(
     if progress is not None:
         validation.function("progress", progress, "done", "duration")
     acting = EffectSet.checked(effects, vehicle)
-    _refuse_beside_rows(vehicle, acting, engine)
+    _refuse_beside_kinds(vehicle, acting, engine)
     bound = acting.kernel(vehicle, roller_model, best_backend() if engine == "compiled" else BACKEND_OF[engine])
     _check_friction(bound, memory)
     task = Task(
@@ -165,11 +165,7 @@ def checked_task(
 def _check_memory(vehicle: Vehicle, roller_model: str, memory: float) -> None:
     """Refuse a vehicle of which not even a few states have room."""
     numbers = vehicle.wheels * (vehicle.rollers_per_wheel if roller_model == "free" else NUMBERS_OF_A_WHEEL)
-    least = 8 * numbers * LEAST_STATES
-    if least > memory:
-        size = f"{vehicle.wheels} wheels of {vehicle.rollers_per_wheel} {roller_model} rollers"
-        bound = f"must be at least {least:.3g} for {size}: {shown_bytes(least)}"
-        raise InvalidValueError("memory", memory, bound)
+    _refuse_memory(memory, 8 * numbers * LEAST_STATES, "for {}", vehicle, roller_model)
 
 
 def _check_friction(bound: Kernel, memory: float) -> None:
@@ -177,18 +173,22 @@ def _check_friction(bound: Kernel, memory: float) -> None:
     rollers = 1 if bound.roller_model == "massless" else bound.rollers_per_wheel
     rows = bound.wheels * sum(count for name, count in (*ROWS_OF_FRICTION, ("roller_sticking", rollers))
                               if name in bound.effects)  # fmt: skip
-    least = 8 * COUPLINGS * float(rows) ** 2
+    what, instead = f"where friction may stick in {rows} places of {{}}", "; or give [bearings] a roller_speed"
+    _refuse_memory(memory, 8 * COUPLINGS * float(rows) ** 2, what, bound.vehicle, bound.roller_model, instead)
+
+
+def _refuse_memory(
+    memory: float, least: float, what: str, vehicle: Vehicle, roller_model: str, instead: str = ""
+) -> None:
+    """Raise InvalidValueError where memory has no room for the least that there must be, in these words."""
     if least > memory:
-        size = f"{bound.wheels} wheels of {bound.rollers_per_wheel} {bound.roller_model} rollers"
-        bound_text = (
-            f"must be at least {least:.3g} where friction may stick in {rows} places of {size}: {shown_bytes(least)}; "
-            "or give [bearings] a roller_speed"
-        )
-        raise InvalidValueError("memory", memory, bound_text)
+        size = f"{vehicle.wheels} wheels of {vehicle.rollers_per_wheel} {roller_model} rollers"
+        bound = f"must be at least {least:.3g} {what.format(size)}: {shown_bytes(least)}{instead}"
+        raise InvalidValueError("memory", memory, bound)
 
 
-def _refuse_beside_rows(vehicle: Vehicle, acting: EffectSet, engine: str) -> None:
-    """Refuse what wheels with two rows of rollers do not have."""
+def _refuse_beside_kinds(vehicle: Vehicle, acting: EffectSet, engine: str) -> None:
+    """Refuse what wheels of other kinds than the paper's do not have."""
     names = acting.names()
     if engine == "python":
         states.refuse_two_rows(vehicle, "engine", engine, "choose engine='compiled'")
@@ -198,32 +198,23 @@ def _refuse_beside_rows(vehicle: Vehicle, acting: EffectSet, engine: str) -> Non
         states.refuse_kinds(vehicle, "effects", "Bearings that stick", "give Bearings a wheel_speed and a roller_speed")
     if acting.slips:
         states.refuse_kinds(vehicle, "effects", "Contact", "leave it out, so that wheels roll")
-    _refuse_bearings_without_inertia(vehicle, acting)
+    if 0 in vehicle.by_wheel["roller_inertia"] and {"roller_viscous", "roller_coulomb"} & {*names}:
+        bound = "does not go with a kind whose roller_inertia is 0: give it one, or leave out the rollers' friction"
+        raise InvalidValueError("effects", "Bearings of rollers", bound)
     if "contact_springs" in names:
         for refuse in (states.refuse_two_rows, states.refuse_mecanum):
             refuse(vehicle, "effects", "Springs", "leave them out for the loads of the vehicle at rest")
 
 
-def _refuse_bearings_without_inertia(vehicle: Vehicle, acting: EffectSet) -> None:
-    """Refuse friction in the bearings of rollers that have no inertia beside others that have."""
-    if 0 in vehicle.by_wheel["roller_inertia"] and {"roller_viscous", "roller_coulomb"} & {*acting.names()}:
-        bound = "does not go with a kind whose roller_inertia is 0: give it one, or leave out the rollers' friction"
-        raise InvalidValueError("effects", "Bearings of rollers", bound)
-
-
 def check_vehicle(given: object) -> None:
     """Raises InvalidValueError for something that is no vehicle."""
     if not isinstance(given, Vehicle):
-        raise InvalidValueError("vehicle", *_no_vehicle(given))
-
-
-def _no_vehicle(given: object) -> tuple[object, str]:
-    """How something that is no vehicle is called, and what to do about it."""
-    if isinstance(given, str | PathLike):
-        return given, "must be a Vehicle; omniroll.run(omniroll.load_scene(file)) runs the file of a scene"
-    if isinstance(getattr(given, "vehicle", None), Vehicle):  # a scene
-        return getattr(given, "name", type(given).__name__), "must be a Vehicle; omniroll.run(scene) runs a scene"
-    return given, "must be a Vehicle"
+        shown, bound = given, "must be a Vehicle"
+        if isinstance(given, str | PathLike):
+            bound += "; omniroll.run(omniroll.load_scene(file)) runs the file of a scene"
+        elif isinstance(getattr(given, "vehicle", None), Vehicle):  # a scene
+            shown, bound = getattr(given, "name", type(given).__name__), f"{bound}; omniroll.run(scene) runs a scene"
+        raise InvalidValueError("vehicle", shown, bound)
 
 
 def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike, pose: ArrayLike) -> State:

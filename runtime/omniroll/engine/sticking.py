@@ -201,14 +201,11 @@ class Sticking:
             still = (size <= self.contacts.roundings(self.motion.y[0])) & self.contacts.slides[0]
             slips_beside = self._is_seen(of_contacts.reshape(len(of_contacts), -1), moved)
             loose = np.flatnonzero(still & slips_beside.reshape(of_contacts.shape).any(axis=(0, 2)))
-            if loose.size:
-                raise self._none(0, "a contact begins to slip from rest, and has a slip beside the run", loose)
+            self._refuse_at_start("a contact begins to slip from rest, and has a slip beside the run", loose)
         if self._has("roller") and not self.massless:
             still = self.bearings.joined(np.zeros(self.wheels, bool), self._spins_at_rest())
             loose = np.flatnonzero((self.modes[0] != 0) & still & self._is_seen(of_bearings, moved).any(axis=0))
-            if loose.size:
-                reason = "a roller begins to turn from rest, and turns beside the run"
-                raise self._none(0, reason, self.wheel_of[loose])
+            self._refuse_at_start("a roller begins to turn from rest, and turns beside the run", self.wheel_of[loose])
 
     def _spins_at_rest(self) -> np.ndarray:
         """(N, n) bool: rollers whose spins are rounding at the start."""
@@ -225,14 +222,17 @@ class Sticking:
         if self.contacts is not None:
             taken = (trajectory.ground_force[0] ** 2 * self.contacts.per_reach()).sum(axis=-1)
             edge = np.flatnonzero(self.contacts.sticks[0] & (np.abs(taken - 1) <= REACHED))
-            if edge.size:
-                raise self._none(0, f"a contact {reason}", edge)
+            self._refuse_at_start(f"a contact {reason}", edge)
         if self.bearings is not None:
             asked, holding = np.abs(self._asked()), self.bearings.holding
             edge = np.flatnonzero((self.modes[0] == 0) & (asked >= (1 - REACHED) * holding))
-            if edge.size:
-                kind = "an axle" if edge[0] < self.bearings.axles else "a roller"
-                raise self._none(0, f"{kind} {reason}", self.wheel_of[edge])
+            kind = "an axle" if (edge[:1] < self.bearings.axles).any() else "a roller"
+            self._refuse_at_start(f"{kind} {reason}", self.wheel_of[edge])
+
+    def _refuse_at_start(self, reason: str, wheels: np.ndarray) -> None:
+        """Raises NoDerivativeError where there are such wheels."""
+        if wheels.size:
+            raise self._none(0, reason, wheels)
 
     def _asked(self) -> np.ndarray:
         """(B,) in N m, what holds bearings that stick at the start."""

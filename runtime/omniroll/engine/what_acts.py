@@ -63,13 +63,8 @@ class WhatActs:
             parts += [(of_rollers, rollers.sliding, rollers.holding)]
             parts += [(of_free, rollers.sliding[each], rollers.holding[each])]
         return [
-            {
-                "row": row,
-                "sliding": sliding,
-                "holding": holding,
-                "nearer": 1.0,
-                "mode": int(kernel.slips and holding == 0),
-            }
+            {"row": row, "sliding": sliding, "holding": holding, "nearer": 1.0}
+            | {"mode": int(kernel.slips and holding == 0)}
             for rows, *torques in parts
             for row, sliding, holding in zip(rows.tolist(), *torques, strict=True)
         ]
@@ -114,11 +109,11 @@ class WhatActs:
         if grip is None:
             return []
         numbers = zip(grip.loads, grip.sliding.tolist(), grip.static.tolist(), strict=True)
-        contacts = [
+        return [
             {"load": load, "at_rest": load, "carries": int(load > 0), "sliding": sliding, "staying": static}
+            | {"towards": (0.0, 1.0)}
             for load, sliding, static in numbers
         ]
-        return [contact | {"towards": (0.0, 1.0)} for contact in contacts]
 
     def _ground(self) -> dict[str, Any]:
         """What is the same for all contacts that have modes."""
