@@ -40,15 +40,11 @@ def by_kernel(case, contacts, axles, push, torque, turning):
     bound = kernel(case.vehicle, case.model, "python", effects=effects)
     stands = contacts & axles
     directions = directions_allowed(bound.wheel_rows[stands], np.eye(3)) if stands.any() else np.eye(3)
-    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading}
-    values |= {"torque": torque, "bearing_torque": np.where(axles, 0.0, turning), "axle_sticks": axles.astype(float)}
+    values = {"torque": torque, "bearing_torque": np.where(axles, 0.0, turning), "axle_sticks": axles.astype(float)}
     values |= {"sticks": contacts.astype(float), "ground_push": np.where(contacts[:, None], 0.0, push)}
     values |= {"directions": directions.ravel(), "absent": (~directions.any(axis=0)).astype(float)}
-    if case.model == "free":
-        values["contact_omega"] = case.turns + case.nu[2] / case.vehicle.yaw_scale * np.sin(case.chi)
-        values["axial"] = call(bound, "axial_speeds", values)
-        values["momenta"] = call(bound, "momenta", values)
-    nu_rates, _, rates, *_, holding, held, force, slip_dot = call(bound, "standing_dynamics", values)
+    found = call(bound, "standing_dynamics", case.known(bound, **values))
+    nu_rates, _, rates, *_, holding, held, force, slip_dot = found
     rows, radius = bound.wheel_rows[stands], case.vehicle.wheel_radius
     along, left, *_ = np.linalg.lstsq(-radius * rows.T, held, rcond=None) if stands.any() else (np.zeros(0), [])
     assert -radius * rows.T @ along == pytest.approx(held, abs=1e-12 * (1 + np.abs(held).max()))
@@ -77,9 +73,8 @@ def test_modes_of_contacts_and_axles_agree_with_every_body(model, modes):
     case = case_in_modes(rng, model, contacts, axles)
     push, torque, turning = rng.normal(size=(len(modes), 2)), rng.normal(size=len(modes)), rng.normal(size=len(modes))
     nu_rates, rates, force, slip_dot, bearing = by_kernel(case, contacts, axles, push, torque, turning)
-    loads = dict.fromkeys(range(len(modes)), 0)
     acting = Acting(guide=True, wheel_torques=list(torque + bearing))
-    wanted_nu, wanted_rates, slips = by_bodies(case, acting, force, loads)
+    wanted_nu, wanted_rates, slips = by_bodies(case, acting, force)
     given = np.abs(torque).max() / case.vehicle.wheel_inertia  # where all stand nothing else has a size
     size = np.abs(slips).max() + np.abs(wanted_nu).max() + np.abs(wanted_rates).max() + given
     for value, wanted in ((nu_rates, wanted_nu), (rates, wanted_rates)):
@@ -136,9 +131,6 @@ def test_one_wheel_spins_on_the_spot_where_bearing_and_ground_are_both_used_up(m
     assert not run.nu.any() and run.sticks[:, 1:].all()
     wanted = growth * (run.t[-1] - both) ** 2 / (2 * INERTIA)
     assert abs(run.quantity("rates")[-1, 0]) == pytest.approx(wanted, rel=1e-9)
-
-
-# ---- random scenes ---------------------------------------------------------------------------------------------------
 
 
 # ---- the convex problem ----------------------------------------------------------------------------------------------

@@ -10,7 +10,6 @@ pytestmark = pytest.mark.long
 
 PAPER = Vehicle.paper()
 PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))  # two wheels that face each other
-GRAVITY = 9.80665
 INSTANT = 1e-10  # relative, of instants in closed form
 MODELS = ("massless", "free")
 
@@ -68,11 +67,6 @@ def test_static_friction_holds_and_sliding_friction_does_not():
         assert (run.sticks == sticks).all()
         force = 10 * part if sticks else 3.0
         assert np.abs(run.ground_force[:, :, 1]) == pytest.approx(np.full((len(run), 2), force), rel=1e-12)
-
-
-def skidding(law, **numbers):
-    ground = Contact(law=law, wheel_rates=(3, -2, 5), contact_spins=4, load=PAPER.mass * GRAVITY / 3, **numbers)
-    return simulate(PAPER, nu=(2, -1, 3), duration=0.02, effects=[ground], control=False)
 
 
 def test_what_makes_no_sense_is_refused():

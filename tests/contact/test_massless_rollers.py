@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracle.balls import exact, working_precision
-from reactions.newton_euler import Acting, position, solve
+from reactions.newton_euler import Acting
 from reactions.test_newton_euler import call
 from scipy.optimize import brentq
 
-from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LAWS, LOAD, RELATIVE, nu_dot, slipping_case
+from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LAWS, LOAD, RELATIVE, named, nu_dot, slipping_case
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
@@ -92,9 +92,7 @@ def by_bodies(case, taken, across, holding):
     in_contact = [[exact(torque), *[exact(0.0)] * (rollers - 1)] for torque in taken]
     given = Acting(ground=lambda i, *_: (0, exact(across[i])), guide=wheels != 3, roller_torques=in_contact,
                    wheel_torques=[exact(t) for t in (np.zeros(wheels) if holding is None else holding)])  # fmt: skip
-    at = position(case.machine, case.heading, case.chi)
-    loads = dict.fromkeys(range(wheels), 0) if given.guide else None
-    solved = solve(case.machine, at, case.speeds(), given, model="massless", loads=loads)
+    solved = case.solved(given)
     along = np.array([float(axle) for axle, *_ in solved.contact])
     return nu_dot(case, solved), np.array([float(v) for v in solved.second.chi]), along
 
@@ -124,12 +122,10 @@ def test_modes_agree_with_every_body(wheels, rollers, law, axles, rubs):
     found = [series(forces, *row) for row in zip(speed, across, rho, torques, damping, strict=True)]
     slip, spin, taken = np.array(found).T
     assert ((spin == 0) == sticks).all() and (spin * speed >= 0).all()
-    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "heading": case.heading}
+    modes = {"axle_sticks": stands.astype(float), "contact_sticks": sticks.astype(float)}
     turning = np.where(sticks, 0.0, -np.sign(speed) * torques)
-    values |= {"contact_sticks": sticks.astype(float), "contact_bearing": turning}
-    values |= {"axle_sticks": stands.astype(float), "bearing_torque": np.zeros(wheels)}
-    outputs = [argument.name for argument in bound.signatures["slip_dynamics"].outputs]
-    rates = dict(zip(outputs, call(bound, "slip_dynamics", values), strict=True))
+    values = case.known(bound, **modes, contact_bearing=turning, bearing_torque=np.zeros(wheels))
+    rates = named(bound, "slip_dynamics", values)
     shown, force = call(bound, "slip_forces", values)
     spins, held = call(bound, "slip_spins", values)
     scale = RELATIVE * np.abs(speed).max()
@@ -172,8 +168,10 @@ def scene(number):
     return vehicle, {"nu": 2 * rng.normal(size=3), "effects": effects, "accuracy": 1e-10, **MASSLESS}
 
 
-def assert_free_rollers_tend_to_it(vehicle, options):
+@pytest.mark.parametrize("number", [0, 3])
+def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
     """At first order of their inertia: nothing of massless rollers has a part in those runs."""
+    vehicle, options = scene(number)
     contact, bearings, *others = options["effects"]
     options |= {"effects": [contact, replace(bearings, roller_break_away=None), *others]}
     limit, times = simulate(vehicle, duration=0.1, **options), np.linspace(0, 0.1, 21)
@@ -186,8 +184,3 @@ def assert_free_rollers_tend_to_it(vehicle, options):
     far, near = distance(1e-8), distance(1e-9)
     assert far < 1e-2
     assert 0.9 <= np.log10(far / near) <= 1.1
-
-
-@pytest.mark.parametrize("number", [0, 3])
-def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
-    assert_free_rollers_tend_to_it(*scene(number))

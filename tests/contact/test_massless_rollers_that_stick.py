@@ -11,7 +11,7 @@ from sensitivities.costs import task as skid_of
 
 from contact.laws import judged
 from contact.test_massless_rollers import by_bodies, contact_torques, first_row
-from contact.test_newton_euler import slipping_case
+from contact.test_newton_euler import named, slipping_case
 from omniroll import Bearings, Contact, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
@@ -37,8 +37,7 @@ def test_a_vehicle_is_pushed_until_its_rollers_break_away(above):
     table = TorqueTable((0.0, end), np.array([[0, 0, 0, 0], [0, -grows * end, 0, grows * end]]))
     ground = Contact(law="coulomb", friction=0.9)
     bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding)
-    options = MASSLESS
-    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=[ground, bearings, table], accuracy=1e-12, **options)
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=[ground, bearings, table], accuracy=1e-12, **MASSLESS)
     breaks = above * sliding * RADIUS / (RHO * grows)
     assert breaks < end / 2
     spins = np.abs(run.contact_spin)
@@ -66,8 +65,7 @@ def test_a_vehicle_skids_askew_until_two_rollers_stop():
     stops = (start[1] - start[0] * tangent) / (falls * (1 - tangent))
     effects = [Contact(law="coulomb", friction=mu, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=30.0)]
     nu = (*(start / DISTANCE), 0)
-    options = MASSLESS
-    run = simulate(CROSS, nu=nu, duration=stops * 1.2, effects=effects, accuracy=1e-12, **options)
+    run = simulate(CROSS, nu=nu, duration=stops * 1.2, effects=effects, accuracy=1e-12, **MASSLESS)
     spins = np.abs(run.contact_spin)
     assert spins[0] * RHO == pytest.approx(np.repeat([start - tangent * start[::-1]], 2, axis=0).ravel(), rel=1e-12)
     stopped = first_row(spins[:, 1] <= 1e-12 * spins[0, 1])
@@ -125,16 +123,19 @@ def test_modes_agree_with_every_body(wheels, rollers, axles):
     size = np.sqrt(((friction * pair) ** 2).sum(axis=1))
     arc = -load[:, None] * friction**2 * pair / np.where(size > 0, size, 1)[:, None]
     taken = np.where(rigid, rho * arc[:, 0], -0.4 * np.sign(pair[:, 0]) * rho * friction[:, 0] * load)
-    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "heading": case.heading, "load": load}
-    values |= {"friction": friction, "slip_direction": np.stack([0 * rho, np.sign(pair[:, 1] + 1e-300)], axis=1)}
+    values = {
+        "load": load,
+        "friction": friction,
+        "slip_direction": np.stack([0 * rho, np.sign(pair[:, 1] + 1e-300)], axis=1),
+    }
     values |= {"contact_sticks": rigid.astype(float), "contact_bearing": np.where(rigid, 0.0, taken)}
     values |= {"axle_sticks": stands.astype(float), "bearing_torque": np.zeros(wheels), "sticks": sticks.astype(float)}
     values |= {"directions": np.eye(3).ravel(), "absent": np.zeros(3)}
+    values = case.known(bound, **values)
     corner, per_slip = call(bound, "corner_forces", values)
     values["ground_yield"] = np.where(sticks | rigid, 0.0, per_slip)
     values["ground_push"] = np.where(rigid[:, None], arc, np.stack([0 * rho, corner], axis=1)) * ~sticks[:, None]
-    outputs = [argument.name for argument in bound.signatures["bearing_dynamics"].outputs]
-    found = dict(zip(outputs, call(bound, "bearing_dynamics", values), strict=True))
+    found = named(bound, "bearing_dynamics", values)
     slip, force = call(bound, "slip_forces", values)
     both = ~sticks & ~rigid
     for i in np.flatnonzero(both):  # on the ellipse, against its normal, and the roller takes the rest
@@ -161,18 +162,16 @@ def test_modes_agree_with_every_body(wheels, rollers, axles):
 # Runs
 
 
-def scene(number, break_away=True):
+def scene(number):
     """A vehicle whose massless rollers stick beside contacts that do, in half of these beside its axles."""
     rng = np.random.default_rng([91, number])
     wheels = int(rng.choice((3, 4, 5)))
     vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
     share = vehicle.mass * GRAVITY / wheels
     friction = 10 ** rng.uniform(-0.8, 0) * np.array([1.0, rng.choice((1.0, rng.uniform(0.6, 1.7)))])
-    static = friction * (rng.choice((1.0, 1.3)) if break_away else 1.0)
+    static = friction * rng.choice((1.0, 1.3))
     torques = friction[0] * share * RHO * 10 ** rng.uniform(-1, 0.2) * rng.uniform(0.7, 1.3, wheels)
-    given = {"roller_coulomb": torques}
-    if break_away:
-        given["roller_break_away"] = torques * rng.choice((1.0, 1.4))
+    given = {"roller_coulomb": torques, "roller_break_away": torques * rng.choice((1.0, 1.4))}
     size = friction[1] * share * RADIUS
     if number % 2:
         given["wheel_coulomb"] = size * 10 ** rng.uniform(-1, 0.3) * rng.uniform(0.7, 1.3, wheels)
@@ -222,10 +221,9 @@ def test_a_roller_stops_as_its_bearing_comes_to_take_all_of_the_friction(accurac
     assert distance_at(run, finer, np.linspace(0, 1.9, 7)) <= accuracy
 
 
-def assert_free_rollers_tend_to_it(end, **of_loads):
-    """At first order of their inertia, of a vehicle whose contacts all slip and whose rollers begin to turn, until the
-    time `end` in s. Returns the run with massless ones."""
-    ground = Contact(law="coulomb", friction=0.4, wheel_rates=0, **of_loads)
+def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
+    """At first order of their inertia, of a vehicle whose contacts all slip and whose rollers begin to turn."""
+    end, ground = 0.03, Contact(law="coulomb", friction=0.4, wheel_rates=0)
     effects = [ground, Bearings(roller_coulomb=0.04, wheel_coulomb=30.0)]
     options = {"nu": (1.0 / DISTANCE, 0.8 / DISTANCE, 3.0), "duration": end, "control": False}
     limit = simulate(CROSS, effects=effects, accuracy=1e-10, roller_model="massless", **options)
@@ -242,8 +240,3 @@ def assert_free_rollers_tend_to_it(end, **of_loads):
     far, near = distance(1e-6), distance(1e-7)
     assert far < 1e-2
     assert 0.9 <= np.log10(far / near) <= 1.1
-    return limit
-
-
-def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero():
-    assert_free_rollers_tend_to_it(0.03)

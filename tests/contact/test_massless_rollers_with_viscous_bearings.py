@@ -112,6 +112,3 @@ def test_slips_are_the_roots_as_well_as_the_pull_is_known(part, drag):
             slope = mpf(LOAD) * mu**2 * fade / size**3 + d
             least = mpf(10) ** -24 * mpf(whole) * mu * abs(slip) / mp.sqrt(fade)
             assert abs(left) <= 16 * EPS * (abs(slip) * slope + abs(pull)) + least
-
-
-# Runs

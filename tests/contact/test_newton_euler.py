@@ -34,6 +34,42 @@ class Slipping(Case):
                 dq.phi[i][0] = exact(turn)
         return dq
 
+    def known(self, bound, **inputs):
+        """What a kernel's functions take of this state and of further inputs, by name."""
+        names = ("nu", "chi", "rates", "spins", "heading")
+        values = {name: getattr(self, name) for name in names} | inputs
+        if self.model == "free":
+            values["contact_omega"] = self.turns + self.nu[2] / self.vehicle.yaw_scale * np.sin(self.chi)
+            values["axial"] = call(bound, "axial_speeds", values)
+            values["momenta"] = call(bound, "momenta", values)
+        if "slip_roller_rates" in bound.signatures:
+            _, values["roller_drag"], _ = call(bound, "slip_roller_rates", values)
+        return values
+
+    @working_precision
+    def solved(self, given):
+        """What the oracle finds under these forces; where a guide holds the vehicle, all loads are 0."""
+        loads = dict.fromkeys(range(self.machine.wheels), 0) if given.guide else None
+        at = position(self.machine, self.heading, self.chi)
+        return solve(self.machine, at, self.speeds(), given, model=self.model, loads=loads)
+
+    @working_precision
+    def spins_by_bodies(self, given):
+        """(N, n) in rad/s^2, accelerations of the rollers' spins under these forces."""
+        return np.array([[float(v) for v in row] for row in self.solved(given).second.phi])
+
+
+def named(bound, function, values):
+    """What a function of the kernel gives, by name."""
+    outputs = [argument.name for argument in bound.signatures[function].outputs]
+    return dict(zip(outputs, call(bound, function, values), strict=True))
+
+
+@working_precision
+def pushed(given, force):
+    """The same forces, with the ground's (N, 2) as they are."""
+    return replace(given, ground=lambda i, *_: (exact(force[i, 0]), exact(force[i, 1])))
+
 
 def slipping_case(rng, wheels, rollers, model, **options):
     case = random_case(rng, wheels, rollers, model, **options)
@@ -47,10 +83,7 @@ def viscous(_, along, across):
 @working_precision
 def by_bodies(case, given):
     """(nu', chi'', omega' of the rollers in contact) of the oracle."""
-    dq = case.speeds()
-    at = position(case.machine, case.heading, case.chi)
-    loads = None if not given.guide else dict.fromkeys(range(case.machine.wheels), 0)
-    found = solve(case.machine, at, dq, given, model=case.model, loads=loads)
+    dq, found = case.speeds(), case.solved(given)
     second = found.second
     axial = []
     for i, chi in enumerate(case.chi):
@@ -84,20 +117,7 @@ def by_kernel(case, effects=(), constants=(), law="contact_viscous", **inputs):
     names = ("contact", law, *effects)
     constants = (*LAWS[law].items(), *constants)
     bound = kernel(case.vehicle, case.model, "python", effects=names, constants=constants)
-    values = {
-        "nu": case.nu,
-        "chi": case.chi,
-        "rates": case.rates,
-        "spins": case.spins,
-        "heading": case.heading,
-    } | inputs
-    if case.model == "free":
-        yaw_rate = case.nu[2] / case.vehicle.yaw_scale
-        values["contact_omega"] = case.turns + yaw_rate * np.sin(case.chi)
-        values["axial"] = call(bound, "axial_speeds", values)
-        values["momenta"] = call(bound, "momenta", values)
-    if "slip_roller_rates" in bound.signatures:
-        _, values["roller_drag"], _ = call(bound, "slip_roller_rates", values)
+    values = case.known(bound, **inputs)
     nu_rates, chi_dot, rates, *axial = call(bound, "slip_dynamics", values)
     assert (chi_dot == case.rates).all()
     return (nu_rates, rates, *axial), call(bound, "slip_forces", values)
@@ -119,4 +139,3 @@ def test_every_effect_at_once_agrees_with_every_body(model):
     found, _ = by_kernel(case, others, tuple(constants.items()), **inputs)
     forces = acting(case, constants, inputs)
     assert_same(case, replace(working_precision(forces)(case.speeds()), ground=viscous), found)
-

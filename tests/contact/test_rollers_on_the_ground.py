@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from oracle.balls import exact, working_precision
 from oracle.directions import allowed_by, directions_allowed
-from reactions.newton_euler import Acting, position, solve
-from reactions.test_newton_euler import call
+from reactions.newton_euler import Acting
 from scipy.optimize import minimize
 
 from contact.laws import judged
 from contact.test_axles_on_the_ground import case_in_modes
 from contact.test_massless_rollers import contact_torques
+from contact.test_newton_euler import named
+from contact.test_newton_euler import pushed as pushed_by
 from contact.test_sticking_bodies import RELATIVE, by_bodies
 from contact.test_stuck_axles import bearing_torques
 from omniroll import Bearings, Contact, Slope, TorqueTable, Vehicle, simulate
@@ -58,25 +59,15 @@ def test_modes_of_contacts_and_bearings_agree_with_every_body(number, axles):
     found = by_kernel(case, (contacts, stuck, still), axles, push, torque, (turning, spinning), along)
     of_rollers = working_precision(lambda: [list(map(exact, row)) for row in found["rollers"]])()
     given = Acting(guide=True, wheel_torques=list(torque + found["axle_torque"]), roller_torques=of_rollers)
-    loads = dict.fromkeys(range(wheels), 0)
-    wanted_nu, wanted_rates, slips = by_bodies(case, given, found["ground_force"], loads)
+    wanted_nu, wanted_rates, slips = by_bodies(case, given, found["ground_force"])
     size = np.abs(slips).max() + np.abs(wanted_nu).max() + np.abs(wanted_rates).max()
     size += np.abs(torque).max() / case.vehicle.wheel_inertia
     for value, wanted in ((found["nu_dot"], wanted_nu), (found["rates_dot"], wanted_rates), (found["slip_dot"], slips)):
         assert value == pytest.approx(wanted, rel=RELATIVE, abs=RELATIVE * size)
     assert np.abs(slips[contacts]).max(initial=0.0) <= RELATIVE * size
     assert not found["rates_dot"][still].any() and np.abs(wanted_rates[still]).max(initial=0.0) <= RELATIVE * size
-
-    @working_precision
-    def spin_accelerations():
-        force = found["ground_force"]
-        acting = replace(given, ground=lambda i, *_: (exact(force[i, 0]), exact(force[i, 1])))
-        at = position(case.machine, case.heading, case.chi)
-        second = solve(case.machine, at, case.speeds(), acting, model="free", loads=loads).second
-        return np.array([[float(v) for v in row] for row in second.phi])
-
     spin_dot = np.concatenate([found["contact_spin_dot"][:, None], found["spins_dot"]], axis=1)
-    by_body = spin_accelerations()
+    by_body = case.spins_by_bodies(pushed_by(given, found["ground_force"]))
     assert spin_dot == pytest.approx(by_body, rel=RELATIVE, abs=RELATIVE * np.abs(by_body).max())
     assert not found["spins_dot"][stuck[:, 1:]].any()
     assert np.abs(by_body[stuck]).max(initial=0.0) <= RELATIVE * max(np.abs(by_body).max(), size)
@@ -106,17 +97,12 @@ def by_kernel(case, modes, axles, push, torque, given, along):
     stands = contacts[:, None] & np.stack([stuck[:, 0], still], axis=1)
     rows = np.stack([along, -vehicle.wheel_radius * bound.wheel_rows], axis=1)[stands]
     directions = directions_allowed(rows, np.eye(3)) if len(rows) else np.eye(3)
-    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading}
-    values |= {"torque": torque, "bearing_torque": turning, "axle_sticks": still.astype(float)}
+    values = {"torque": torque, "bearing_torque": turning, "axle_sticks": still.astype(float)}
     values |= {"sticks": contacts.astype(float), "ground_push": np.where(contacts[:, None], 0.0, push)}
     values |= {"contact_sticks": stuck[:, 0].astype(float), "free_sticks": stuck[:, 1:].astype(float)}
     values |= {"contact_bearing": spinning[:, 0], "free_bearing": spinning[:, 1:]}
     values |= {"directions": directions.ravel(), "absent": (~directions.any(axis=0)).astype(float)}
-    values["contact_omega"] = case.turns + case.nu[2] / vehicle.yaw_scale * np.sin(case.chi)
-    values["axial"] = call(bound, "axial_speeds", values)
-    values["momenta"] = call(bound, "momenta", values)
-    outputs = [argument.name for argument in bound.signatures["bearing_dynamics"].outputs]
-    found = dict(zip(outputs, call(bound, "bearing_dynamics", values), strict=True))
+    found = named(bound, "bearing_dynamics", case.known(bound, **values))
     forces, *_ = np.linalg.lstsq(rows.T, found["held_force"], rcond=None) if len(rows) else (np.zeros(0), 0)
     held = found["held_force"]
     assert rows.T @ forces == pytest.approx(held, abs=1e-12 * (1 + np.abs(held).max()))
@@ -253,21 +239,16 @@ def scene(number):
     return vehicle, options | {"control": False}
 
 
-def assert_obeys_the_laws(vehicle, run, options, rows=None):
-    """In each row, or in the first `rows`: forces in their ellipses, torques within their bounds and against the
-    motion. And the ledger closes."""
-    for name, found in judged(run).items():
-        assert found[:rows].max(initial=0.0) <= 5e-12, name
-    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-    assert abs(run.ledger.residual) <= 1e-7 * scale
-
-
 TURNS = 268  # a slip of this scene turns round in a phase, and rows before its rest had its force the wrong way
 
 
 @pytest.mark.parametrize("number", [TURNS, 24, 30, 36, 39])
 def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
+    """Forces in their ellipses, torques within their bounds and against the motion; and the ledger closes."""
     vehicle, options = scene(number)
     run = simulate(vehicle, **options)
     assert run.stats["engine"] == "compiled"
-    assert_obeys_the_laws(vehicle, run, options)
+    for name, found in judged(run).items():
+        assert found.max(initial=0.0) <= 5e-12, name
+    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 1e-7 * scale

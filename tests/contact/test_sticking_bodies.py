@@ -11,10 +11,10 @@ import pytest
 from flint import arb
 from oracle.balls import coefficient, exact, working_precision
 from oracle.kinematics import cross, dot
-from reactions.newton_euler import along, bodies, contact_velocity, position, solve
+from reactions.newton_euler import along, bodies, contact_velocity, position
 from reactions.test_newton_euler import FADE, acting, call, random_inputs
 
-from contact.test_newton_euler import MODELS, Slipping, nu_dot, slipping_case
+from contact.test_newton_euler import MODELS, Slipping, nu_dot, pushed, slipping_case
 from omniroll.kernels.kernel import kernel
 
 RELATIVE = 1e-10
@@ -32,24 +32,15 @@ def by_kernel(case, sticks, push, others=(), constants=(), **inputs):
     bound = kernel(
         case.vehicle, case.model, "python", effects=("contact", "contact_coulomb", *others), constants=constants
     )
-    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading}
-    values |= inputs | {"sticks": sticks.astype(float), "ground_push": np.where(sticks[:, None], 0.0, push)}
-    if case.model == "free":
-        values["contact_omega"] = case.turns + case.nu[2] / case.vehicle.yaw_scale * np.sin(case.chi)
-        values["axial"] = call(bound, "axial_speeds", values)
-        values["momenta"] = call(bound, "momenta", values)
-    if "slip_roller_rates" in bound.signatures:
-        _, values["roller_drag"], _ = call(bound, "slip_roller_rates", values)
-    return call(bound, "ground_dynamics", values)
+    modes = {"sticks": sticks.astype(float), "ground_push": np.where(sticks[:, None], 0.0, push)}
+    return call(bound, "ground_dynamics", case.known(bound, **inputs, **modes))
 
 
 @working_precision
-def by_bodies(case, given, force, loads):
+def by_bodies(case, given, force):
     """(nu', chi'', rates of the slip (N, 2)) under the forces (N, 2) of the ground."""
     machine, dq = case.machine, case.speeds()
-    at = position(machine, case.heading, case.chi)
-    pushed = replace(given, ground=lambda i, *_: (exact(force[i, 0]), exact(force[i, 1])))
-    found = solve(machine, at, dq, pushed, model=case.model, loads=loads)
+    at, found = position(machine, case.heading, case.chi), case.solved(pushed(given, force))
     moving = bodies(machine, along(machine, at, dq, found.second))
     slips = []
     for i, angle in enumerate(machine.axle_angles):
@@ -65,9 +56,9 @@ def by_bodies(case, given, force, loads):
     return nu_dot(case, found), np.array([float(v) for v in found.second.chi]), np.array(slips)
 
 
-def assert_same(case, sticks, given, found, loads=None):
+def assert_same(case, sticks, given, found):
     nu_rates, _, rates, *_, force, slip_dot = found
-    wanted_nu, wanted_rates, slips = by_bodies(case, given, force, loads)
+    wanted_nu, wanted_rates, slips = by_bodies(case, given, force)
     for value, wanted in ((nu_rates, wanted_nu), (rates, wanted_rates)):
         assert value == pytest.approx(wanted, rel=RELATIVE, abs=RELATIVE * np.abs(wanted).max())
     components = slice(0, 2) if case.model == "free" else slice(1, 2)

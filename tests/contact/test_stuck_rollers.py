@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracle.balls import exact, working_precision
-from reactions.newton_euler import Acting, position, solve
-from reactions.test_newton_euler import call
+from reactions.newton_euler import Acting
 
-from contact.test_newton_euler import DAMPING, RELATIVE, by_bodies, slipping_case, viscous
+from contact.test_newton_euler import DAMPING, RELATIVE, by_bodies, named, slipping_case, viscous
 from omniroll import Bearings, Contact, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 
@@ -49,15 +48,10 @@ def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, ro
     constants = (("ground_damping", DAMPING),)
     bound = kernel(case.vehicle, "free", "python", constants=constants,
                    effects=("contact", "contact_viscous", "roller_sticking", *axles))  # fmt: skip
-    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading}
-    values["contact_omega"] = case.turns + case.nu[2] / case.vehicle.yaw_scale * np.sin(case.chi)
-    values["axial"] = call(bound, "axial_speeds", values)
-    values["momenta"] = call(bound, "momenta", values)
-    values |= {"contact_sticks": sticks[:, 0].astype(float), "free_sticks": sticks[:, 1:].astype(float)}
+    values = {"contact_sticks": sticks[:, 0].astype(float), "free_sticks": sticks[:, 1:].astype(float)}
     values |= {"contact_bearing": torques[:, 0], "free_bearing": torques[:, 1:]}
     values |= {"axle_sticks": stands.astype(float), "bearing_torque": np.zeros(wheels)}
-    outputs = [argument.name for argument in bound.signatures["disk_dynamics"].outputs]
-    found = dict(zip(outputs, call(bound, "disk_dynamics", values), strict=True))
+    found = named(bound, "disk_dynamics", case.known(bound, **values))
     held = np.concatenate([found["contact_holding"][:, None], found["free_holding"]], axis=1)
     assert not held[~sticks].any() and np.abs(held[sticks]).min() > 0
     wheel_torques = found.get("axle_holding", np.zeros(wheels))
@@ -71,16 +65,8 @@ def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, ro
     for name, other in zip(("nu_dot", "rates_dot", "contact_omega_dot"), wanted, strict=True):
         assert found[name] == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(wanted[1]).max())
     assert not found["rates_dot"][stands].any()
-
-    @working_precision
-    def spin_accelerations():
-        at = position(case.machine, case.heading, case.chi)
-        loads = dict.fromkeys(range(wheels), 0) if given.guide else None
-        second = solve(case.machine, at, case.speeds(), given, model="free", loads=loads).second
-        return np.array([[float(v) for v in row] for row in second.phi])
-
     spin_dot = np.concatenate([found["contact_spin_dot"][:, None], found["spins_dot"]], axis=1)
-    by_body = spin_accelerations()
+    by_body = case.spins_by_bodies(given)
     scale = np.abs(by_body).max()
     assert spin_dot == pytest.approx(by_body, rel=RELATIVE, abs=RELATIVE * scale)
     assert not spin_dot[sticks].any() and np.abs(by_body[sticks]).max() <= RELATIVE * scale
