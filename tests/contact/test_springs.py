@@ -55,37 +55,35 @@ def numbers_of(bodies: Bodies) -> tuple[omniroll.Vehicle, omniroll.Springs]:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("roller_model", ["free", "massless"])
-def test_accelerations_are_those_of_rigid_bodies(roller_model):
-    massless, rng = roller_model == "massless", np.random.default_rng(5)
+def on_a_slope(massless: bool, **law):
+    """Bodies, their kernel on a ground of this law, and a function that compares what it says of a state with the
+    bodies."""
     bodies = some_bodies(massless)
     vehicle, springs = numbers_of(bodies)
     slope = omniroll.Slope(angle=0.2, direction=0.7)
     springs = replace(springs, normal_gravity=slope.normal_gravity)
-    contact = omniroll.Contact(
-        law="regularised", friction=FRICTION, speed=SPEED, normal_gravity=slope.normal_gravity
-    )  # fmt: skip
+    contact = omniroll.Contact(**law, friction=FRICTION, normal_gravity=slope.normal_gravity)
     acting = EffectSet.checked((omniroll.Torque(0.0), slope, contact, springs), vehicle)
-    bound = acting.kernel(vehicle, roller_model, "python")
-    for _ in range(5):
-        state = random_state(bodies, rng, massless)
-        found = computed(bound, bodies, state)
-        expected = judged(bodies, springs, state, slope, massless)
-        for name, value in expected.items():
+
+    def assert_same(found, state):
+        for name, value in judged(bodies, springs, state, slope, massless).items():
             assert np.abs(found[name] - value).max() < 1e-10 * max(1.0, np.abs(value).max()), name
 
+    return bodies, acting.kernel(vehicle, "massless" if massless else "free", "python"), assert_same
 
-@pytest.mark.parametrize("roller_model", ["free", "massless"])
-def test_accelerations_of_contacts_that_stick_are_those_of_rigid_bodies(roller_model):
+
+@pytest.mark.parametrize("massless", [False, True])
+def test_accelerations_are_those_of_rigid_bodies(massless):
+    rng, (bodies, bound, assert_same) = np.random.default_rng(5), on_a_slope(massless, law="regularised", speed=SPEED)
+    for _ in range(5):
+        state = random_state(bodies, rng, massless)
+        assert_same(computed(bound, bodies, state), state)
+
+
+@pytest.mark.parametrize("massless", [False, True])
+def test_accelerations_of_contacts_that_stick_are_those_of_rigid_bodies(massless):
     """Each contact sticks, slips or is off: those that stick keep their zero slip, by forces that nobody gives."""
-    massless, rng = roller_model == "massless", np.random.default_rng(6)
-    bodies = some_bodies(massless)
-    vehicle, springs = numbers_of(bodies)
-    slope = omniroll.Slope(angle=0.2, direction=0.7)
-    springs = replace(springs, normal_gravity=slope.normal_gravity)
-    contact = omniroll.Contact(law="coulomb", friction=FRICTION, normal_gravity=slope.normal_gravity)
-    acting = EffectSet.checked((omniroll.Torque(0.0), slope, contact, springs), vehicle)
-    bound = acting.kernel(vehicle, roller_model, "python")
+    rng, (bodies, bound, assert_same) = np.random.default_rng(6), on_a_slope(massless, law="coulomb")
     modes = rng.permutation([(sticks, presses) for sticks, presses in np.ndindex(2, 2) for _ in range(6)])[:20]
     for sticks_presses in modes.reshape(5, 4, 2):
         state = random_state(bodies, rng, massless)
@@ -94,9 +92,7 @@ def test_accelerations_of_contacts_that_stick_are_those_of_rigid_bodies(roller_m
         state["ground_push"] = 3 * rng.normal(size=(4, 2)) * (state["presses"] - state["sticks"])[:, None]
         roll(bound, state)
         found = computed(bound, bodies, state, "sprung_dynamics")
-        expected = judged(bodies, springs, state, slope, massless)
-        for name, value in expected.items():
-            assert np.abs(found[name] - value).max() < 1e-10 * max(1.0, np.abs(value).max()), name
+        assert_same(found, state)
         assert np.abs(found["slip_dot"][state["sticks"] > 0]).max(initial=0.0) < 1e-9
 
 
@@ -338,14 +334,19 @@ def turning_run(deflection: float):
     )  # fmt: skip
 
 
-def test_loads_tend_to_those_of_rigid_bodies_at_first_order():
+def orders_of_loads(run_of, height):
+    """With which power of the springs' deflection loads at the end tend to those of rigid bodies."""
     distances = []
     for deflection in (1e-3, 1e-4, 1e-5, 1e-6):
-        run = turning_run(deflection)
-        rigid = omniroll.reactions(run, height=0.06).load[-1]
+        run = run_of(deflection)
+        rigid = omniroll.reactions(run, height=height).load[-1]
         assert np.ptp(rigid) > 0.1
         distances.append(np.abs(run.ground_load[-1] - rigid).max())
-    orders = -np.diff(np.log10(distances))
+    return -np.diff(np.log10(distances))
+
+
+def test_loads_tend_to_those_of_rigid_bodies_at_first_order():
+    orders = orders_of_loads(turning_run, 0.06)
     assert np.abs(orders - 1).max() < 0.05
     assert abs(orders[-1] - 1) < 0.01
 
@@ -366,14 +367,12 @@ def braking_run(ground, deflection: float, duration: float, roller_model: str = 
 
 @pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0)])
 def test_loads_of_a_braking_vehicle_whose_contacts_stick_tend_to_those_of_rigid_bodies(along):
-    distances = []
-    for deflection in (1e-3, 1e-4, 1e-5, 1e-6):
+    def run_of(deflection):
         run = braking_run(omniroll.Contact(law="coulomb", friction=1.0), deflection, 0.15, along=along)
         assert run.sticks[-1].all()
-        rigid = omniroll.reactions(run, height=0.08).load[-1]
-        assert np.ptp(rigid) > 0.1
-        distances.append(np.abs(run.ground_load[-1] - rigid).max())
-    orders = -np.diff(np.log10(distances))
+        return run
+
+    orders = orders_of_loads(run_of, 0.08)
     assert np.abs(orders[1:] - 1).max() < 0.05
 
 

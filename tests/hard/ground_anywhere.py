@@ -22,6 +22,7 @@ SEED = 97
 GRAVITY = 9.7
 DURATION = 0.05
 ACCURACY = 1e-9
+COMMON = {"duration": DURATION, "accuracy": ACCURACY, "control": False}
 MISSES = 10  # times that: what the promise of `accuracy` allows
 STEEP, COARSE, FINE = 1e6, 1e-7, 1e-10  # N s/m; accuracies
 MODELS, LAWS = ("massless", "free"), ("coulomb", "coulomb", "regularised", "viscous")
@@ -74,14 +75,7 @@ def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
     if ACTING[kind] is not controller:  # whose axles have a named speed
         sliding = 10 ** random.uniform(-3, -0.5) * random.uniform(0.5, 1.5, wheels)
         effects += (Bearings(wheel_coulomb=sliding, wheel_break_away=1.2 * sliding),)
-    task = {
-        "nu": nu,
-        "duration": DURATION,
-        "roller_model": model,
-        "effects": effects,
-        "accuracy": ACCURACY,
-        "control": False,
-    }
+    task = {"nu": nu, "roller_model": model, "effects": effects} | COMMON
     return Vehicle.paper(wheels, int(random.integers(4, 8))), task
 
 
@@ -102,16 +96,16 @@ def rollers_stick(number: int) -> tuple[Vehicle, dict[str, Any]]:
         of_axles = 10 ** random.uniform(-3, -0.5) * random.uniform(0.5, 1.5, wheels)
         given |= {"wheel_coulomb": of_axles, "wheel_break_away": 1.2 * of_axles}
     slope = Slope(float(random.uniform(0, 0.3)), 1.0)
-    task = {
-        "nu": tuple(random.normal(size=3)) if random.random() < 0.9 else (0.0, 0.0, 0.0),
-        "spins": random.normal(size=(wheels, vehicle.rollers_per_wheel - 1)) * random.choice((0.0, 1.0, 100.0)),
-        "duration": DURATION,
-        "roller_model": "free",
-        "effects": (Contact(law=law, **numbers, wheel_rates=rates), *acting, Bearings(**given), slope),
-        "accuracy": ACCURACY,
-        "control": False,
+    effects = (Contact(law=law, **numbers, wheel_rates=rates), *acting, Bearings(**given), slope)
+    return vehicle, moving_spins(random, vehicle, 0.9) | {"roller_model": "free", "effects": effects} | COMMON
+
+
+def moving_spins(random: np.random.Generator, vehicle: Vehicle, moving: float) -> dict[str, Any]:
+    """A start at which free rollers spin, and of so many vehicles a part moves."""
+    return {
+        "nu": tuple(random.normal(size=3)) if random.random() < moving else (0.0, 0.0, 0.0),
+        "spins": random.normal(size=(vehicle.wheels, vehicle.rollers_per_wheel - 1)) * random.choice((0.0, 1.0, 100.0)),
     }
-    return vehicle, task
 
 
 def rollers_stick_on_coulomb(number: int) -> tuple[Vehicle, dict[str, Any]]:
@@ -130,16 +124,9 @@ def rollers_stick_on_coulomb(number: int) -> tuple[Vehicle, dict[str, Any]]:
         of_axles = of_contact * vehicle.wheel_radius * 10 ** random.uniform(-2, 0.5) * random.uniform(0.5, 1.5, wheels)
         given |= {"wheel_coulomb": of_axles, "wheel_break_away": random.choice((1.0, 1.2)) * of_axles}
     acting = (torques, motors, table)[number % 3](random, wheels)[:1]
-    task = {
-        "nu": tuple(random.normal(size=3)) if random.random() < 0.8 else (0.0, 0.0, 0.0),
-        "spins": random.normal(size=(wheels, vehicle.rollers_per_wheel - 1)) * random.choice((0.0, 1.0, 100.0)),
-        "duration": DURATION,
-        "roller_model": "free",
-        "effects": (ground, *acting, Bearings(**given), Slope(float(random.uniform(0, 0.3)), 1.0)),
-        "accuracy": ACCURACY,
-        "control": False,
-    }
-    return vehicle, task
+    start = moving_spins(random, vehicle, 0.8)
+    effects = (ground, *acting, Bearings(**given), Slope(float(random.uniform(0, 0.3)), 1.0))
+    return vehicle, start | {"roller_model": "free", "effects": effects} | COMMON
 
 
 def unbalanced(run: Trajectory) -> float:

@@ -15,7 +15,7 @@ def start_moving(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         random = np.random.default_rng(11)
-        wrong, theirs, count = 0, 0, scale.of(6, 60)
+        judged, count = np.zeros(2), scale.of(6, 60)
         for _ in range(count):
             sign = random.choice((1, -1))
             task = {
@@ -25,16 +25,18 @@ def start_moving(scale: Scale) -> list[Measurement]:
                 "duration": 0.2,
             }
             outwards = sign * (task["nu"] @ speeds_of_wheels(setting.task(**task).kernel)[:, 0]) > 0
-            run = setting.run(**task)
-            wrong += _switched_at_start(zip(run.switches.t, run.switches.wheel, strict=True)) != outwards
-            naive_run = naive.simulate(setting.task(**task), most_switches=10)
-            theirs += _switched_at_start((t, w) for t, w, _ in naive_run.switches) != outwards
-        found.append(setting.measurement("starts judged wrongly, in %", 100 * wrong / count, 0, 100 * theirs / count))
+            judged += _misjudged(setting, task, outwards)
+        wrong, theirs = 100 * judged / count
+        found.append(setting.measurement("starts judged wrongly, in %", wrong, 0, theirs))
     return found
 
 
-def _switched_at_start(switches) -> bool:
-    return any(t <= AT_ONCE and wheel == 0 for t, wheel in switches)
+def _misjudged(setting: Setting, task: dict, outwards: bool) -> np.ndarray:
+    """(2,) bool: whether wheel 0 switches at once where it should not, or the other way round; the same of the naive
+    run."""
+    switches, theirs = setting.run(**task).switches, naive.simulate(setting.task(**task), most_switches=10).switches
+    both = zip(switches.t, switches.wheel, strict=True), ((t, wheel) for t, wheel, _ in theirs)
+    return np.array([any(t <= AT_ONCE and wheel == 0 for t, wheel in found) != outwards for found in both])
 
 
 def start_at_rest(scale: Scale) -> list[Measurement]:
@@ -42,7 +44,7 @@ def start_at_rest(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         random = np.random.default_rng(12)
-        wrong, theirs, count = 0, 0, scale.of(6, 40)
+        judged, count = np.zeros(2), scale.of(6, 40)
         for _ in range(count):
             sign = random.choice((1, -1))
             task = {
@@ -51,11 +53,9 @@ def start_at_rest(scale: Scale) -> list[Measurement]:
                 "duration": 1e-3,
             }
             outwards = sign * accelerations_of_wheels(setting.task(**task))[0] > 0
-            run = setting.run(**task)
-            wrong += _switched_at_start(zip(run.switches.t, run.switches.wheel, strict=True)) != outwards
-            naive_run = naive.simulate(setting.task(**task), most_switches=10)
-            theirs += _switched_at_start((t, w) for t, w, _ in naive_run.switches) != outwards
-        found.append(setting.measurement("starts judged wrongly, in %", 100 * wrong / count, 0, 100 * theirs / count))
+            judged += _misjudged(setting, task, outwards)
+        wrong, theirs = 100 * judged / count
+        found.append(setting.measurement("starts judged wrongly, in %", wrong, 0, theirs))
         found.append(setting.measurement("largest change of a vehicle at rest", _change_at_rest(setting), 0))
     return found
 

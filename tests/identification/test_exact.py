@@ -22,8 +22,16 @@ def prediction(effects, roller_model="free", torque=False):
     return Prediction(Model(ROBOT, options, omniroll.Instruments(), CORRECTIONS), [log])
 
 
-def by_differences(found, names, sizes):
-    return found._differences(dict(zip(names, sizes, strict=True)))
+def beside_differences(found, names):
+    """Of each number and reading, how far the exact slopes are from differences at each time, and what is allowed."""
+    sizes = [max(found.model.size(name), 0.1) for name in names]
+    slopes, differences = found.slopes(names, sizes), found._differences(dict(zip(names, sizes, strict=True)))
+    assert slopes.differenced == () and len(found.runs[0].switches) > 5
+    for name, size, own, expected in zip(names, sizes, slopes.by_number, differences, strict=True):
+        for reading, values in expected[0].items():
+            # A run is exact to 1e-11, which the difference divides by its step.
+            allowed = 1e-4 * np.abs(values).max() + 1e-10 / (STEP * size)
+            yield (name, reading), np.abs(own[0][reading] - values).reshape(len(TIMES), -1).max(axis=1), allowed
 
 
 @pytest.mark.long
@@ -33,14 +41,8 @@ def test_they_are_those_of_differences(roller_model):
     effects = [MOTOR, omniroll.Bearings(wheel_viscous=1e-3)]
     found = prediction(effects, roller_model)
     names = ("mass", "wheel_viscous", "torque_constant", "resistance", "nu[1]", *OF_INSTRUMENTS)
-    sizes = [max(found.model.size(name), 0.1) for name in names]
-    slopes = found.slopes(names, sizes)
-    assert slopes.differenced == () and len(found.runs[0].switches) > 5
-    for name, own, expected in zip(names, slopes.by_number, by_differences(found, names, sizes), strict=True):
-        for reading, values in expected[0].items():
-            # A run is exact to 1e-11, which the difference divides by its step.
-            allowed = 1e-4 * np.abs(values).max() + 1e-10 / (STEP * sizes[names.index(name)])
-            assert np.abs(own[0][reading] - values).max() < allowed, (name, reading)
+    for what, apart, allowed in beside_differences(found, names):
+        assert apart.max() < allowed, what
 
 
 SLIPS = omniroll.Contact(law="regularised", friction=0.3, speed=0.02, wheel_rates=0)
@@ -57,14 +59,8 @@ def test_they_are_exact_where_wheels_slip_and_where_axles_stick(effects, known):
     """Between the readings that an event parts in one of the runs that are compared."""
     found = prediction([DRIVE, *effects])
     names = (*known, "nu[1]", "gyro_delay")
-    sizes = [max(found.model.size(name), 0.1) for name in names]
-    slopes = found.slopes(names, sizes)
-    assert slopes.differenced == () and len(found.runs[0].switches) > 5
-    for name, own, expected in zip(names, slopes.by_number, by_differences(found, names, sizes), strict=True):
-        for reading, values in expected[0].items():
-            allowed = 1e-4 * np.abs(values).max() + 1e-10 / (STEP * sizes[names.index(name)])
-            apart = np.abs(own[0][reading] - values).reshape(len(TIMES), -1).max(axis=1)
-            assert np.sort(apart)[-5] < allowed, (name, reading)
+    for what, apart, allowed in beside_differences(found, names):
+        assert np.sort(apart)[-5] < allowed, what
 
 
 @pytest.mark.long

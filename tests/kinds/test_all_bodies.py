@@ -5,8 +5,9 @@ import pytest
 
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles.checks import rollers_there
-from tests.kinds.vehicles import coordinates, free_places, own, random_bodies, rolling_rates, vehicle_of
+from tests.kinds.vehicles import random_bodies, vehicle_of
 from tests.mecanum.all_bodies import accelerations, after_impact, mass_matrix
+from tests.mecanum.vehicles import coordinates, free_places, own, rolling_rates
 
 MODELS = ("massless", "locked", "free")
 COUNTS = [(5, 4, 5), (6, 6, 4, 4), (3, 8, 5, 8, 3), (7, 9, 7, 9, 5, 5)]

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from omniroll import Vehicle
-from omniroll.vehicles.checks import rollers_there
-from tests.mecanum.all_bodies import Bodies, constraints, mass_matrix
+from tests.mecanum.all_bodies import Bodies, mass_matrix
 
 
 @dataclass(frozen=True)
@@ -64,29 +63,3 @@ def vehicle_of(bodies: BodiesOfKinds) -> Vehicle:
         center_of_mass=(mass[1, 2] / mass[0, 0], -mass[0, 2] / mass[0, 0]), roller_angle=tuple(bodies.roller_angles),
         kinds=kinds, wheel_kinds=[f"of {kind.rollers}" for kind in bodies.kinds],
     )  # fmt: skip
-
-
-def coordinates(bodies: BodiesOfKinds, chi: np.ndarray) -> np.ndarray:
-    q = np.zeros(bodies.size)
-    q[[bodies.place(i) for i in range(bodies.wheels)]] = chi
-    return q
-
-
-def own(bodies: BodiesOfKinds) -> list[int]:
-    """The places of what the constraints give: the wheels' angles, then those of the rollers in contact."""
-    wheels = range(bodies.wheels)
-    return [bodies.place(i) for i in wheels] + [bodies.place(i, 0) for i in wheels]
-
-
-def free_places(bodies: BodiesOfKinds) -> list[int]:
-    return [bodies.place(i, j) for i, kind in enumerate(bodies.kinds) for j in range(1, kind.rollers)]
-
-
-def rolling_rates(bodies: BodiesOfKinds, vehicle: Vehicle, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray):
-    """The rates of all coordinates of a motion without slip."""
-    rates, place = np.zeros(bodies.size), own(bodies)
-    rates[:3] = vehicle.platform_radius * nu[0], vehicle.platform_radius * nu[1], nu[2] / vehicle.yaw_scale
-    rates[free_places(bodies)] = spins[rollers_there(vehicle)]
-    rows = constraints(bodies, coordinates(bodies, chi)).real
-    rates[place] = np.linalg.solve(rows[:, place], -rows @ rates)
-    return rates

@@ -37,6 +37,27 @@ def found_accelerations(bound, nu, chi, spins, torque):
     return nu_dot, spins_dot
 
 
+def assert_moves_as_the_bodies(bodies, vehicle, bound, state, stands, relative):
+    """Energy and accelerations under torques of the wheels. Returns these, rates and accelerations of all coordinates,
+    the forces on them, and nu'."""
+    nu, chi, spins = state
+    q, rates = coordinates(bodies, chi), rolling_rates(bodies, vehicle, nu, chi, spins, stands)
+    energy = rates @ mass_matrix(bodies, q).real @ rates / 2
+    assert bound.energy(nu, chi, *bound.spins_or_nothing(spins)) == pytest.approx(energy, rel=1e-12)
+    torque, force = np.linspace(-1, 2, bodies.wheels), np.zeros(bodies.size)
+    force[own(bodies)[: bodies.wheels]] = torque
+    held = [] if bound.roller_model == "free" else free_places(bodies)
+    expected = accelerations(bodies, q, rates, force, held, stands)
+    turned = np.array([-rates[1] * rates[2], rates[0] * rates[2], 0])  # of the axes, which turn with the platform
+    nu_dot, spins_dot = found_accelerations(bound, nu, chi, spins, torque)
+    np.testing.assert_allclose(platform_rates(vehicle, nu_dot) + turned, expected[:3], rtol=relative,
+                               atol=relative * np.abs(expected[:3]).max())  # fmt: skip
+    if spins_dot is not None:
+        np.testing.assert_allclose(spins_dot.ravel(), expected[free_places(bodies)], rtol=relative,
+                                   atol=relative * np.abs(expected).max())  # fmt: skip
+    return torque, rates, expected, force, nu_dot
+
+
 @each_kind
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize(
@@ -44,25 +65,12 @@ def found_accelerations(bound, nu, chi, spins, torque):
 )
 def test_rates_energy_and_accelerations_are_those_of_the_bodies(kind, seed, wheels, rollers, model, backend):
     bodies, vehicle, nu, chi, spins = drawn(kind, seed, wheels, rollers, model)
-    bound, q = in_phase(kernel(vehicle, model, backend, effects=("drive",)), bodies), coordinates(bodies, chi)
-    rates = rolling_rates(bodies, vehicle, nu, chi, spins)
+    bound = in_phase(kernel(vehicle, model, backend, effects=("drive",)), bodies)
+    moved = assert_moves_as_the_bodies(bodies, vehicle, bound, (nu, chi, spins), (), 1e-10)
+    _, rates, expected, _, nu_dot = moved
     chi_dot, spin = bound.wheel_rates(nu, chi)
     np.testing.assert_allclose([*chi_dot, *spin], rates[own(bodies)], rtol=1e-12, atol=1e-12 * np.abs(rates).max())
     np.testing.assert_array_equal(speeds_of_wheels(bound, nu, chi), chi_dot)
-    energy = rates @ mass_matrix(bodies, q).real @ rates / 2
-    assert bound.energy(nu, chi, *bound.spins_or_nothing(spins)) == pytest.approx(energy, rel=1e-12)
-
-    torque, force = np.linspace(-1, 2, wheels), np.zeros(bodies.size)
-    force[own(bodies)[:wheels]] = torque
-    held = [] if model == "free" else free_places(bodies)
-    expected = accelerations(bodies, q, rates, force, held)
-    turned = np.array([-rates[1] * rates[2], rates[0] * rates[2], 0])  # of the axes, which turn with the platform
-    nu_dot, spins_dot = found_accelerations(bound, nu, chi, spins, torque)
-    np.testing.assert_allclose(platform_rates(vehicle, nu_dot) + turned, expected[:3], rtol=1e-10,
-                               atol=1e-10 * np.abs(expected[:3]).max())  # fmt: skip
-    if spins_dot is not None:
-        np.testing.assert_allclose(spins_dot.ravel(), expected[free_places(bodies)], rtol=1e-10,
-                                   atol=1e-10 * np.abs(expected).max())  # fmt: skip
     if kind == "mecanum":  # where rates go by the wheels' angles
         chi_ddot = bound.call("wheel_accelerations", nu, chi, nu_dot)
         np.testing.assert_allclose(
@@ -85,22 +93,10 @@ def test_a_wheel_that_stands_on_its_joint_is_that_of_the_bodies(kind, seed, whee
     stands = [(seed + 1) % wheels, (seed + 2) % wheels][: 1 + seed % 2]
     chi[stands] = np.pi / bodies.rollers * np.array([1, -1])[: len(stands)]
     bound = in_phase(kernel(vehicle, model, "compiled", effects=("drive",)), bodies, stands)
-    q, rates = coordinates(bodies, chi), rolling_rates(bodies, vehicle, nu, chi, spins, stands)
     assert not speeds_of_wheels(bound, nu, chi)[stands].any()
-    energy = rates @ mass_matrix(bodies, q).real @ rates / 2
-    assert bound.energy(nu, chi, *bound.spins_or_nothing(spins)) == pytest.approx(energy, rel=1e-12)
+    moved = assert_moves_as_the_bodies(bodies, vehicle, bound, (nu, chi, spins), stands, 1e-9)
+    (torque, rates, expected, force, nu_dot), q = moved, coordinates(bodies, chi)
     assert abs(pushes(bodies, q, rates, stands) @ rates).max() < 1e-12 * np.abs(rates).max()
-    torque, force = np.linspace(-1, 2, wheels), np.zeros(bodies.size)
-    force[own(bodies)[:wheels]] = torque
-    held = [] if model == "free" else free_places(bodies)
-    expected = accelerations(bodies, q, rates, force, held, stands)
-    nu_dot, spins_dot = found_accelerations(bound, nu, chi, spins, torque)
-    turned = np.array([-rates[1] * rates[2], rates[0] * rates[2], 0])
-    np.testing.assert_allclose(platform_rates(vehicle, nu_dot) + turned, expected[:3], rtol=1e-9,
-                               atol=1e-9 * np.abs(expected[:3]).max())  # fmt: skip
-    if spins_dot is not None:
-        np.testing.assert_allclose(spins_dot.ravel(), expected[free_places(bodies)], rtol=1e-9,
-                                   atol=1e-9 * np.abs(expected).max())  # fmt: skip
     inputs = () if model != "free" else (bound.momenta(bound.axial_speeds(nu, chi, spins)),)
     asked = bound.call("inverse_dynamics", nu, chi, *inputs, torque, nu_dot)
     assert np.abs(asked).max() < 1e-11 * np.abs(bound.mass_matrix(chi) @ nu_dot).max()

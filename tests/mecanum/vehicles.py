@@ -89,7 +89,7 @@ def own(bodies: Bodies) -> list[int]:
 
 
 def free_places(bodies: Bodies) -> list[int]:
-    return [bodies.place(i, j) for i in range(bodies.wheels) for j in range(1, bodies.rollers)]
+    return [bodies.place(i, j) for i in range(bodies.wheels) for j in range(1, bodies.of(i).rollers)]
 
 
 def rolling_rates(
@@ -98,7 +98,7 @@ def rolling_rates(
     """The rates of all coordinates of a motion without slip; `stands`: wheels that stand on their joints."""
     rates, place = np.zeros(bodies.size), own(bodies)
     rates[:3] = platform_rates(vehicle, nu)
-    rates[free_places(bodies)] = spins.ravel()
+    rates[free_places(bodies)] = np.concatenate([own[: bodies.of(i).rollers - 1] for i, own in enumerate(spins)])
     rows = constraints(bodies, coordinates(bodies, chi), stands).real
     rates[place] = np.linalg.solve(rows[:, place], -rows @ rates)
     return rates
