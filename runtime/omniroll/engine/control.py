@@ -226,19 +226,17 @@ class _Floor:
         return self.measured
 
 
-def sensitivity(task: Task, base: AnyRun | None = None) -> float | None:
+def sensitivity(task: Task) -> float | None:
     """The largest distance to the motion from a start that is moved by MOVED, over MOVED; at least 1.
-
-    base  a finished run of this task, which serves where it is fine enough
 
     None where one of the two runs has stopped. Both are fine, on the compiled engine where it can: the sensitivity is
     the motion's, not the engine's.
     """
-    return result_of(_measuring(task, base))
+    return result_of(_measuring(task))
 
 
 def _measuring(task: Task, base: AnyRun | None = None) -> Work[float | None]:
-    """The same as a work."""
+    """The same as a work. A finished run of this task, `base`, serves where it is fine enough."""
     task = replace(task, engine="compiled") if can_run(task) else task
     tolerance = min(task.accuracy, FINE * MOVED)
     if base is None or base.tolerance > tolerance or isinstance(base, PythonRun) == (task.engine != "python"):

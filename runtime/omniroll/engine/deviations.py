@@ -98,10 +98,6 @@ class Deviations:
         known = self.known_in(y, inputs) | dict(held)
         if self.grips:
             known |= pushes(kernel, known)
-        return self._called(kernel, known)
-
-    def _called(self, kernel: Kernel, known: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """With what the functions of the rates give."""
         for function in self.functions:
             names = [argument.name for argument in kernel.signatures[function].outputs]
             found = call_named(kernel, function, known)

@@ -1,6 +1,6 @@
 """What simulate_many returns: arrays of the ends of many runs, made of what is kept of each."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -117,7 +117,8 @@ def gathered(shape: tuple[int, ...], sweep: Sweep) -> Many:
     samples = None
     if sweep.times is not None:
         parts = [one.get("samples") or {} for one in found]
-        stacked = {name: _stacked(shape, [p.get(name) for p in parts], _kind(name)) for name in SAMPLED}
+        kinds = {name: int if name == "contact" else float for name in SAMPLED}
+        stacked = {name: _stacked(shape, [p.get(name) for p in parts], kind) for name, kind in kinds.items()}
         made = {name: partial(stacked.get, name) for name in ON_DEMAND}
         samples = Samples(**{name: stacked[name] for name in SAMPLED if name not in made}, made=made)
     states = _States(shape, sweep.runs, found)
@@ -134,7 +135,7 @@ def gathered(shape: tuple[int, ...], sweep: Sweep) -> Many:
             },
         ),
         **{name: of(name, int, 0) for name in COUNTS},
-        error_estimate=np.array([_number(one.get("error_estimate")) for one in found]).reshape(shape),
+        error_estimate=np.array([one.get("error_estimate") for one in found], float).reshape(shape),
         stopped=np.array([one["reason"] is not None for one in found], bool).reshape(shape),
         reasons={k: one["reason"] for k, one in zip(np.ndindex(shape), found, strict=True) if one["reason"]},
         samples=samples,
@@ -152,14 +153,6 @@ def _stacked(shape: tuple[int, ...], values: list[Any], kind: type = float) -> n
         return None
     (size,) = sizes
     return np.array([nothing(size, kind) if value is None else value for value in values], kind).reshape(shape + size)
-
-
-def _kind(name: str) -> type:
-    return int if name == "contact" else float
-
-
-def _number(value: float | None) -> float:
-    return np.nan if value is None else value
 
 
 def _contact_spins(
@@ -190,7 +183,8 @@ class _States:
             nu, chi, axial = (self._of(name, places, start) for name in ("nu", "chi", "axial"))
             spins = bound.spins_from_axial(nu, chi, axial) if bound.has_spins else None
             contacts = self._contacts(effects, places, start) if effects.slips else None
-            for k, value in zip(places, _each(function(bound, nu, chi, spins, contacts), len(places)), strict=True):
+            of_places = function(bound, nu, chi, spins, contacts)
+            for k, value in zip(places, [None] * len(places) if of_places is None else of_places, strict=True):
                 values[k] = value
         return _stacked(self.shape, values)
 
@@ -217,17 +211,13 @@ class _States:
         return Contacts(effects.kernel(run["vehicle"], run["roller_model"], "python"), speeds)
 
     def _of(self, name: str, places: list[int], start: bool) -> np.ndarray | None:
-        if not start:
-            values = [self.found[k][name] for k in places]
-        elif name == "axial":
-            values = [self.found[k]["start_axial"] for k in places]
+        if not start or name == "axial":
+            values = [self.found[k]["start_axial" if start else name] for k in places]
         else:
             values = [self.runs[k][name] for k in places]
         if start and name == "chi":
-            values = [
-                checks.wheel_angles_in_contact(chi, self.runs[k]["vehicle"])
-                for k, chi in zip(places, values, strict=True)
-            ]
+            vehicles = (self.runs[k]["vehicle"] for k in places)
+            values = list(map(checks.wheel_angles_in_contact, values, vehicles))
         return None if values[0] is None else np.array(values, float)
 
     def _by_kernel(self) -> Iterator[tuple[Kernel, EffectSet, list[int]]]:
@@ -244,17 +234,11 @@ class _States:
             yield kernel(key[0], self.runs[0]["roller_model"], "python"), acting[key], places
 
 
-def _each(values: np.ndarray | None, count: int) -> Iterable[Any]:
-    return [None] * count if values is None else values
-
-
 def _sensitivities(shape: tuple[int, ...], sweep: Sweep, found: list[Found]) -> np.ndarray:
     """(...) of the runs that have an error estimate; nan for the others."""
 
     def of_run(run: Run, one: Found) -> float:
-        if one.get("error_estimate") is None:
-            return np.nan
-        value = sensitivity(checked_task(**run))
+        value = None if one.get("error_estimate") is None else sensitivity(checked_task(**run))
         return np.nan if value is None else value
 
     with ThreadPoolExecutor(cores()) as pool:

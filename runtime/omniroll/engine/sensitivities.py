@@ -20,7 +20,7 @@ from omniroll.engine.columns import check_are_names
 from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
-from omniroll.engine.events_beside import TOGETHER
+from omniroll.engine.events_beside import TOGETHER, no_derivative
 from omniroll.engine.motion import Columns, Motion, columns_beside
 from omniroll.engine.passages import Instant, Passage, Phase, grazing
 from omniroll.engine.runs import Task
@@ -179,8 +179,8 @@ class Sweep:
             end = int(stops[np.searchsorted(stops, row, side="right")])
             if self.motion.starts_step[row]:
                 self._enter(row, self.rows[row])
-            elif row + 1 in self.switched:
-                self._refuse_rests(row)
+            elif row + 1 in self.switched and self.sticking is not None:
+                self.sticking.refuse_rests(row)
             if row >= given:
                 given = int(samples[np.searchsorted(samples, row, side="right")])
                 self._give(row, given)
@@ -189,7 +189,8 @@ class Sweep:
             if reached < end and not self.motion.starts_step[reached]:
                 if reached + 1 not in self.switched:
                     self.sticking.refuse(reached, self.compiled.why())
-                self._refuse_rests(reached)
+                if self.sticking is not None:
+                    self.sticking.refuse_rests(reached)
                 self._pass_together(reached)
                 reached += 1
             row = reached
@@ -327,11 +328,6 @@ class Sweep:
         motion = self.motion
         return Instant(self.trajectory.elapsed[[row]], motion.y[[row]], motion.rates[[row]])
 
-    def _refuse_rests(self, row: int) -> None:
-        """Raises NoDerivativeError where something comes to rest just as a wheel switches, behind a row."""
-        if self.sticking is not None:
-            self.sticking.refuse_rests(row)
-
     def _passed_apart(self, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None] | None:
         """(m, P) and (A, P) the deviations after the switch between this row and the next, where the wheels do not
         switch as one in the motions beside the run; None where they do."""
@@ -354,9 +350,7 @@ class Sweep:
             raise self._no_derivative(before, reason, wheels)
 
     def _no_derivative(self, at: Instant, reason: str, wheels: np.ndarray) -> NoDerivativeError:
-        return NoDerivativeError(
-            reason, t=float(self.trajectory.start_time + at.elapsed[0]), wheels=tuple(wheels.tolist())
-        )
+        return no_derivative(self.trajectory.start_time + at.elapsed[0], reason, wheels)
 
     def _time_deviations(self, at: Instant, moved: np.ndarray, wheels: np.ndarray) -> np.ndarray:
         """(W, P) by how much the times deviate at which the wheels (W,) are at their joints."""

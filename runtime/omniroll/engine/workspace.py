@@ -198,14 +198,7 @@ class _OfThread(threading.local):
     """The workspaces of a thread that no run has at present: what a run has written is in the cache of its core."""
 
     def __init__(self) -> None:
-        self.workspaces = lru_cache(maxsize=16)(self._none)
-
-    @staticmethod
-    def _none(
-        base: str, effects: tuple[str, ...], sharp: bool, rollers: tuple[int, ...], places: int, rows: int
-    ) -> list[Workspace]:
-        """Of runs of one set and one size."""
-        return []
+        self.of_set_and_size = lru_cache(maxsize=16)(lambda *_: [])
 
 
 OF_THREAD = _OfThread()
@@ -213,7 +206,7 @@ OF_THREAD = _OfThread()
 
 def workspace(kernel: Kernel, columns: "Columns") -> Workspace:
     """One that no other run has, for the library that is loaded now."""
-    pool = OF_THREAD.workspaces(
+    pool = OF_THREAD.of_set_and_size(
         kernel.base, kernel.effects, kernel.sharp, kernel.vehicle.rollers, kernel.rollers_per_wheel, ROWS
     )
     while pool:
