@@ -6,6 +6,7 @@ from enum import Enum
 from typing import TypeVar
 
 T = TypeVar("T")
+Run = TypeVar("Run", bound=Callable)
 SECTIONS = (
     "Switches",
     "Effects",
@@ -31,6 +32,10 @@ class Scale(Enum):
     def compares(self) -> bool:
         """Whether the naive implementation is measured too. The page shows it; no bound is on it."""
         return self is Scale.FULL
+
+    def shown(self, naive: float) -> float | None:
+        """What the naive implementation gave, where it is measured."""
+        return naive if self.compares else None
 
 
 @dataclass(frozen=True)
@@ -85,3 +90,20 @@ class Case:
     naive: str
     promise: str
     run: Callable[[Scale], list[Measurement]]
+
+
+class Cases(list[Case]):
+    """The cases of a module, of one section, in the order of the functions that measure them."""
+
+    def __init__(self, section: str):
+        super().__init__()
+        self.section = section
+
+    def case(self, name: str, title: str, *, naive: str, promise: str) -> Callable[[Run], Run]:
+        """Decorates the function that measures a case."""
+
+        def kept(run: Run) -> Run:
+            self.append(Case(name, self.section, title, naive, promise, run))
+            return run
+
+        return kept

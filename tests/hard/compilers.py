@@ -7,12 +7,12 @@ import numpy as np
 
 from hard import naive_kernels
 from hard.builds import MOTION, ROUNDINGS, SETS, Build
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, REFERENCE, Bench, compiled_kernels, measurements, worst
 from hard.kernels import kept_states
 from hard.sampling import Sample, sample
 
-SECTION = "Number types and compilers"
+CASES = Cases("Number types and compilers")
 PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % of the states"
 AS_WRITTEN = naive_kernels.AS_WRITTEN
 FAST, FUSED = ("-O3", "-march=native", "-ffp-contract=off"), ("-O3", "-march=native", "-ffp-contract=fast")
@@ -47,6 +47,12 @@ def as_written(bench: Bench, number_type: str) -> dict[tuple[str, str], float]:
     return {(e.set_name, e.function): worst(e.vectors) for e in errors}
 
 
+@CASES.case(
+    "number-types",
+    "float, double, long double",
+    naive=AS_WRITTEN,
+    promise=f"{PROMISE}, ulp of the type",
+)
 def number_types(scale: Scale) -> list[Measurement]:
     """float on states that it can hold; long double on the same as double."""
     count = scale.of(60, 2_500)
@@ -78,6 +84,12 @@ def moderate(part: Sample) -> Sample:
     return Sample(part.wheels, part.rollers, tame, state).rounded("f4")
 
 
+@CASES.case(
+    "compilers-and-flags",
+    "gcc and clang, -O0 and -O3 -march=native, contraction on and off",
+    naive=AS_WRITTEN,
+    promise=f"each build: {PROMISE}",
+)
 def compilers_and_flags(scale: Scale) -> list[Measurement]:
     """gcc and clang, without optimisation and with all, contraction on and off."""
     builds = [Build(compiler, flags) for compiler in ("gcc", "clang") for flags in (SLOW, FAST, FUSED)]
@@ -86,6 +98,12 @@ def compilers_and_flags(scale: Scale) -> list[Measurement]:
     return measured([sample(43, scale.of(60, 2_500), 3, 5, closest_tip=1e-9)], kernels)
 
 
+@CASES.case(
+    "directed-rounding",
+    "Rounding up, down, towards zero",
+    naive=AS_WRITTEN,
+    promise=PROMISE,
+)
 def directed_rounding(scale: Scale) -> list[Measurement]:
     """Up, down and towards zero: the compiler is told that the mode may change."""
     build = Build("gcc", ("-O2", "-frounding-math", "-ffp-contract=off"))
@@ -93,6 +111,12 @@ def directed_rounding(scale: Scale) -> list[Measurement]:
     return measured([sample(44, scale.of(60, 2_500), 3, 5, closest_tip=1e-9)], kernels)
 
 
+@CASES.case(
+    "sanitizers-and-valgrind",
+    "All functions, and steps through joints, under sanitizers and valgrind",
+    naive="",
+    promise="nothing is found",
+)
 def clean(scale: Scale) -> list[Measurement]:
     """Runs of all functions, and of steps through joints, that a sanitizer or valgrind complains of.
 
@@ -127,39 +151,3 @@ def complaints(build: Build, states: dict[str, list[Sample]], under: tuple[str, 
                 return float("nan")
             found += 1
     return found
-
-
-CASES = [
-    Case(
-        name="number-types",
-        section=SECTION,
-        title="float, double, long double",
-        naive=AS_WRITTEN,
-        promise=f"{PROMISE}, ulp of the type",
-        run=number_types,
-    ),
-    Case(
-        name="compilers-and-flags",
-        section=SECTION,
-        title="gcc and clang, -O0 and -O3 -march=native, contraction on and off",
-        naive=AS_WRITTEN,
-        promise=f"each build: {PROMISE}",
-        run=compilers_and_flags,
-    ),
-    Case(
-        name="directed-rounding",
-        section=SECTION,
-        title="Rounding up, down, towards zero",
-        naive=AS_WRITTEN,
-        promise=PROMISE,
-        run=directed_rounding,
-    ),
-    Case(
-        name="sanitizers-and-valgrind",
-        section=SECTION,
-        title="All functions, and steps through joints, under sanitizers and valgrind",
-        naive="",
-        promise="nothing is found",
-        run=clean,
-    ),
-]

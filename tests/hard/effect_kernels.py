@@ -6,9 +6,8 @@ import numpy as np
 from oracle.directions import directions_allowed
 
 from hard import rounding
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurements, python_kernels
-from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
 from omniroll import Vehicle, generated_data
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, optional_effects, signatures
@@ -44,6 +43,7 @@ def bases_of(scale: Scale) -> tuple[str, ...]:
     return scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
 
 
+CASES = Cases("Number types and compilers")
 OTHER_WHEELS = ("rows", "mecanum", "kinds")
 NUMBERS = {  # by which the derivatives are judged, of a bare vehicle and of one with all effects
     (): ("mass", "roller_inertia", "wheel_angles", "wheel_radius"),
@@ -208,11 +208,23 @@ def compiled_kernel(part: Sample, row: int, set_name: str) -> CompiledKernel:
     return kernel
 
 
+@CASES.case(
+    "kernels-with-effects",
+    "Every function of kernels with effects: each effect alone, and all together",
+    naive="",
+    promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+)
 def of_effects(scale: Scale) -> list[Measurement]:
     # Least squares of mecanum wheels go by normal equations, which square the condition.
     return against_balls(scale, effect_sets(scale), lambda name: not name.endswith("_at"))
 
 
+@CASES.case(
+    "derivatives",
+    "The derivatives of accelerations and rates, alone and with all effects",
+    naive="",
+    promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+)
 def of_derivatives(scale: Scale) -> list[Measurement]:
     return against_balls(
         scale, sets_with_derivatives(scale), lambda name: name.endswith(("_derivatives", "_by_numbers"))
@@ -237,23 +249,3 @@ def against_balls(scale: Scale, sets: list[str], wanted: Callable[[str], bool] =
                 for name, judge in judges.items()
             ]
     return [m for on, several in errors.items() for m in measurements(several, on, components=False)]
-
-
-CASES = [
-    Case(
-        name="kernels-with-effects",
-        section=SECTION,
-        title="Every function of kernels with effects: each effect alone, and all together",
-        naive="",
-        promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
-        run=of_effects,
-    ),
-    Case(
-        name="derivatives",
-        section=SECTION,
-        title="The derivatives of accelerations and rates, alone and with all effects",
-        naive="",
-        promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
-        run=of_derivatives,
-    ),
-]

@@ -8,13 +8,14 @@ import numpy as np
 
 from hard import builds
 from hard.builds import ROOT, ROUNDINGS, Build
-from hard.case import Case, Measurement, Scale
-from hard.compilers import FAST, FUSED, SECTION, SLOW
+from hard.case import Cases, Measurement, Scale
+from hard.compilers import FAST, FUSED, SLOW
 from hard.setting import PAPER
 from omniroll.kernels import sets
 from omniroll.kernels.building import ENGINE_SOURCES
 from omniroll.kernels.kernel import VEHICLE_SCALARS
 
+CASES = Cases("Number types and compilers")
 LANGUAGE = ("-std=c11", "-Wno-psabi", "-DOMNIROLL_WHEELS=3")
 PACKAGE = Build("gcc", ("-O2", "-ffp-contract=off"))
 LATE = 1e-10  # s; the steps' tolerance in the program is 1e-11
@@ -39,6 +40,12 @@ def switches(build: Build, rounding: str, duration: float) -> np.ndarray:
     return np.array([line.split() for line in lines[:-1]], float)
 
 
+@CASES.case(
+    "same-switches",
+    "A run with each compiler, each set of flags, each rounding mode",
+    naive="",
+    promise="the same wheels in the same order; times within ten tolerances of the steps",
+)
 def same_switches(scale: Scale) -> list[Measurement]:
     """Against the package's own flags; the motion has no two switches closer than a million tau."""
     duration = scale.of(5.0, 20.0)
@@ -58,15 +65,3 @@ def same_switches(scale: Scale) -> list[Measurement]:
         found.append(Measurement("runs with other switches", "compiled", "double", setting, not same, 0))
         found.append(Measurement("difference of switch times, s", "compiled", "double", setting, late, LATE))
     return found
-
-
-CASES = [
-    Case(
-        name="same-switches",
-        section=SECTION,
-        title="A run with each compiler, each set of flags, each rounding mode",
-        naive="",
-        promise="the same wheels in the same order; times within ten tolerances of the steps",
-        run=same_switches,
-    )
-]

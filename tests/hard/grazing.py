@@ -7,11 +7,11 @@ from functools import cache
 import numpy as np
 
 from hard import naive, true_flow
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import ENGINES, EPS, JOINT, LAWS, MODELS, Setting, accelerations_of_wheels, settings, speeds_of_wheels
 from omniroll.engine.runs import Task
 
-SECTION = "Switches"
+CASES = Cases("Switches")
 NOISE = 8 * EPS * JOINT  # a turn that is less than this beyond the joint may count as a touch
 DISTANCES = (1e-4, 1e-7, 1e-10, 1e-12, 1e-14)  # of a turn from the joint, in rad
 
@@ -86,6 +86,12 @@ def amount(scale: Scale) -> tuple[int, tuple[float, ...]]:
     return scale.of((1, DISTANCES[::2]), (4, DISTANCES))
 
 
+@CASES.case(
+    "turning-back",
+    "Turning back just before, at and just after the joint",
+    naive="looks only at the ends of steps, where the wheel is inside both times",
+    promise=f"a turn that passes the joint by more than {NOISE:.1e} rad (8 eps) is seen, one before it is none",
+)
 def turning_back(scale: Scale) -> list[Measurement]:
     """Before and after the joint: is the switch seen where there is one, and not where there is none?"""
     count, distances = amount(scale)
@@ -99,14 +105,16 @@ def turning_back(scale: Scale) -> list[Measurement]:
             if scale.compares:
                 theirs += (0 in [wheel for _, wheel, _ in naive.simulate(turn.task(setting)).switches]) != passes
         share = 100 / len(own)
-        found.append(
-            setting.measurement(
-                "turns judged wrongly, in %", share * wrong, 0, share * theirs if scale.compares else None
-            )
-        )
+        found.append(setting.measurement("turns judged wrongly, in %", share * wrong, 0, scale.shown(share * theirs)))
     return found
 
 
+@CASES.case(
+    "out-and-in",
+    "Out and in again within one step",
+    naive="makes no switch, or makes one where the wheel comes back",
+    promise="the switch is at the first crossing: in the true motion the wheel is there within 8 eps of its joint",
+)
 def out_and_in(scale: Scale) -> list[Measurement]:
     """Where the true flow is at the time at which the engines see the wheel leave its roller."""
     count, distances = amount(scale)
@@ -120,7 +128,7 @@ def out_and_in(scale: Scale) -> list[Measurement]:
                 switches = naive.simulate(turn.task(setting)).switches
                 theirs = max(theirs, _misplaced(turn, [t for t, wheel, _ in switches if wheel == 0]))
         what = "|chi| of the true flow there minus pi/n, in eps pi/n"
-        found.append(setting.measurement(what, worst, 8, theirs if scale.compares else None))
+        found.append(setting.measurement(what, worst, 8, scale.shown(theirs)))
     return found
 
 
@@ -132,6 +140,13 @@ def _misplaced(turn: Turn, times) -> float:
     return abs(true_flow.beyond_at(task, 0, 1, [float(times[0])])[0]) / (EPS * JOINT)
 
 
+@CASES.case(
+    "vanishing-at-the-joint",
+    "A wheel whose speed vanishes exactly at the joint",
+    naive="is as good for massless and locked rollers, whose motion is the same with or without these switches",
+    promise="either no switch, or one and back; the motion is the same but for the time between, sqrt(8 eps); |chi| "
+    "<= pi/n",
+)
 def vanishing_at_the_joint(scale: Scale) -> list[Measurement]:
     """The wheel's speed vanishes at the joint, as exactly as floats can say it: a touch or a switch."""
     found = []
@@ -158,34 +173,3 @@ def vanishing_at_the_joint(scale: Scale) -> list[Measurement]:
 
 def _beyond(run) -> float:
     return float(np.abs(run.chi).max() - JOINT) / (EPS * JOINT)
-
-
-CASES = [
-    Case(
-        name="turning-back",
-        section=SECTION,
-        title="Turning back just before, at and just after the joint",
-        naive="looks only at the ends of steps, where the wheel is inside both times",
-        promise=f"a turn that passes the joint by more than {NOISE:.1e} rad (8 eps) is seen, one before it is none",
-        run=turning_back,
-    ),
-    Case(
-        name="out-and-in",
-        section=SECTION,
-        title="Out and in again within one step",
-        naive="makes no switch, or makes one where the wheel comes back",
-        promise="the switch is at the first crossing: in the true motion the wheel is there within 8 eps of its joint",
-        run=out_and_in,
-    ),
-    Case(
-        name="vanishing-at-the-joint",
-        section=SECTION,
-        title="A wheel whose speed vanishes exactly at the joint",
-        naive="is as good for massless and locked rollers, whose motion is the same with or without these switches",
-        promise=(
-            "either no switch, or one and back; the motion is the same but for the time between, sqrt(8 eps); |chi| "
-            "<= pi/n"
-        ),
-        run=vanishing_at_the_joint,
-    ),
-]

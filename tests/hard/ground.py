@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import EPS, JOINT, PAPER
 from omniroll import Contact, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
 
-SECTION = "Effects"
+CASES = Cases("Effects")
 PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))
 LOAD, FRICTION = 10.0, 0.4
 RADIUS, INERTIA, MASS = PAIR.wheel_radius, PAIR.wheel_inertia, PAIR.mass
@@ -55,6 +55,12 @@ def measured(what: str, model: str, value: float, bound: float, naive: float | N
     return Measurement(what, "compiled", "double", model, value, bound, naive)
 
 
+@CASES.case(
+    "ground-at-the-cone",
+    "Wheels at rest that ask for almost all of the ground's friction",
+    naive="lets friction fade in a band of slow slips, so that what should stick creeps",
+    promise="below the cone nothing moves; beyond it the slip is that of the closed form",
+)
 def at_the_cone(scale: Scale) -> list[Measurement]:
     """At rest, with torques that ask for a little less than the friction, for all of it, and for a little more."""
     found = []
@@ -77,6 +83,12 @@ def at_the_cone(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "ground-all-at-once",
+    "Contacts with the ground that give way at one instant",
+    naive="finds one after the other, at the ends of its steps",
+    promise="one instant for both, to rounding",
+)
 def let_go_at_once(scale: Scale) -> list[Measurement]:
     """Torques that grow: both contacts give way at one instant."""
     late, apart, theirs, growths = 0.0, 0.0, 0.0, scale.of((2.0,), (0.05, 2.0, 80.0))
@@ -90,11 +102,17 @@ def let_go_at_once(scale: Scale) -> list[Measurement]:
         seen = np.ceil(expected / NAIVE_STEP) * NAIVE_STEP  # at the end of a step
         theirs = max(theirs, (seen / expected - 1) / EPS)
     return [
-        measured("error of the instant, in eps", "massless", late, ROUNDINGS, theirs if scale.compares else None),
+        measured("error of the instant, in eps", "massless", late, ROUNDINGS, scale.shown(theirs)),
         measured("time in s between the two", "massless", apart, 0),
     ]
 
 
+@CASES.case(
+    "ground-slip-reverses",
+    "A slip on the ground that passes zero and goes on the other way",
+    naive="chatters about zero",
+    promise="zero is passed at the instant of the closed form, once",
+)
 def reversing(scale: Scale) -> list[Measurement]:
     """A torque beyond the friction turns the slip of a skidding vehicle round: it passes zero and goes on."""
     speed, part, late, off = 6.0, 3.0, 0.0, 0.0
@@ -117,6 +135,12 @@ def reversing(scale: Scale) -> list[Measurement]:
     ]
 
 
+@CASES.case(
+    "ground-joint-while-sticking",
+    "Contacts that stick while their wheels stand on joints and pass them",
+    naive="lets them slip at each joint",
+    promise="the motion is that of rolling",
+)
 def on_a_joint(scale: Scale) -> list[Measurement]:
     """Contacts that stick stand on joints, go over them and back: the motion is that of rolling."""
     found = []
@@ -145,39 +169,3 @@ def on_a_joint(scale: Scale) -> list[Measurement]:
             measured("energy of rolling down, relative", f"massless, {duration} s", balance, 1e-10),
         ]
     return found
-
-
-CASES = [
-    Case(
-        name="ground-at-the-cone",
-        section=SECTION,
-        title="Wheels at rest that ask for almost all of the ground's friction",
-        naive="lets friction fade in a band of slow slips, so that what should stick creeps",
-        promise="below the cone nothing moves; beyond it the slip is that of the closed form",
-        run=at_the_cone,
-    ),
-    Case(
-        name="ground-all-at-once",
-        section=SECTION,
-        title="Contacts with the ground that give way at one instant",
-        naive="finds one after the other, at the ends of its steps",
-        promise="one instant for both, to rounding",
-        run=let_go_at_once,
-    ),
-    Case(
-        name="ground-slip-reverses",
-        section=SECTION,
-        title="A slip on the ground that passes zero and goes on the other way",
-        naive="chatters about zero",
-        promise="zero is passed at the instant of the closed form, once",
-        run=reversing,
-    ),
-    Case(
-        name="ground-joint-while-sticking",
-        section=SECTION,
-        title="Contacts that stick while their wheels stand on joints and pass them",
-        naive="lets them slip at each joint",
-        promise="the motion is that of rolling",
-        run=on_a_joint,
-    ),
-]

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from omniroll import Bearings, Contact, Controller, Motor, Slope, Torque, TorqueTable, simulate
 from omniroll.effects.effect import Effect
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.vehicle import Vehicle
 
+CASES = Cases("Effects")
 SEED = 97
 GRAVITY = 9.7
 DURATION = 0.05
@@ -168,6 +169,12 @@ def missed_by_low_speeds(number: int) -> float:
     return unbalanced(simulate(vehicle, **task | {"accuracy": COARSE})) / COARSE
 
 
+@CASES.case(
+    "ground-steep",
+    "400 random vehicles on a ground of 1e6 N s/m, whose slips decay in microseconds, and axles that stick",
+    naive="takes an iteration for settled whose ratios of change take turns: speeds miss ten times the accuracy",
+    promise="the ledger closes within the accuracy, and the speeds are those of a finer run",
+)
 def steep(scale: Scale) -> list[Measurement]:
     numbers = itertools.islice(steep_scenes("viscous"), scale.of(6, 400))
     balance, apart = np.max([missed_on_steep_ground(number) for number in numbers], axis=0)
@@ -178,15 +185,3 @@ def steep(scale: Scale) -> list[Measurement]:
         "energy / accuracy, named speeds as low": (max(map(missed_by_low_speeds, numbers)), float(MISSES)),
     }
     return [Measurement(what, "compiled", "double", "all", *numbers) for what, numbers in found.items()]
-
-
-CASES = [
-    Case(
-        name="ground-steep",
-        section="Effects",
-        title="400 random vehicles on a ground of 1e6 N s/m, whose slips decay in microseconds, and axles that stick",
-        naive="takes an iteration for settled whose ratios of change take turns: speeds miss ten times the accuracy",
-        promise="the ledger closes within the accuracy, and the speeds are those of a finer run",
-        run=steep,
-    )
-]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from contact import laws
 
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.ground_anywhere import ACCURACY, MISSES, SEED, rollers_stick, rollers_stick_on_coulomb, scene, unbalanced
 from omniroll import (
     Bearings,
@@ -27,6 +27,7 @@ from omniroll import (
     simulate_many,
 )
 
+CASES = Cases("Effects")
 SAMPLES = (0.003, 0.01, 0.02)  # s
 DRAWN = (scene, rollers_stick, rollers_stick_on_coulomb)
 MOST_EVALUATIONS = 2e7  # of a run: some ten seconds
@@ -99,6 +100,12 @@ def measured(number: int) -> dict[str, float]:
     return found
 
 
+@CASES.case(
+    "ground-laws",
+    "10^4 random vehicles on any ground under every kind of drive: runs, sessions with random steps, sweeps",
+    naive="decides what sticks before a controller has been asked for its first sample",
+    promise="all end, laws of friction hold in each row, the ledger closes, sessions and sweeps end where runs do",
+)
 def everywhere(scale: Scale) -> list[Measurement]:
     found = {number: measured(number) for number in range(scale.of(6, 10_000))}
     told = []
@@ -111,15 +118,3 @@ def everywhere(scale: Scale) -> list[Measurement]:
         bound = MOST_EVALUATIONS if what == COST else MISSES * ACCURACY
         told.append(Measurement(what, "compiled", "double", f"scene {number}", value, bound))
     return told
-
-
-CASES = [
-    Case(
-        name="ground-laws",
-        section="Effects",
-        title="10^4 random vehicles on any ground under every kind of drive: runs, sessions with random steps, sweeps",
-        naive="decides what sticks before a controller has been asked for its first sample",
-        promise="all end, laws of friction hold in each row, the ledger closes, sessions and sweeps end where runs do",
-        run=everywhere,
-    )
-]

@@ -3,13 +3,13 @@
 import numpy as np
 
 from hard import naive
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.random_phases import switches_at_fault
 from hard.setting import ENGINES, EPS, JOINT, MODELS, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import SimulationStopped, Trajectory
 from omniroll.effects import Controller
 
-SECTION = "Switches"
+CASES = Cases("Switches")
 HEAVY = PAPER.replace(roller_inertia=5 * PAPER.roller_inertia)
 
 
@@ -22,6 +22,12 @@ def slow_arrival(random: np.random.Generator, model: str) -> dict:
     return {"nu": nu, "chi": chi, "spins": spins, "duration": 1.0}
 
 
+@CASES.case(
+    "sent-back",
+    "An impact that reverses the wheel which caused it",
+    naive="is as good on these starts",
+    promise="the law is applied again at the same instant until no wheel moves outwards; energy never rises",
+)
 def sent_back(scale: Scale) -> list[Measurement]:
     found = []
     for model in ("locked", "free"):
@@ -79,6 +85,12 @@ def held_states(model: str, tries: int) -> list[dict]:
     return [{"nu": nu[k], "chi": chi[k], "spins": s} for k, s in zip(held, spins, strict=True)]
 
 
+@CASES.case(
+    "held-on-the-joint",
+    "A wheel that is driven onto its joint from both sides (chattering)",
+    naive="runs in an endless loop",
+    promise="the run goes on, or the watchdog stops it, names time, wheel and state, and keeps the trajectory",
+)
 def held_on_the_joint(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings(models=("free",), laws=("smooth",)):
@@ -91,6 +103,12 @@ def held_on_the_joint(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "held-by-a-drive",
+    "Torque that holds a wheel on the joint",
+    naive="is as good where each sample of the controller begins a new integration",
+    promise="each time the wheel crosses its joint, in either direction, it switches",
+)
 def held_by_a_drive(scale: Scale) -> list[Measurement]:
     """A controller with an integral of the wheels' angles pulls wheel 0 back to the joint, whenever it has left it."""
     spring = Controller(target=(0, 0, 0), proportional=0.01, integral=20.0, sample_time=1e-3)
@@ -120,31 +138,3 @@ def _ends_or_says_why(setting: Setting, state: dict) -> bool:
             and kept.t[-1] == stopped.t
             and len(kept.switches) > 0
         )
-
-
-CASES = [
-    Case(
-        name="sent-back",
-        section=SECTION,
-        title="An impact that reverses the wheel which caused it",
-        naive="is as good on these starts",
-        promise="the law is applied again at the same instant until no wheel moves outwards; energy never rises",
-        run=sent_back,
-    ),
-    Case(
-        name="held-on-the-joint",
-        section=SECTION,
-        title="A wheel that is driven onto its joint from both sides (chattering)",
-        naive="runs in an endless loop",
-        promise="the run goes on, or the watchdog stops it, names time, wheel and state, and keeps the trajectory",
-        run=held_on_the_joint,
-    ),
-    Case(
-        name="held-by-a-drive",
-        section=SECTION,
-        title="Torque that holds a wheel on the joint",
-        naive="is as good where each sample of the controller begins a new integration",
-        promise="each time the wheel crosses its joint, in either direction, it switches",
-        run=held_by_a_drive,
-    ),
-]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hard import naive_kernels
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.kernel_errors import (
     BOUND,
     BULK,
@@ -23,7 +23,7 @@ from hard.kernel_errors import (
 )
 from hard.sampling import Sample, sample
 
-SECTION = "Number types and compilers"
+CASES = Cases("Number types and compilers")
 WORST = Path(__file__).with_name("worst_states.json")
 
 
@@ -54,6 +54,12 @@ def worst_state(group: list[Errors]) -> Sample:
     return group[place].states.at(np.array([units[place].argmax()]))
 
 
+@CASES.case(
+    "kernels-against-balls",
+    "Every function of every kernel, 10^5 states, log-uniform and on the boundaries",
+    naive="",
+    promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+)
 def against_balls(scale: Scale) -> list[Measurement]:
     """All functions of all sets on all samples, compiled and in Python. In full the worst states are kept."""
     kernels = {"compiled": compiled_kernels(), "python": python_kernels}
@@ -97,6 +103,12 @@ def kept_states() -> Iterator[tuple[str, str, Sample]]:
         yield entry["set"], entry["function"], state
 
 
+@CASES.case(
+    "worst-states",
+    "The worst state of each function, kept",
+    naive=naive_kernels.AS_WRITTEN,
+    promise=f"at most {BOUND} ulp times the condition",
+)
 def worst_states(scale: Scale) -> list[Measurement]:
     """Each function on the state that was its worst when all were measured last."""
     found = []
@@ -111,6 +123,12 @@ def worst_states(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "accelerations-as-written",
+    "Accelerations of the same vehicles",
+    naive=naive_kernels.AS_WRITTEN,
+    promise="the same bound",
+)
 def accelerations_as_written(scale: Scale) -> list[Measurement]:
     """The reduced form beside the formulas evaluated as they are printed."""
     found = []
@@ -121,31 +139,3 @@ def accelerations_as_written(scale: Scale) -> list[Measurement]:
         for e in bench.errors(compiled_kernels()):
             found += measurements([e], "compiled", naive=printed[e.set_name])
     return found
-
-
-CASES = [
-    Case(
-        name="kernels-against-balls",
-        section=SECTION,
-        title="Every function of every kernel, 10^5 states, log-uniform and on the boundaries",
-        naive="",
-        promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
-        run=against_balls,
-    ),
-    Case(
-        name="worst-states",
-        section=SECTION,
-        title="The worst state of each function, kept",
-        naive=naive_kernels.AS_WRITTEN,
-        promise=f"at most {BOUND} ulp times the condition",
-        run=worst_states,
-    ),
-    Case(
-        name="accelerations-as-written",
-        section=SECTION,
-        title="Accelerations of the same vehicles",
-        naive=naive_kernels.AS_WRITTEN,
-        promise="the same bound",
-        run=accelerations_as_written,
-    ),
-]

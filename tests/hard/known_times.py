@@ -7,14 +7,14 @@ import mpmath
 import numpy as np
 
 from hard import naive, on_the_spot, true_flow
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import ENGINES, MODELS, PAPER, Setting
 from omniroll import Controller, Torque, TorqueTable, Trajectory
 from omniroll.effects.effect import Effect
 from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.reference import Reference, Taylor, digits, follow
 
-SECTION = "Effects"
+CASES = Cases("Effects")
 ACCURACY = 1e-14
 DECADES = 1e12
 
@@ -73,6 +73,12 @@ def interpolated(table: TorqueTable) -> naive.Law:
     return torques
 
 
+@CASES.case(
+    "thousands-of-knots",
+    "Thousands of knots: 20 000 (Python engine, naive: 2000) in some seconds",
+    naive="does not know of the knots, and gives up after 200 000 evaluations between two switches",
+    promise="errors are at most those of a rounding for each knot, and a knot costs a step",
+)
 def many_knots(scale: Scale) -> list[Measurement]:
     found = []
     for engine, knots in {"compiled": scale.of(2000, 20_000), "python": scale.of(200, 2000)}.items():
@@ -107,6 +113,12 @@ def pulses(random: np.random.Generator, interpolation: str) -> TorqueTable:
     return TorqueTable(np.array(times), equal(np.array(torques)), interpolation)
 
 
+@CASES.case(
+    "twelve-decades",
+    "Torque tables with jumps of 12 decades: 1e-6 N m, and 1e6 for 1e-9 s",
+    naive="steps over the pulses",
+    promise="the motion is the closed form",
+)
 def decades(scale: Scale) -> list[Measurement]:
     found = []
     for setting in on_the_spot.settings(*ENGINES):
@@ -136,6 +148,12 @@ def sampled(q: mpmath.mpf, target: float, gain: float, sample_time: float, durat
     return q, angle
 
 
+@CASES.case(
+    "sample-times",
+    "Sample times of 1e-6 s and of 1e6 s, at t = 0 and at 1.7e9 s",
+    naive="adds the samples to the large time and loses their digits",
+    promise="the motion is the closed form",
+)
 def samples(scale: Scale) -> list[Measurement]:
     """1e-6 s and 1e6 s, on a clock that starts at 0 and at a time of today."""
     found, amount = [], {"compiled": scale.of(2000, 50_000), "python": scale.of(100, 1000)}
@@ -185,6 +203,12 @@ def all_known_at(start: dict[str, Any], time: float) -> tuple[Effect, ...]:
     return controller, table
 
 
+@CASES.case(
+    "sample-knot-and-switch",
+    "A controller's sample, a knot of a table and a switch at one instant, up to 10 ulp apart",
+    naive="takes the sample before the switch, or loses the wheel",
+    promise="the switch comes first, and the sample sees the speeds after it; each comes once",
+)
 def one_instant(scale: Scale) -> list[Measurement]:
     """A sample and a knot 10 ulp before a switch, ... , 10 ulp after it, against the true motion with both after it.
 
@@ -211,7 +235,7 @@ def one_instant(scale: Scale) -> list[Measurement]:
                     theirs = max(theirs, float(np.abs(motion.y - truth.y[-1]).max()))
         found += [
             Setting(model, "impact", engine).measurement(
-                "distance from the true motion", worst[engine], 1e-12, theirs if scale.compares else None
+                "distance from the true motion", worst[engine], 1e-12, scale.shown(theirs)
             )
             for engine in ENGINES
         ]
@@ -221,39 +245,3 @@ def one_instant(scale: Scale) -> list[Measurement]:
 def _truth(task: Task) -> Reference:
     with digits():
         return follow(Taylor(task), task, np.array([task.duration]))
-
-
-CASES = [
-    Case(
-        name="thousands-of-knots",
-        section=SECTION,
-        title="Thousands of knots: 20 000 (Python engine, naive: 2000) in some seconds",
-        naive="does not know of the knots, and gives up after 200 000 evaluations between two switches",
-        promise="errors are at most those of a rounding for each knot, and a knot costs a step",
-        run=many_knots,
-    ),
-    Case(
-        name="twelve-decades",
-        section=SECTION,
-        title="Torque tables with jumps of 12 decades: 1e-6 N m, and 1e6 for 1e-9 s",
-        naive="steps over the pulses",
-        promise="the motion is the closed form",
-        run=decades,
-    ),
-    Case(
-        name="sample-times",
-        section=SECTION,
-        title="Sample times of 1e-6 s and of 1e6 s, at t = 0 and at 1.7e9 s",
-        naive="adds the samples to the large time and loses their digits",
-        promise="the motion is the closed form",
-        run=samples,
-    ),
-    Case(
-        name="sample-knot-and-switch",
-        section=SECTION,
-        title="A controller's sample, a knot of a table and a switch at one instant, up to 10 ulp apart",
-        naive="takes the sample before the switch, or loses the wheel",
-        promise="the switch comes first, and the sample sees the speeds after it; each comes once",
-        run=one_instant,
-    ),
-]

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from hard import naive, true_flow
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.impacts import slow_arrival
 from hard.setting import EPS, MODELS, Setting, settings
 from omniroll import Motor, Torque, Trajectory
 from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.reference import Mechanics, Reference, Taylor, digits, flint_module, follow
 
-SECTION = "Effects"
+CASES = Cases("Effects")
 WINDING = {"torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 3.0, "back_emf": 0.03}
 DURATION = 0.1  # s
 TRIALS, THIRDS = 2000, 60
@@ -142,6 +142,13 @@ def _misplaced(rise: Rise, limit: float, time: float | None) -> float:
         return abs(float(rise.current(flint_module().arb(time)) - limit)) / (EPS * rise.size)
 
 
+@CASES.case(
+    "current-grazes-its-limit",
+    "A current that grazes its limit, just below it and just above",
+    naive="looks at the ends of steps, where the current is below its limit both times",
+    promise=f"a current that passes its limit by more than {ROUNDINGS} roundings is seen, at the first crossing; "
+    "one that turns back before it is not",
+)
 def grazing(scale: Scale) -> list[Measurement]:
     """Just below its limit, and just above: is the limit seen, and where?"""
     found, distances = [], scale.of(DISTANCES[1::2], DISTANCES)
@@ -159,10 +166,10 @@ def grazing(scale: Scale) -> list[Measurement]:
                     later = max(later, _misplaced(rise, limit, seen)) if passes else later
         found += [
             setting.measurement(
-                "turns judged wrongly, in %", 100 * wrong / tries, 0, 100 * theirs / tries if scale.compares else None
+                "turns judged wrongly, in %", 100 * wrong / tries, 0, scale.shown(100 * theirs / tries)
             ),
             setting.measurement(
-                "the true current there less its limit, in roundings", late, LANDED, later if scale.compares else None
+                "the true current there less its limit, in roundings", late, LANDED, scale.shown(later)
             ),
         ]
     return found
@@ -197,6 +204,13 @@ def law_missed(run: Trajectory) -> float:
     return float((np.abs(given - wanted) / (EPS * sizes))[of_phase].max())
 
 
+@CASES.case(
+    "limit-and-switch",
+    "Chatter: impacts send a wheel back from its joint, and its motor passes its limit each time",
+    naive="loses some of the bounces",
+    promise="the bounces and the changes at the limit are those of the true motion; where a phase begins or ends "
+    "the rows have the torque that the motor gives; no impact raises the energy",
+)
 def limit_and_switch(scale: Scale) -> list[Measurement]:
     """The first bounces against the flow in 28 digits; after more of them time itself is a matter of rounding."""
     found, bounces, amount = [], scale.of(1, 12), {"compiled": 10, "python": scale.of(0, 2)}
@@ -242,25 +256,3 @@ def _bounced_by_scipy(start: dict[str, Any], truth: Reference) -> float:
     motion = naive.simulate(task, law=torques)
     apart = float(np.abs(motion.y[[0, 1, 2, 6, 7, 8]] - truth.y[-1][[0, 1, 2, 6, 7, 8]]).max())
     return apart + abs(len(motion.switches) - len(truth.switches))
-
-
-CASES = [
-    Case(
-        name="current-grazes-its-limit",
-        section=SECTION,
-        title="A current that grazes its limit, just below it and just above",
-        naive="looks at the ends of steps, where the current is below its limit both times",
-        promise=f"a current that passes its limit by more than {ROUNDINGS} roundings is seen, at the first crossing; "
-        "one that turns back before it is not",
-        run=grazing,
-    ),
-    Case(
-        name="limit-and-switch",
-        section=SECTION,
-        title="Chatter: impacts send a wheel back from its joint, and its motor passes its limit each time",
-        naive="loses some of the bounces",
-        promise="the bounces and the changes at the limit are those of the true motion; where a phase begins or ends "
-        "the rows have the torque that the motor gives; no impact raises the energy",
-        run=limit_and_switch,
-    ),
-]

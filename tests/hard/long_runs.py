@@ -8,14 +8,14 @@ import numpy as np
 
 import omniroll
 from hard import naive
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.random_phases import random_task, random_vehicle
 from hard.setting import EPS, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import AccuracyWarning
 from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.reference import Mechanics, digits, flint_module
 
-SECTION = "Magnitudes and time"
+CASES = Cases("Magnitudes and time")
 SWITCHES_A_PIECE = 100_000
 MOVED = 1e-9  # relative, of the start whose motion shows the sensitivity
 ACCOUNT = "energy less its jumps / (eps switches)"
@@ -86,6 +86,12 @@ def circle(start: dict, duration: float) -> tuple[np.ndarray, np.ndarray]:
         )
 
 
+@CASES.case(
+    "million-massless",
+    "10^6 switches of a massless vehicle (Python engine, naive: 3000), against the closed form",
+    naive="drifts as its tolerance allows; the heading, which is linear in time, is good",
+    promise="errors grow as an error of eps in the start would: in proportion to the angle turned",
+)
 def massless(scale: Scale) -> list[Measurement]:
     """Against the closed form; SciPy does as much as the Python engine."""
     amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(100, 3_000)}
@@ -119,6 +125,12 @@ def _account(run: Long) -> float:
     return abs(run.energy[1] - run.energy[0] - run.jumps) / (max(run.energy) * EPS * run.switches)
 
 
+@CASES.case(
+    "million-massive",
+    "10^6 switches of massive rollers (Python engine, naive: 1000; distances of runs: 30 000)",
+    naive="drifts as its tolerance allows",
+    promise="only switches change the energy; errors grow as eps times the sensitivity times sqrt(switches)",
+)
 def massive(scale: Scale) -> list[Measurement]:
     """Smooth switches: the account of energy, and the end against a run of another accuracy, by the sensitivity."""
     amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(60, 1_000)}
@@ -137,6 +149,13 @@ def massive(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "million-impacts",
+    "10^6 impacts of a vehicle that is driven (compiled: by exact scaling; Python engine: by torques, 60 s; "
+    "naive: 400 impacts, not driven)",
+    naive="the energy drifts between the impacts",
+    promise="no impact raises the energy by more than rounding, 16 eps; the jumps that are reported add up to the loss",
+)
 def impacts(scale: Scale) -> list[Measurement]:
     """An impact slows the vehicle. It is driven: exactly, by powers of two at the ends of pieces, and by torques."""
     found = []
@@ -184,6 +203,13 @@ def _apart(one: Long, other: Long) -> float:
     return float(max(places.max(), np.abs(one.nu - other.nu).max() / np.linalg.norm(START["nu"])))
 
 
+@CASES.case(
+    "straight-run",
+    "The straight run, exponentially unstable in heading",
+    naive="its rounding errors grow as fast as the instability allows",
+    promise="the heading grows no faster than eps times the sensitivity, and not at all with mirrored wheels "
+    "(massless, locked)",
+)
 def straight_run(scale: Scale) -> list[Measurement]:
     """nu = (1, 0, 0) of a vehicle with a wheel across: any disturbance of the heading grows."""
     found = []
@@ -206,6 +232,12 @@ def straight_run(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "phase-energy",
+    "Energy between two switches",
+    naive="drifts with its tolerance",
+    promise="constant to 1e-13 at the tightest accuracy",
+)
 def phase_energy(scale: Scale) -> list[Measurement]:
     """The largest relative change of energy between two switches, at the tightest accuracy."""
     found = []
@@ -227,53 +259,3 @@ def _naive_drift(task: Task) -> float:
     motion = naive.simulate(task, most_switches=-1)
     start, end = motion.energy
     return abs((end - start - sum(motion.jumps)) / start)
-
-
-CASES = [
-    Case(
-        name="phase-energy",
-        section=SECTION,
-        title="Energy between two switches",
-        naive="drifts with its tolerance",
-        promise="constant to 1e-13 at the tightest accuracy",
-        run=phase_energy,
-    ),
-    Case(
-        name="million-massless",
-        section=SECTION,
-        title="10^6 switches of a massless vehicle (Python engine, naive: 3000), against the closed form",
-        naive="drifts as its tolerance allows; the heading, which is linear in time, is good",
-        promise="errors grow as an error of eps in the start would: in proportion to the angle turned",
-        run=massless,
-    ),
-    Case(
-        name="million-massive",
-        section=SECTION,
-        title="10^6 switches of massive rollers (Python engine, naive: 1000; distances of runs: 30 000)",
-        naive="drifts as its tolerance allows",
-        promise="only switches change the energy; errors grow as eps times the sensitivity times sqrt(switches)",
-        run=massive,
-    ),
-    Case(
-        name="million-impacts",
-        section=SECTION,
-        title="10^6 impacts of a vehicle that is driven (compiled: by exact scaling; Python engine: by torques, 60 s; "
-        "naive: 400 impacts, not driven)",
-        naive="the energy drifts between the impacts",
-        promise=(
-            "no impact raises the energy by more than rounding, 16 eps; the jumps that are reported add up to the loss"
-        ),
-        run=impacts,
-    ),
-    Case(
-        name="straight-run",
-        section=SECTION,
-        title="The straight run, exponentially unstable in heading",
-        naive="its rounding errors grow as fast as the instability allows",
-        promise=(
-            "the heading grows no faster than eps times the sensitivity, and not at all with mirrored wheels "
-            "(massless, locked)"
-        ),
-        run=straight_run,
-    ),
-]

@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from hard import naive
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.flushing import CAN_FLUSH, subnormals_are_zero
 from hard.setting import EPS, PAPER, Setting, settings
 from omniroll import InvalidValueError, Trajectory, validation
 
-SECTION = "Magnitudes and time"
+CASES = Cases("Magnitudes and time")
 START = {"nu": np.array([1.0, 0.5, 1.0]), "chi": (0.1, -0.2, 0.3), "spins": np.full((3, 4), 0.25), "duration": 3.0}
 POWERS = (-450, 450, 30, -7, -100, 100, -301, 301)  # beyond 450 squares of errors leave the number range
 LATE = 1e9  # s
@@ -21,6 +21,12 @@ def scaled(factor: float) -> dict:
     return START | moved | {"duration": START["duration"] / factor}
 
 
+@CASES.case(
+    "powers-of-two",
+    "Speeds from 2^-450 to 2^450 times ordinary ones",
+    naive="has absolute tolerances, and so makes another run at every magnitude",
+    promise="the same run to the bit, scaled",
+)
 def powers_of_two(scale: Scale) -> list[Measurement]:
     """How many numbers of a run differ from those of the run at ordinary speeds, after scaling."""
     found = []
@@ -49,6 +55,12 @@ def _differing(base: Trajectory, other: Trajectory, factor: float) -> int:
     return sum(int((a != b).sum()) for a, b in pairs)
 
 
+@CASES.case(
+    "rest",
+    "nu = 0",
+    naive="is as good: the rates are exactly 0",
+    promise="nothing moves; rollers that spin go on spinning",
+)
 def at_rest(scale: Scale) -> list[Measurement]:
     """nu = 0; under free rollers also with spins, which go on (section 3 of the paper, property 2)."""
     found = []
@@ -64,6 +76,12 @@ def at_rest(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "subnormal",
+    "Subnormal numbers, and flush-to-zero on",
+    naive="is as good with the same kernels",
+    promise="the run is the one with zeros in their place",
+)
 def subnormal(scale: Scale) -> list[Measurement]:
     """Subnormal components among ordinary ones: speeds, angles, spins; then with subnormals counted as zero."""
     tiny = 5e-324
@@ -105,6 +123,12 @@ def _naive_distance(motion: naive.Motion, other: naive.Motion) -> float:
     return float(np.abs(motion.y - other.y).max())
 
 
+@CASES.case(
+    "edges-of-the-range",
+    "The smallest and the largest speeds, and beyond",
+    naive="is as good within the range of numbers (locked, smooth)",
+    promise="the run is finite, or nu is refused before it starts",
+)
 def edges_of_the_range(scale: Scale) -> list[Measurement]:
     """Speeds up to and just beyond the allowed ones: a run that scales, or a refusal that names nu."""
     found = []
@@ -131,6 +155,12 @@ def _naive_end(setting: Setting, size: float) -> bool:
     return bool(np.isfinite(motion.y).all()) and len(motion.switches) > 0
 
 
+@CASES.case(
+    "late-clock",
+    "Start at t = 1e9 s, and a duration shorter than one ulp of it",
+    naive="adds its steps to the large time and loses their digits",
+    promise="the motion is the one that starts at t = 0; only its times are rounded",
+)
 def late_clock(scale: Scale) -> list[Measurement]:
     """A start at t = 1e9 s, where an ulp is 1.2e-7 s: the motion is the early one's."""
     found = []
@@ -152,47 +182,3 @@ def _late_naive(setting: Setting) -> float:
     task = setting.task(**START)
     early, late = naive.simulate(task), naive.simulate(task, start_time=LATE)
     return float(max(np.abs(early.y[:3] - late.y[:3]).max(), np.abs(early.y[6:] - late.y[6:]).max()))
-
-
-CASES = [
-    Case(
-        name="rest",
-        section=SECTION,
-        title="nu = 0",
-        naive="is as good: the rates are exactly 0",
-        promise="nothing moves; rollers that spin go on spinning",
-        run=at_rest,
-    ),
-    Case(
-        name="powers-of-two",
-        section=SECTION,
-        title="Speeds from 2^-450 to 2^450 times ordinary ones",
-        naive="has absolute tolerances, and so makes another run at every magnitude",
-        promise="the same run to the bit, scaled",
-        run=powers_of_two,
-    ),
-    Case(
-        name="edges-of-the-range",
-        section=SECTION,
-        title="The smallest and the largest speeds, and beyond",
-        naive="is as good within the range of numbers (locked, smooth)",
-        promise="the run is finite, or nu is refused before it starts",
-        run=edges_of_the_range,
-    ),
-    Case(
-        name="subnormal",
-        section=SECTION,
-        title="Subnormal numbers, and flush-to-zero on",
-        naive="is as good with the same kernels",
-        promise="the run is the one with zeros in their place",
-        run=subnormal,
-    ),
-    Case(
-        name="late-clock",
-        section=SECTION,
-        title="Start at t = 1e9 s, and a duration shorter than one ulp of it",
-        naive="adds its steps to the large time and loses their digits",
-        promise="the motion is the one that starts at t = 0; only its times are rounded",
-        run=late_clock,
-    ),
-]

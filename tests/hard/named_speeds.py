@@ -66,7 +66,7 @@ def wheels(scale: Scale) -> list[Measurement]:
                 if scale.compares:
                     theirs = max(theirs, _by_scipy(start, torque, named, nu_3, heading))
         found += [
-            COMPILED.measurement(f"axles, {named:g} rad/s: error", worst, ACCURACY, theirs if scale.compares else None),
+            COMPILED.measurement(f"axles, {named:g} rad/s: error", worst, ACCURACY, scale.shown(theirs)),
             COMPILED.measurement(f"axles, {named:g} rad/s: steps more than with 1 rad/s", steps, STEPS),
         ]
     return found

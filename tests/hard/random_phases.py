@@ -3,11 +3,11 @@
 import numpy as np
 
 from hard import naive
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import PAPER, Setting, settings, speeds_of_wheels
 from omniroll import SimulationStopped, Trajectory, Vehicle
 
-SECTION = "Switches"
+CASES = Cases("Switches")
 PROBES = np.linspace(0, 1, 25)  # of a step, where its polynomials are looked at
 PHASES_A_RUN = {"compiled": 300, "python": 20}
 
@@ -87,6 +87,13 @@ def switches_at_fault(run: Trajectory) -> int:
     return int((switching & ~right).any(axis=1).sum()) + (not named)
 
 
+@CASES.case(
+    "random-phases",
+    "No switch missed or doubled in 10^6 random phases (Python engine: 10^3)",
+    naive="misses none in 40 runs of 20 phases",
+    promise="in every step every wheel stays on its roller; "
+    "every switch is of a wheel that moves outwards at its joint",
+)
 def random_phases(scale: Scale) -> list[Measurement]:
     amounts = {"compiled": scale.of(6_000, 1_000_000), "python": scale.of(120, 1_200)}
     found = []
@@ -116,17 +123,3 @@ def missed_by_naive(scale: Scale) -> list[Measurement]:
         ours += faults(setting.run(vehicle, **task, accuracy=1e-6)) > 0
         theirs += naive.simulate(setting.task(vehicle, **task), rtol=1e-6).beyond > 1e-3
     return [setting.measurement("runs of 20 phases at fault, in %", 100 * ours / count, 0, 100 * theirs / count)]
-
-
-CASES = [
-    Case(
-        name="random-phases",
-        section=SECTION,
-        title="No switch missed or doubled in 10^6 random phases (Python engine: 10^3)",
-        naive="misses none in 40 runs of 20 phases",
-        promise=(
-            "in every step every wheel stays on its roller; every switch is of a wheel that moves outwards at its joint"
-        ),
-        run=random_phases,
-    )
-]

@@ -18,13 +18,14 @@ from pathlib import Path
 import numpy as np
 from faults.injection import HOW, built_shim, injected
 
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from omniroll import cli
 from omniroll.commands import run as run_command
 from omniroll.errors import OmnirollError
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.result_folder import load_results, unfinished
 
+CASES = Cases("Files and signals")
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 MEMORY = Path("/dev/shm")  # waiting for the disk costs nothing there
 EVERY = {"kill": 8, "error": 9, "full": 10}  # calls of some 74 that are struck in `make test-long`
@@ -51,6 +52,12 @@ def scene(path: Path, run: str) -> Path:
     return path
 
 
+@CASES.case(
+    "failing-calls",
+    "A call that writes, syncs, renames or removes fails, the disk is full from there on, or kill -9 comes",
+    naive="removes the results before, and leaves a truncated file under its final name",
+    promise="the results before stand, or all of the new ones; the next run puts the folder in order",
+)
 def failing_calls(scale: Scale) -> list[Measurement]:
     if shutil.which("cc") is None:
         return []
@@ -71,6 +78,12 @@ def failing_calls(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "signals",
+    "SIGINT, SIGTERM or kill -9 at 200 moments of 20 kinds of runs: shipped scenes, long ones, streams",
+    naive="leaves an empty folder",
+    promise="the results before stand, or the new motion up to that moment, which says so; exit code 130 or 143",
+)
 def signals(scale: Scale) -> list[Measurement]:
     """Runs of each kind, ended by signals at random moments, over complete results of another run."""
     kinds, moments = scale.of(KINDS[:1], KINDS), scale.of(12, 10)
@@ -161,23 +174,3 @@ def _check_part(motion: Trajectory, whole: Trajectory) -> None:
         some = getattr(motion, name)
         if some is not None and not np.array_equal(some, getattr(whole, name)[: len(some)]):
             raise AssertionError(name)
-
-
-CASES = [
-    Case(
-        name="failing-calls",
-        section="Files and signals",
-        title="A call that writes, syncs, renames or removes fails, the disk is full from there on, or kill -9 comes",
-        naive="removes the results before, and leaves a truncated file under its final name",
-        promise="the results before stand, or all of the new ones; the next run puts the folder in order",
-        run=failing_calls,
-    ),
-    Case(
-        name="signals",
-        section="Files and signals",
-        title="SIGINT, SIGTERM or kill -9 at 200 moments of 20 kinds of runs: shipped scenes, long ones, streams",
-        naive="leaves an empty folder",
-        promise="the results before stand, or the new motion up to that moment, which says so; exit code 130 or 143",
-        run=signals,
-    ),
-]

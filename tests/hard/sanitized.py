@@ -19,8 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from hard.builds import ROOT
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 
+CASES = Cases("Input")
 FLAGS = "-O0 -g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer"
 COMPILERS = {  # further flags, and the library to preload; without optimisation clang takes minutes for an engine
     "gcc": ("", "libasan.so"),
@@ -88,6 +89,12 @@ def built(compiler: str, folder: Path) -> Iterator[Path]:
     shutil.rmtree(place)
 
 
+@CASES.case(
+    "sanitized-engine",
+    "Wrong calls, wrong scenes, any vehicle and any start, with engines and kernels under sanitizers",
+    naive="",
+    promise="no read or write beyond an array, no undefined arithmetic; each as without sanitizers",
+)
 def clean(scale: Scale) -> list[Measurement]:
     """Runs that a sanitizer ended, or in which a promise was broken."""
     found = []
@@ -140,17 +147,6 @@ def main(place: str, what: str, count: str) -> int:
         os.chdir("/")
     return 1 if failed else 0
 
-
-CASES = [
-    Case(
-        name="sanitized-engine",
-        section="Input",
-        title="Wrong calls, wrong scenes, any vehicle and any start, with engines and kernels under sanitizers",
-        naive="",
-        promise="no read or write beyond an array, no undefined arithmetic; each as without sanitizers",
-        run=clean,
-    )
-]
 
 if __name__ == "__main__":
     sys.exit(main(*sys.argv[1:]))

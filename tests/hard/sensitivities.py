@@ -4,7 +4,7 @@ import numpy as np
 
 import omniroll
 from hard import rounding, true_sensitivities
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.effect_kernels import with_effects
 from hard.kernel_errors import python_kernels
 from hard.sampling import Sample, sample
@@ -13,7 +13,7 @@ from omniroll import NoDerivativeError, Trajectory
 from omniroll.engine.switching import tau
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS
 
-SECTION = "Switches"
+CASES = Cases("Switches")
 SPEEDS = ("nu[0]", "nu[1]", "nu[2]")
 ACCURACY = 1e-12
 LONGEST = {  # s, for 10^5 switches
@@ -26,6 +26,12 @@ def followed(setting: Setting, names: tuple[str, ...], **task) -> Trajectory:
     return omniroll.simulate(PAPER, **setting.options(**task), accuracy=ACCURACY, control=False, sensitivities=names)
 
 
+@CASES.case(
+    "derivatives-over-switches",
+    "Derivatives of a run by its start, over many switches",
+    naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
+    promise="a start k times as fast gives the derivatives of the same motion, k times as fast",
+)
 def faster(scale: Scale) -> list[Measurement]:
     """A start k times as fast makes the same motion k times as fast: the derivatives by nu add up to t times the rates.
 
@@ -51,6 +57,12 @@ def of_faster_start(setting: Setting, duration: float) -> tuple[float, float, in
     return error / growth, float(growth), len(run.switches)
 
 
+@CASES.case(
+    "derivatives-over-very-many-switches",
+    "Derivatives of a run by its start, over 10^5 switches",
+    naive="loses them to what the motion beside the run grows by, and does not say how much that is",
+    promise="1e-9 of the largest derivative, or ten times the accuracy times that, the growth",
+)
 def very_many_switches(scale: Scale) -> list[Measurement]:
     """The same over 10^5 switches. The run misses by its accuracy times the growth, and the derivatives by as much."""
     found = []
@@ -83,6 +95,12 @@ TRUE_RUNS = (  # roller model, law, effects, number, switches in full
 SPINS = np.random.default_rng(0).normal(size=(3, PAPER.rollers_per_wheel - 1))
 
 
+@CASES.case(
+    "derivatives-beside-40-digits",
+    "Derivatives of a run against differences of runs in 40 digits",
+    naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
+    promise="1e-9 of the largest derivative over up to 1000 switches",
+)
 def beside_true_runs(scale: Scale) -> list[Measurement]:
     """The derivatives at the end of runs against central differences of runs in 40 digits."""
     return [
@@ -125,6 +143,12 @@ def refusal(setting: Setting, name: str, start: dict) -> tuple[tuple[int, ...], 
     return None
 
 
+@CASES.case(
+    "derivatives-at-ties",
+    "Derivatives where two wheels are no time, 1 ulp, tau/10 and 10 tau apart",
+    naive="projects the wheels in the order of their numbers, and gives that map's derivative",
+    promise="a number that keeps the wheels together has a derivative; one that parts them is refused, by instant",
+)
 def ties(scale: Scale) -> list[Measurement]:
     """Turning on the spot, wheel 1 behind by an ulp, tau/10, 10 tau: what parts the wheels, and what does not."""
     found = []
@@ -146,6 +170,12 @@ def ties(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "derivatives-from-a-joint",
+    "Derivatives of a run that starts on a joint",
+    naive="takes the switch for a part of the start, which no number moves",
+    promise="the limit of starts inside the roller",
+)
 def at_the_joint(scale: Scale) -> list[Measurement]:
     """A start on the joint, outwards: the derivative is that of starts a little inside, as these come closer."""
     found = []
@@ -165,6 +195,12 @@ def at_the_joint(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "derivatives-at-rest",
+    "Derivatives of a run that sticks at its end",
+    naive="differentiates friction that is smoothed: what stands creeps on",
+    promise="zero for nu; 1e-9 of the largest derivative for the place, against runs in 40 digits",
+)
 def at_rest(scale: Scale) -> list[Measurement]:
     """Runs that end with all axles at rest, beside 40 digits: nu depends on nothing any more, the place on all."""
     found, sticking = [], (omniroll.Bearings(wheel_coulomb=0.01),)
@@ -183,6 +219,12 @@ def at_rest(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "derivatives-at-grazing",
+    "Derivatives where a wheel grazes its joint",
+    naive="divides by the wheel's rate, and gives what comes of that",
+    promise="refused below a millionth of the fastest wheel's rate, by wheel and time; given above",
+)
 def grazing(scale: Scale) -> list[Measurement]:
     """A wheel that passes its joint at so small a part of the fastest wheel's rate."""
     found = []
@@ -206,6 +248,12 @@ def grazing(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "derivatives-by-nothing",
+    "Derivatives by numbers that do nothing",
+    naive="gives the rounding of differences",
+    promise="exact zeros",
+)
 def of_nothing(scale: Scale) -> list[Measurement]:
     """Columns of numbers that do nothing, over a run with switches."""
     found = []
@@ -218,6 +266,12 @@ def of_nothing(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "derivatives-of-sharp-tips",
+    "Linear models of vehicles whose rollers end in sharp tips",
+    naive="differentiates elimination in M*: the generated derivatives of the accelerations",
+    promise="64 ulp times the condition",
+)
 def near_sharp_tips(scale: Scale) -> list[Measurement]:
     """A and B of linearise for vehicles with sharp tips, against the generated derivatives in balls."""
     set_name, name = "locked_sharp+drive+derivatives", "forward_dynamics_derivatives"
@@ -246,79 +300,3 @@ def linearised(part: Sample, row: int, outputs: list[str]) -> np.ndarray:
         "nu_dot_by_chi": model.A[:3, 3 : 3 + part.wheels].T, "nu_dot_by_torque": model.B[:3].T,
     }  # fmt: skip
     return np.concatenate([parts[name].ravel() for name in outputs])
-
-
-CASES = [
-    Case(
-        name="derivatives-over-switches",
-        section=SECTION,
-        title="Derivatives of a run by its start, over many switches",
-        naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
-        promise="a start k times as fast gives the derivatives of the same motion, k times as fast",
-        run=faster,
-    ),
-    Case(
-        name="derivatives-over-very-many-switches",
-        section=SECTION,
-        title="Derivatives of a run by its start, over 10^5 switches",
-        naive="loses them to what the motion beside the run grows by, and does not say how much that is",
-        promise="1e-9 of the largest derivative, or ten times the accuracy times that, the growth",
-        run=very_many_switches,
-    ),
-    Case(
-        name="derivatives-at-rest",
-        section=SECTION,
-        title="Derivatives of a run that sticks at its end",
-        naive="differentiates friction that is smoothed: what stands creeps on",
-        promise="zero for nu; 1e-9 of the largest derivative for the place, against runs in 40 digits",
-        run=at_rest,
-    ),
-    Case(
-        name="derivatives-at-grazing",
-        section=SECTION,
-        title="Derivatives where a wheel grazes its joint",
-        naive="divides by the wheel's rate, and gives what comes of that",
-        promise="refused below a millionth of the fastest wheel's rate, by wheel and time; given above",
-        run=grazing,
-    ),
-    Case(
-        name="derivatives-beside-40-digits",
-        section=SECTION,
-        title="Derivatives of a run against differences of runs in 40 digits",
-        naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
-        promise="1e-9 of the largest derivative over up to 1000 switches",
-        run=beside_true_runs,
-    ),
-    Case(
-        name="derivatives-at-ties",
-        section=SECTION,
-        title="Derivatives where two wheels are no time, 1 ulp, tau/10 and 10 tau apart",
-        naive="projects the wheels in the order of their numbers, and gives that map's derivative",
-        promise="a number that keeps the wheels together has a derivative; one that parts them is refused, by instant",
-        run=ties,
-    ),
-    Case(
-        name="derivatives-from-a-joint",
-        section=SECTION,
-        title="Derivatives of a run that starts on a joint",
-        naive="takes the switch for a part of the start, which no number moves",
-        promise="the limit of starts inside the roller",
-        run=at_the_joint,
-    ),
-    Case(
-        name="derivatives-by-nothing",
-        section=SECTION,
-        title="Derivatives by numbers that do nothing",
-        naive="gives the rounding of differences",
-        promise="exact zeros",
-        run=of_nothing,
-    ),
-    Case(
-        name="derivatives-of-sharp-tips",
-        section=SECTION,
-        title="Linear models of vehicles whose rollers end in sharp tips",
-        naive="differentiates elimination in M*: the generated derivatives of the accelerations",
-        promise="64 ulp times the condition",
-        run=near_sharp_tips,
-    ),
-]

@@ -8,11 +8,12 @@ import numpy as np
 
 import omniroll
 from hard import true_sensitivities
-from hard.case import Case, Measurement, Scale
-from hard.sensitivities import FREE, MASSLESS, SECTION
+from hard.case import Cases, Measurement, Scale
+from hard.sensitivities import FREE, MASSLESS
 from hard.setting import DOUBLE, PAPER, Setting
 from omniroll import Bearings, Contact, TorqueTable, Vehicle
 
+CASES = Cases("Switches")
 TALL = Vehicle.paper(4, 5)
 START = {"nu": (1.0, 0.3, 0.8), "chi": (0.1, -0.2, 0.15)}
 STANDS = {"nu": (0.0, 0.0, 0.0)}
@@ -61,6 +62,12 @@ RUNS = (
 )  # fmt: skip
 
 
+@CASES.case(
+    "derivatives-at-events",
+    "Derivatives of runs whose rollers and contacts come to rest, stick and let go, beside 40 digits",
+    naive="smooths friction until it can be differentiated, which makes another motion; or stops at the event",
+    promise="1e-9 of the largest derivative, also in the steps of a session",
+)
 def beside_true_runs(scale: Scale) -> list[Measurement]:
     runs = scale.of(RUNS[1::2], RUNS)  # tests/sensitivities has its own of each kind
     return [m for run in runs for m in beside_true_run(run, scale.of(run.numbers[:1], run.numbers), scale)]
@@ -106,13 +113,3 @@ def happened(log: list[tuple]) -> str:
 
 KINDS = {True: "sticks", False: "slips"}  # of bearings, by whether they are at rest
 SAID = {"switch": "switches", "sticks": "come to rest", "slips": "let go"}
-CASES = [
-    Case(
-        name="derivatives-at-events",
-        section=SECTION,
-        title="Derivatives of runs whose rollers and contacts come to rest, stick and let go, beside 40 digits",
-        naive="smooths friction until it can be differentiated, which makes another motion; or stops at the event",
-        promise="1e-9 of the largest derivative, also in the steps of a session",
-        run=beside_true_runs,
-    ),
-]

@@ -7,14 +7,14 @@ import mpmath
 import numpy as np
 
 from hard import naive, on_the_spot
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.known_times import equal, interpolated
 from hard.setting import EPS, JOINT, LAWS, MODELS, PAPER, Setting, settings, speeds_of_wheels
 from hard.sticking_flow import Held, Motion, follow
 from omniroll import Bearings, Slope, Torque, TorqueTable, Trajectory
 from omniroll.studies.accuracy.reference import digits
 
-SECTION = "Effects"
+CASES = Cases("Effects")
 ACCURACY = 1e-13
 BAND = 1e-3  # rad/s: below this rate the friction of a naive implementation fades
 TOUCHES = (1e-4, 1e-7, 1e-10, 1e-13)  # of the speed at the start
@@ -60,6 +60,12 @@ def slow_wheel(random: np.random.Generator, setting: Setting, duration: float) -
     return start, sliding, sliding * random.choice((1.0, 1.3), 3)
 
 
+@CASES.case(
+    "stick-one-by-one",
+    "Wheels that stick one by one, and that impacts turn again",
+    naive="fades the friction in a band around rest, since with its sign alone the solver gives up: it creeps",
+    promise="the motion is the true one",
+)
 def one_by_one(scale: Scale) -> list[Measurement]:
     """From random starts until they rest, through switches that turn again what stuck."""
     found = []
@@ -79,7 +85,7 @@ def one_by_one(scale: Scale) -> list[Measurement]:
                 theirs = max(theirs, by_scipy(judged, start, dead_band(sliding), truth.y))
         found += [
             Setting(model, law, engine).measurement(
-                "distance from the true motion", worst[engine], 1e-11, theirs if scale.compares else None
+                "distance from the true motion", worst[engine], 1e-11, scale.shown(theirs)
             )
             for engine in engines()
         ]
@@ -92,6 +98,12 @@ def stopping(nu_3: float, torque: float) -> tuple[Any, Any]:
     return abs(q) / slowing, q * abs(q) / (2 * slowing)
 
 
+@CASES.case(
+    "all-stick-at-once",
+    "All wheels stick at one instant",
+    naive="creeps",
+    promise=f"all rest from within {ROUNDINGS} eps of the true instant on, exactly",
+)
 def all_at_once(scale: Scale) -> list[Measurement]:
     """On the spot all rates are the same, and come to zero at one instant."""
     found = []
@@ -117,12 +129,18 @@ def all_at_once(scale: Scale) -> list[Measurement]:
                     theirs = max(theirs, float(heading / EPS))
         found += [
             setting.measurement("error of the instant, in eps", late, ROUNDINGS),
-            setting.measurement("error of the heading, in eps", missed, ROUNDINGS, theirs if scale.compares else None),
+            setting.measurement("error of the heading, in eps", missed, ROUNDINGS, scale.shown(theirs)),
             setting.measurement("largest nu afterwards", creeps, 0),
         ]
     return found
 
 
+@CASES.case(
+    "stick-on-a-joint",
+    "Wheels that come to rest 1e-4 ... 1e-12 rad before their joints, on them, and beyond them",
+    naive="creeps over the joint, or ends short of it",
+    promise="a joint that is passed is a switch, no other is; on the joint any will do; the wheels rest there",
+)
 def on_a_joint(scale: Scale) -> list[Measurement]:
     """The wheels come to rest just before their joints, on them, and just after them."""
     found, distances = [], (-1e-4, -1e-8, -1e-12, 0.0, 1e-12, 1e-8, 1e-4)
@@ -149,9 +167,7 @@ def on_a_joint(scale: Scale) -> list[Measurement]:
                         theirs += motion.gave_up or not _switches_fit(len(motion.switches), edges, beyond)
         share = 100 / (count * len(distances))
         found += [
-            setting.measurement(
-                "stops judged wrongly, in %", share * wrong, 0, share * theirs if scale.compares else None
-            ),
+            setting.measurement("stops judged wrongly, in %", share * wrong, 0, scale.shown(share * theirs)),
             setting.measurement("error of the heading, in eps", moved, ROUNDINGS),
         ]
     return found
@@ -174,6 +190,13 @@ def break_away(start: dict[str, Any], setting: Setting, slope: Slope) -> Any:
     return max((abs(torque) for torque in held.taken.values()), key=float)
 
 
+@CASES.case(
+    "break-away-angle",
+    "A slope at exactly the break-away angle, and 1 ulp beside it",
+    naive="creeps down",
+    promise="rest is held at the exact torque and 1 ulp above it, also where sliding takes less; "
+    f"{ROUNDINGS} eps below it is not; in between it may be held or not, which moves no further than rounding",
+)
 def at_its_break_away_angle(scale: Scale) -> list[Measurement]:
     """At rest on a slope, with break-away torques at the exact one, 1 ulp beside it, and 64 eps below it."""
     found = []
@@ -204,7 +227,7 @@ def at_its_break_away_angle(scale: Scale) -> list[Measurement]:
                 motion = naive.simulate(task, law=dead_band(np.full(3, least)), rtol=1e-9, method="LSODA")
                 theirs = max(theirs, np.inf if motion.gave_up else float(np.abs(motion.y[:3]).max()))
         found += [
-            setting.measurement("at the angle: largest nu", lets_go, 0, theirs if scale.compares else None),
+            setting.measurement("at the angle: largest nu", lets_go, 0, scale.shown(theirs)),
             setting.measurement("1 ulp beyond it: error of nu after 1 s / (eps g angle)", beside, ROUNDINGS),
             setting.measurement(f"{ROUNDINGS} eps beyond it: starts that do not slide, in %", 100 * holds / count, 0),
         ]
@@ -224,6 +247,12 @@ def _distance(setting: Setting, start: dict[str, Any], slope: Slope, torque: flo
     return float(np.abs(run.nu[-1] - truth.y[:3]).max()), float(np.abs(truth.y[:3]).max())
 
 
+@CASES.case(
+    "touching-zero",
+    "A speed whose least value is zero, and 1e-4 ... 1e-13 of the first one above and below",
+    naive="creeps through zero: its motion knows of no break-away",
+    promise="below zero the wheels stick until they break away, above they do not",
+)
 def touching(scale: Scale) -> list[Measurement]:
     """The drive slows the wheels down and then speeds them up; their least speed is just above zero, or just below.
 
@@ -255,7 +284,7 @@ def touching(scale: Scale) -> list[Measurement]:
                         theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
         found += [
             setting.measurement("touches judged wrongly, in %", 100 * wrong / tries, 0),
-            setting.measurement("error of nu and heading, in eps", missed, TENFOLD, theirs if scale.compares else None),
+            setting.measurement("error of nu and heading, in eps", missed, TENFOLD, scale.shown(theirs)),
         ]
     return found
 
@@ -273,6 +302,12 @@ def _through_zero(nu_3: float, sliding: float, holding: float, growth: float, du
     return q, before + after
 
 
+@CASES.case(
+    "reversal",
+    "Reversal through zero speed under torques that jump to and fro",
+    naive="creeps where the drive is weaker than what breaks away",
+    promise="the motion is the closed form: at once to the other side, or rest",
+)
 def reversing(scale: Scale) -> list[Measurement]:
     """Torques that jump to and fro: through zero speed at once where they are strong, else to rest."""
     found = []
@@ -293,7 +328,7 @@ def reversing(scale: Scale) -> list[Measurement]:
                     motion = naive.simulate(setting.task(**start, effects=(Torque(0.0),)), law=law, rtol=1e-9)
                     theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
         what = "error of nu and heading, in eps"
-        found.append(setting.measurement(what, missed, TENFOLD, theirs if scale.compares else None))
+        found.append(setting.measurement(what, missed, TENFOLD, scale.shown(theirs)))
     return found
 
 
@@ -313,56 +348,3 @@ def _to_and_fro(nu_3: float, sliding: float, holding: float, torques: np.ndarray
             q_after, more = on_the_spot.driven(q, [(length, acting, acting)])
             q, angle, left = (mpmath.mpf(0) if length is stop else q_after), angle + more, left - length
     return (q, angle), max(fastest, abs(float(q)))
-
-
-CASES = [
-    Case(
-        name="stick-one-by-one",
-        section=SECTION,
-        title="Wheels that stick one by one, and that impacts turn again",
-        naive="fades the friction in a band around rest, since with its sign alone the solver gives up: it creeps",
-        promise="the motion is the true one",
-        run=one_by_one,
-    ),
-    Case(
-        name="all-stick-at-once",
-        section=SECTION,
-        title="All wheels stick at one instant",
-        naive="creeps",
-        promise=f"all rest from within {ROUNDINGS} eps of the true instant on, exactly",
-        run=all_at_once,
-    ),
-    Case(
-        name="stick-on-a-joint",
-        section=SECTION,
-        title="Wheels that come to rest 1e-4 ... 1e-12 rad before their joints, on them, and beyond them",
-        naive="creeps over the joint, or ends short of it",
-        promise="a joint that is passed is a switch, no other is; on the joint any will do; the wheels rest there",
-        run=on_a_joint,
-    ),
-    Case(
-        name="break-away-angle",
-        section=SECTION,
-        title="A slope at exactly the break-away angle, and 1 ulp beside it",
-        naive="creeps down",
-        promise="rest is held at the exact torque and 1 ulp above it, also where sliding takes less; "
-        f"{ROUNDINGS} eps below it is not; in between it may be held or not, which moves no further than rounding",
-        run=at_its_break_away_angle,
-    ),
-    Case(
-        name="touching-zero",
-        section=SECTION,
-        title="A speed whose least value is zero, and 1e-4 ... 1e-13 of the first one above and below",
-        naive="creeps through zero: its motion knows of no break-away",
-        promise="below zero the wheels stick until they break away, above they do not",
-        run=touching,
-    ),
-    Case(
-        name="reversal",
-        section=SECTION,
-        title="Reversal through zero speed under torques that jump to and fro",
-        naive="creeps where the drive is weaker than what breaks away",
-        promise="the motion is the closed form: at once to the other side, or rest",
-        run=reversing,
-    ),
-]

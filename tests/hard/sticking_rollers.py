@@ -7,11 +7,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from hard import on_the_spot
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import EPS, JOINT, MODELS, PAPER, settings
 from omniroll import Bearings, Slope, Vehicle
 
-SECTION = "Effects"
+CASES = Cases("Effects")
 ACCURACY = 1e-13
 TENFOLD = 10 * ACCURACY / EPS  # eps: ten times the accuracy that was asked for
 ROUNDINGS = 64
@@ -74,7 +74,7 @@ def rolling_to_rest(scale: Scale) -> list[Measurement]:
                     theirs = max(theirs, float(abs(there / way - 1)) / EPS)
         found += [
             setting.measurement("error of the stop's instant, in eps", late, ROUNDINGS),
-            setting.measurement("error of the way, in eps", off, ROUNDINGS, theirs if scale.compares else None),
+            setting.measurement("error of the way, in eps", off, ROUNDINGS, scale.shown(theirs)),
             setting.measurement("largest nu_1 afterwards, in eps of the first", creeps, 1),
         ]
     return found
@@ -111,7 +111,7 @@ def at_the_break_away_torque(scale: Scale) -> list[Measurement]:
                 f"{ROUNDINGS} eps above it: largest nu_1 / (eps of what the pull alone gives)",
                 lets_go,
                 ROUNDINGS,
-                theirs if scale.compares else None,
+                scale.shown(theirs),
             ),
             setting.measurement(f"{ROUNDINGS} eps below it: starts that do not roll, in %", 100 * holds / count, 0),
         ]
@@ -168,7 +168,7 @@ def breaking_away_beside_joints(scale: Scale) -> list[Measurement]:
                     theirs = max(theirs, _off(most, torque, rate, LOOKS * float(mpmath.ceil(instant / LOOKS))))
         found.append(
             setting.measurement("torque at the break-away, off its bound, in eps", worst, TENFOLD,
-                                theirs if scale.compares else None)
+                                scale.shown(theirs))
         )  # fmt: skip
     return found
 
@@ -179,20 +179,14 @@ def _off(most: Any, torque: float, rate: Any, instant: float) -> float:
     return float(abs(taken / mpmath.mpf(torque) - 1)) / EPS
 
 
+@CASES.case(
+    "sticking-rollers",
+    "Rollers that stop on their disks, 1e-12 ... 0.3 of the way from a joint, that hold on a slope, stick "
+    "through impacts at joints, and break away beside them",
+    naive="fades the friction in a band around rest, and creeps; looks every 1 ms whether something breaks away",
+    promise="the closed forms: uniform slowing down and rest; held at the torque that holds; no impact takes "
+    "energy where all rollers rest on their disks; a free roller breaks away where its disk asks for more",
+)
 def everything(scale: Scale) -> list[Measurement]:
     parts = (rolling_to_rest, at_the_break_away_torque, through_joints, breaking_away_beside_joints)
     return [measurement for part in parts for measurement in part(scale)]
-
-
-CASES = [
-    Case(
-        name="sticking-rollers",
-        section=SECTION,
-        title="Rollers that stop on their disks, 1e-12 ... 0.3 of the way from a joint, that hold on a slope, stick "
-        "through impacts at joints, and break away beside them",
-        naive="fades the friction in a band around rest, and creeps; looks every 1 ms whether something breaks away",
-        promise="the closed forms: uniform slowing down and rest; held at the torque that holds; no impact takes "
-        "energy where all rollers rest on their disks; a free roller breaks away where its disk asks for more",
-        run=everything,
-    )
-]

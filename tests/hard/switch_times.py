@@ -3,10 +3,10 @@
 import numpy as np
 
 from hard import naive, true_flow
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import ENGINES, EPS, JOINT, MODELS, Setting, settings, speeds_of_wheels
 
-SECTION = "Switches"
+CASES = Cases("Switches")
 RATES = {"thousands of switches in a second": 1500.0, "one switch in an hour": 1.5e-4}  # |nu| in 1/s
 
 
@@ -14,6 +14,12 @@ def random_start(random: np.random.Generator) -> dict:
     return {"nu": random.normal(size=3), "chi": random.uniform(-JOINT, JOINT, 3), "spins": random.normal(size=(3, 4))}
 
 
+@CASES.case(
+    "switch-times",
+    "Times of switches, against the true flow in 28 digits",
+    naive="solves for the time on the interpolant of a step, which is less exact than the step",
+    promise="within 100 eps (|t| + |h|) + eps |chi|/|chi'|",
+)
 def against_the_true_flow(scale: Scale) -> list[Measurement]:
     """The first switch from random starts; the error in units of 100 eps (|t| + |h|) + eps |chi| / |chi'|."""
     random = np.random.default_rng(31)
@@ -42,6 +48,12 @@ def against_the_true_flow(scale: Scale) -> list[Measurement]:
     return found
 
 
+@CASES.case(
+    "any-rate",
+    "Thousands of switches in a second, and one in an hour",
+    naive="its absolute tolerance suits one speed only: a slow motion loses digits, or a switch",
+    promise="the motion is that of ordinary speeds, scaled",
+)
 def any_rate(scale: Scale) -> list[Measurement]:
     """The same motion much faster and much slower: the same switches, the same path."""
     found = []
@@ -71,6 +83,12 @@ def _naive_distance(base: naive.Motion, motion: naive.Motion) -> float:
     return float(np.abs(motion.y[6:] - base.y[6:]).max()) + wrong
 
 
+@CASES.case(
+    "backwards",
+    "Time reversed through smooth switches (massless, locked)",
+    naive="switches at another place on the way back",
+    promise="the run ends at the start, through the same switches",
+)
 def backwards(scale: Scale) -> list[Measurement]:
     """From the end with opposite speeds back to the start, through smooth switches of rollers that have no memory."""
     found = []
@@ -87,7 +105,7 @@ def backwards(scale: Scale) -> list[Measurement]:
             worst = max(worst, _missed_start(start, back.nu[-1], back.chi[-1], back.pose[-1]) + wrong)
             if scale.compares:
                 theirs = max(theirs, _naive_way_back(setting, start))
-        found.append(setting.measurement("distance from the start", worst, 1e-10, theirs if scale.compares else None))
+        found.append(setting.measurement("distance from the start", worst, 1e-10, scale.shown(theirs)))
     return found
 
 
@@ -101,31 +119,3 @@ def _naive_way_back(setting: Setting, start: dict) -> float:
 
 def _missed_start(start: dict, nu: np.ndarray, chi: np.ndarray, pose: np.ndarray) -> float:
     return float(max(np.abs(nu + start["nu"]).max(), np.abs(chi - start["chi"]).max(), np.abs(pose).max()))
-
-
-CASES = [
-    Case(
-        name="switch-times",
-        section=SECTION,
-        title="Times of switches, against the true flow in 28 digits",
-        naive="solves for the time on the interpolant of a step, which is less exact than the step",
-        promise="within 100 eps (|t| + |h|) + eps |chi|/|chi'|",
-        run=against_the_true_flow,
-    ),
-    Case(
-        name="any-rate",
-        section=SECTION,
-        title="Thousands of switches in a second, and one in an hour",
-        naive="its absolute tolerance suits one speed only: a slow motion loses digits, or a switch",
-        promise="the motion is that of ordinary speeds, scaled",
-        run=any_rate,
-    ),
-    Case(
-        name="backwards",
-        section=SECTION,
-        title="Time reversed through smooth switches (massless, locked)",
-        naive="switches at another place on the way back",
-        promise="the run ends at the start, through the same switches",
-        run=backwards,
-    ),
-]

@@ -3,11 +3,11 @@
 import numpy as np
 
 from hard import naive
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import JOINT, PAPER, Setting, settings, speeds_of_wheels
 from omniroll.engine.switching import tau
 
-SECTION = "Switches"
+CASES = Cases("Switches")
 
 
 def wrong_instants(switches: list[tuple[float, int]], wheels: int, expected: int) -> int:
@@ -19,6 +19,12 @@ def wrong_instants(switches: list[tuple[float, int]], wheels: int, expected: int
     return abs(expected - right) + len(together) - right
 
 
+@CASES.case(
+    "all-wheels-at-once",
+    "All wheels at the same instant",
+    naive="ends the step at the first event; the other wheels are then beyond their joints, where it sees no event",
+    promise="each time all wheels switch together and are projected together",
+)
 def turning_on_the_spot(scale: Scale) -> list[Measurement]:
     """nu = (0, 0, 1) from equal chi: by symmetry all wheels reach their joints at once, for ever."""
     duration = scale.of(15.0, 100.0)
@@ -43,6 +49,12 @@ def turning_on_the_spot(scale: Scale) -> list[Measurement]:
     return [measured(setting) for setting in settings()]
 
 
+@CASES.case(
+    "gaps",
+    "Two wheels 1 ulp apart, tau/10 apart, 10 tau apart",
+    naive="takes a difference of rounding for a difference in time, and loses the second wheel",
+    promise="one switch up to tau/10, two from 10 tau on; tau = 100 eps (t + h)",
+)
 def gaps(scale: Scale) -> list[Measurement]:
     """Turning on the spot, wheel 1 a little behind: by an ulp of chi, a tenth of tau, ten tau."""
     found = []
@@ -62,14 +74,16 @@ def gaps(scale: Scale) -> list[Measurement]:
                     others = naive.simulate(setting.task(**start)).switches
                     theirs += sorted(w for _, w, _ in others) != [0, 1, 2] or len({t for t, *_ in others}) != instants
         share = 100 / (3 * count)
-        found.append(
-            setting.measurement(
-                "starts judged wrongly, in %", share * wrong, 0, share * theirs if scale.compares else None
-            )
-        )
+        found.append(setting.measurement("starts judged wrongly, in %", share * wrong, 0, scale.shown(share * theirs)))
     return found
 
 
+@CASES.case(
+    "relabelled",
+    "Wheels in another order",
+    naive="is as good here, where the wheels arrive one after the other",
+    promise="the switches and the motion are the same",
+)
 def relabelled(scale: Scale) -> list[Measurement]:
     """The wheels in another order: the same switches of the same wheels, the same motion."""
     vehicle = PAPER.replace(wheel_angles=(0.1, 2.0, 4.4))
@@ -90,7 +104,7 @@ def relabelled(scale: Scale) -> list[Measurement]:
             if scale.compares:
                 motions = naive.simulate(setting.task(vehicle, **start)), naive.simulate(setting.task(again, **ordered))
                 theirs = max(theirs, _naive_distance(*motions, order))
-        found.append(setting.measurement("distance of the ends", worst, 1e-9, theirs if scale.compares else None))
+        found.append(setting.measurement("distance of the ends", worst, 1e-9, scale.shown(theirs)))
     return found
 
 
@@ -99,31 +113,3 @@ def _naive_distance(one: naive.Motion, other: naive.Motion, order: np.ndarray) -
     (nu, _, pose), (other_nu, _, other_pose) = np.split(one.y, [3, 6]), np.split(other.y, [3, 6])
     wrong = [int(order[wheel]) for _, wheel, _ in other.switches] != [wheel for _, wheel, _ in one.switches]
     return float(np.abs(pose - other_pose).max() + np.abs(nu - other_nu).max()) + wrong
-
-
-CASES = [
-    Case(
-        name="all-wheels-at-once",
-        section=SECTION,
-        title="All wheels at the same instant",
-        naive="ends the step at the first event; the other wheels are then beyond their joints, where it sees no event",
-        promise="each time all wheels switch together and are projected together",
-        run=turning_on_the_spot,
-    ),
-    Case(
-        name="gaps",
-        section=SECTION,
-        title="Two wheels 1 ulp apart, tau/10 apart, 10 tau apart",
-        naive="takes a difference of rounding for a difference in time, and loses the second wheel",
-        promise="one switch up to tau/10, two from 10 tau on; tau = 100 eps (t + h)",
-        run=gaps,
-    ),
-    Case(
-        name="relabelled",
-        section=SECTION,
-        title="Wheels in another order",
-        naive="is as good here, where the wheels arrive one after the other",
-        promise="the switches and the motion are the same",
-        run=relabelled,
-    ),
-]

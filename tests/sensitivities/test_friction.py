@@ -19,6 +19,7 @@ from tests.sensitivities.differences import (
     differenced,
     motion,
 )
+from tests.sensitivities.test_sticking import only_just
 
 DISKS = np.zeros_like(SPINS).tolist()  # spins of rollers that rest on their disks
 REST = {"nu": (0.0, 0.0, 0.0)}
@@ -348,11 +349,7 @@ def test_axles_that_only_just_come_to_rest_have_none():
     def stops(first):
         return not pushed(first).run().modes.any(axis=1).all()
 
-    low, high = -0.02, 0.02
-    assert stops(low) and not stops(high)
-    while low < (half := (low + high) / 2) < high:
-        low, high = (half, high) if stops(half) else (low, half)
-    error = refused(pushed(low), "only just")
+    error = refused(pushed(only_just(stops, -0.02, 0.02)), "only just")
     assert error.wheels == (0, 1, 2) and 0 < error.t < 1
 
 

@@ -87,16 +87,12 @@ class ContactModes:
         load = np.where(slides, self.grip.loads, 0.0)
         return {"load": load, "friction": self.grip.sliding, "pushed": np.zeros((self.plain.wheels, 2))}
 
-    def moved(self, found: Mapping[str, np.ndarray], tangents: Mapping[str, np.ndarray], axes: int) -> dict:
-        """The same, carrying tangents (P, ...) of the numbers, for states with so many axes behind that of P."""
-
-        def tangent(name: str, value: np.ndarray) -> np.ndarray:
-            given = tangents.get(name)
-            return np.zeros(value.shape) if given is None else given.reshape(len(given), *(1,) * axes, *given.shape[1:])
-
-        moving = {"friction": with_tangent(found["friction"], tangent("ground_friction", found["friction"]))}
-        of_load = np.where(found["load"] > 0, tangent("contact_load", self.grip.loads), 0.0)
-        moving["load"] = with_tangent(found["load"], of_load)
+    def moved(self, found: Mapping[str, np.ndarray], tangents: Mapping[str, np.ndarray]) -> dict:
+        """The same, carrying tangents (P, ...) of the numbers, for states with one axis behind that of P."""
+        still = {"ground_friction": found["friction"], "contact_load": self.grip.loads}
+        of_friction, of_load = (tangents.get(name, np.zeros((1, *own.shape)))[:, None] for name, own in still.items())
+        moving = {"friction": with_tangent(found["friction"], of_friction)}
+        moving["load"] = with_tangent(found["load"], np.where(found["load"] > 0, of_load, 0.0))
         return dict(found) | moving
 
     def per_reach(self) -> np.ndarray:

@@ -136,7 +136,7 @@ class Sticking:
         """What generated functions take in rows (...), by name, carrying the tangents of all columns."""
         found = {} if self.bearings is None else self.bearings.at(rows)
         if self.contacts is not None:
-            found |= self.contacts.moved(self.contacts.at(rows), self.columns.constants, 1)
+            found |= self.contacts.moved(self.contacts.at(rows), self.columns.constants)
         if self.held is None:
             return found
         found |= self.held.at(rows)
