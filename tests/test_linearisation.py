@@ -117,24 +117,21 @@ def test_a_regulator_made_from_it_holds_the_speed():
     assert np.abs(session.nu - wanted).max() < 0.1
 
 
-@pytest.mark.parametrize(
-    ("arguments", "field"),
-    [
-        ({"effects": (Bearings(wheel_coulomb=0.1),)}, "wheel_coulomb"),
-        ({"effects": (Bearings(roller_coulomb=0.1, roller_speed=1.0),)}, "roller_coulomb"),
-        ({"outputs": ("speed",)}, "outputs"),
-        ({"outputs": 5}, "outputs"),
-        ({"outputs": ("encoder_count",)}, "whole number"),
-        ({"outputs": ("motor_current",)}, "Motor"),
-        ({"place": (1, 2, 3)}, "place"),
-        ({"nu": (1, 2)}, "nu"),
-        ({"nu": np.zeros((0, 3))}, "nu"),
-        ({"nu": np.zeros((2, 3)), "pose": np.zeros((3, 3))}, "nu"),
-        ({"pose": "here"}, "pose"),
-        ({"roller_model": "soft"}, "roller_model"),
-        ({"effects": 3}, "effects"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "field"), [
+    ({"effects": (Bearings(wheel_coulomb=0.1),)}, "wheel_coulomb"),
+    ({"effects": (Bearings(roller_coulomb=0.1, roller_speed=1.0),)}, "roller_coulomb"),
+    ({"outputs": ("speed",)}, "outputs"),
+    ({"outputs": 5}, "outputs"),
+    ({"outputs": ("encoder_count",)}, "whole number"),
+    ({"outputs": ("motor_current",)}, "Motor"),
+    ({"place": (1, 2, 3)}, "place"),
+    ({"nu": (1, 2)}, "nu"),
+    ({"nu": np.zeros((0, 3))}, "nu"),
+    ({"nu": np.zeros((2, 3)), "pose": np.zeros((3, 3))}, "nu"),
+    ({"pose": "here"}, "pose"),
+    ({"roller_model": "soft"}, "roller_model"),
+    ({"effects": 3}, "effects"),
+])  # fmt: skip
 def test_what_it_refuses(arguments, field):
     with pytest.raises(InvalidValueError, match=field):
         linearise(VEHICLE, **arguments)

@@ -60,19 +60,16 @@ def test_one_angle_is_for_all_wheels():
     assert PAPER.replace(roller_angle=0.5).roller_angle == (0.5,) * 4
 
 
-@pytest.mark.parametrize(
-    "changes, words",
-    [
-        ({"roller_angle": math.pi / 2}, "roller_angle = .*must lie between -1.5708 and 1.5708"),
-        ({"roller_angle": [0.7, 0.7]}, "roller_angle = .*shape"),
-        ({"roller_angle": math.nan}, "roller_angle = nan"),
-        ({"rows": 3, "row_offset": 0.01}, "rows = 3.*at most 2"),
-        ({"rows": 2}, "row_offset = 0.0.*must be given with rows = 2"),
-        ({"row_offset": 0.01}, "row_offset = 0.01.*must be 0 with one row"),
-        ({"rows": 2, "row_offset": 1e200}, "row_offset = 1e.200"),
-        ({"rows": 2, "row_offset": 0.01, "rollers_per_wheel": 9}, "rollers_per_wheel = 9.*even"),
-    ],
-)
+@pytest.mark.parametrize("changes, words", [
+    ({"roller_angle": math.pi / 2}, "roller_angle = .*must lie between -1.5708 and 1.5708"),
+    ({"roller_angle": [0.7, 0.7]}, "roller_angle = .*shape"),
+    ({"roller_angle": math.nan}, "roller_angle = nan"),
+    ({"rows": 3, "row_offset": 0.01}, "rows = 3.*at most 2"),
+    ({"rows": 2}, "row_offset = 0.0.*must be given with rows = 2"),
+    ({"row_offset": 0.01}, "row_offset = 0.01.*must be 0 with one row"),
+    ({"rows": 2, "row_offset": 1e200}, "row_offset = 1e.200"),
+    ({"rows": 2, "row_offset": 0.01, "rollers_per_wheel": 9}, "rollers_per_wheel = 9.*even"),
+])  # fmt: skip
 def test_bounds(changes, words):
     with pytest.raises(InvalidValueError, match=words):
         PAPER.replace(**changes)
@@ -98,21 +95,18 @@ def test_scenes(scene):
         omniroll.run(scene("rows = 2\nrow_offset = 0.004\nroller_angle = 0.7"))
 
 
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        (
-            "roller_angle = 45",
-            'must be a number or 4 numbers, > -1.5708, < 1.5708, in rad; degrees are written "45 deg"',
-        ),
-        ("roller_angle = 0.7\nhandedness = [1, -1]", "handedness = .*must be 4 numbers"),
-        ("roller_angle = 0.7\nhandedness = [1, -1, 0.5, 1]", "must be 1 or -1 for each wheel"),
-        ("roller_angle = -0.7\nhandedness = [1, -1, -1, 1]", "needs a roller_angle above 0"),
-        ("handedness = [1, -1, -1, 1]", "needs a roller_angle above 0"),
-        ("roller_angle = [0.7, 0.7, 0.7, 0.7]\nhandedness = [1, 1, 1, 1]", "cannot stand beside roller_angle by wheel"),
-        ("rows = 2", "row_offset.*must be given with rows = 2"),
-    ],
-)
+@pytest.mark.parametrize("keys, words", [
+    (
+        "roller_angle = 45",
+        'must be a number or 4 numbers, > -1.5708, < 1.5708, in rad; degrees are written "45 deg"',
+    ),
+    ("roller_angle = 0.7\nhandedness = [1, -1]", "handedness = .*must be 4 numbers"),
+    ("roller_angle = 0.7\nhandedness = [1, -1, 0.5, 1]", "must be 1 or -1 for each wheel"),
+    ("roller_angle = -0.7\nhandedness = [1, -1, -1, 1]", "needs a roller_angle above 0"),
+    ("handedness = [1, -1, -1, 1]", "needs a roller_angle above 0"),
+    ("roller_angle = [0.7, 0.7, 0.7, 0.7]\nhandedness = [1, 1, 1, 1]", "cannot stand beside roller_angle by wheel"),
+    ("rows = 2", "row_offset.*must be given with rows = 2"),
+])  # fmt: skip
 def test_what_scenes_refuse(scene, keys, words):
     with pytest.raises((omniroll.SceneError, InvalidValueError), match=words):
         scene(keys)

@@ -270,23 +270,20 @@ def test_out_of_reach_is_said_once():
     assert len(said) == 1
 
 
-@pytest.mark.parametrize(
-    "change, field",
-    [
-        ({"nu": (1, 2)}, "nu"),
-        ({"nu": [(1, 0, 1), (np.nan, 0, 0)]}, "nu"),
-        ({"chi": np.zeros((4, 3))}, "chi"),
-        ({"chi": 1.0}, "chi"),
-        ({"pose": (0, 0)}, "pose"),
-        ({"duration": -1}, "duration"),
-        ({"times": [2.0]}, "times"),
-        ({"times": 1.0}, "times"),
-        ({"vehicles": []}, "vehicles"),
-        ({"vehicles": ["paper"]}, "vehicles"),
-        ({"vehicles": [PAPER, omniroll.Vehicle.paper(4)]}, "vehicles"),
-        ({"roller_model": "loose"}, "roller_model"),
-    ],
-)
+@pytest.mark.parametrize("change, field", [
+    ({"nu": (1, 2)}, "nu"),
+    ({"nu": [(1, 0, 1), (np.nan, 0, 0)]}, "nu"),
+    ({"chi": np.zeros((4, 3))}, "chi"),
+    ({"chi": 1.0}, "chi"),
+    ({"pose": (0, 0)}, "pose"),
+    ({"duration": -1}, "duration"),
+    ({"times": [2.0]}, "times"),
+    ({"times": 1.0}, "times"),
+    ({"vehicles": []}, "vehicles"),
+    ({"vehicles": ["paper"]}, "vehicles"),
+    ({"vehicles": [PAPER, omniroll.Vehicle.paper(4)]}, "vehicles"),
+    ({"roller_model": "loose"}, "roller_model"),
+])  # fmt: skip
 def test_bad_input_is_named(change, field):
     task = {"vehicles": PAPER, "nu": NU, "duration": 1.0} | change
     with warnings.catch_warnings():

@@ -65,17 +65,14 @@ def test_a_failed_claim_in_a_loaded_file_is_an_exit_code(tmp_path, capfd):
 
 
 @needs_maxima
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        ("f(x := 1$\n", r"(derive)?\.mac:(1:\d+:)?\s*incorrect syntax"),
-        ("1/0$\n" + WRITE, "zero|undefined: 0 to a negative"),
-        ('load("./not_there.mac")$\n', "not_there"),
-        ("x: 1$\n", "wrote no data"),
-        ("quit()$\n", "stopped"),
-        (WRITE + 'error("late")$\n', "late"),
-    ],
-)
+@pytest.mark.parametrize("text, message", [
+    ("f(x := 1$\n", r"(derive)?\.mac:(1:\d+:)?\s*incorrect syntax"),
+    ("1/0$\n" + WRITE, "zero|undefined: 0 to a negative"),
+    ('load("./not_there.mac")$\n', "not_there"),
+    ("x: 1$\n", "wrote no data"),
+    ("quit()$\n", "stopped"),
+    (WRITE + 'error("late")$\n', "late"),
+])  # fmt: skip
 def test_every_way_to_stop_early_is_an_error(tmp_path, text, message):
     with pytest.raises(MaximaError, match=message):
         derive(tmp_path, text)

@@ -126,22 +126,19 @@ def test_steps_without_use_are_dropped():
     assert [step.kind for step in steps(f.body)] == ["load", "put"]
 
 
-@pytest.mark.parametrize(
-    "body, message",
-    [
-        ([put(["nu_dot", 0], "zeta")], "unknown symbol zeta"),
-        ([put(["nu_dot", 0], "chi")], "outside the loop over i"),
-        ([put(["nu_dot", 3], "a")], "does not fit shape"),
-        ([put(["force", 0], "a")], "no such output"),
-        ([let("a", 1)], "the name is taken"),
-        ([let("x", 1), let("x", 2)], "the name is taken"),
-        ([{"add": "x", "expr": 1}], "not a var"),
-        ([let("2x", 1)], "not an identifier"),
-        ([let("x", 0.5)], "not an expression"),
-        ([{"loop": "k", "body": []}], "loop over k"),
-        ([{"do": "x", "expr": 1}], "unknown step"),
-    ],
-)
+@pytest.mark.parametrize("body, message", [
+    ([put(["nu_dot", 0], "zeta")], "unknown symbol zeta"),
+    ([put(["nu_dot", 0], "chi")], "outside the loop over i"),
+    ([put(["nu_dot", 3], "a")], "does not fit shape"),
+    ([put(["force", 0], "a")], "no such output"),
+    ([let("a", 1)], "the name is taken"),
+    ([let("x", 1), let("x", 2)], "the name is taken"),
+    ([{"add": "x", "expr": 1}], "not a var"),
+    ([let("2x", 1)], "not an identifier"),
+    ([let("x", 0.5)], "not an expression"),
+    ([{"loop": "k", "body": []}], "loop over k"),
+    ([{"do": "x", "expr": 1}], "unknown step"),
+])  # fmt: skip
 def test_what_breaks_the_contract_is_named(body, message):
     with pytest.raises(ContractError, match=message) as raised:
         shared(body)

@@ -54,18 +54,15 @@ def by_kernel(case, contacts, axles, push, torque, turning):
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize(
-    "modes",
-    [
-        (STANDS, ROLLS, SLIPS),
-        (STANDS, DRAGGED, STANDS),
-        (DRAGGED, DRAGGED, ROLLS),
-        (DRAGGED, SLIPS, DRAGGED),
-        (STANDS, STANDS, STANDS),
-        (STANDS, ROLLS, DRAGGED, SLIPS),
-        (STANDS, STANDS, ROLLS, DRAGGED, SLIPS, STANDS),
-    ],
-)
+@pytest.mark.parametrize("modes", [
+    (STANDS, ROLLS, SLIPS),
+    (STANDS, DRAGGED, STANDS),
+    (DRAGGED, DRAGGED, ROLLS),
+    (DRAGGED, SLIPS, DRAGGED),
+    (STANDS, STANDS, STANDS),
+    (STANDS, ROLLS, DRAGGED, SLIPS),
+    (STANDS, STANDS, ROLLS, DRAGGED, SLIPS, STANDS),
+])  # fmt: skip
 def test_modes_of_contacts_and_axles_agree_with_every_body(model, modes):
     """The oracle is given forces and torques, and must find the same accelerations, and none of what sticks."""
     contacts, axles = np.array(modes, bool).T

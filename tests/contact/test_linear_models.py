@@ -104,16 +104,13 @@ def test_the_accelerometer_of_a_slipping_vehicle_reads_its_accelerations():
     assert linear.C[:, rates] == pytest.approx(VEHICLE.platform_radius * linear.A[:2, rates], rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("effects", "options", "said"),
-    [
-        ([Contact(law="coulomb", friction=0.3)], {}, "stick"),
-        ([Contact(30), Bearings(wheel_coulomb=0.1)], {}, "axles that stick"),
-        ([Contact(30), Bearings(roller_coulomb=0.1)], {}, "rollers that stick"),
-        ([Contact(30)], {"roller_model": "locked"}, "locked"),
-        ([Contact(30)], {"outputs": ("odometry",)}, "wheels that roll"),
-    ],
-)
+@pytest.mark.parametrize(("effects", "options", "said"), [
+    ([Contact(law="coulomb", friction=0.3)], {}, "stick"),
+    ([Contact(30), Bearings(wheel_coulomb=0.1)], {}, "axles that stick"),
+    ([Contact(30), Bearings(roller_coulomb=0.1)], {}, "rollers that stick"),
+    ([Contact(30)], {"roller_model": "locked"}, "locked"),
+    ([Contact(30)], {"outputs": ("odometry",)}, "wheels that roll"),
+])  # fmt: skip
 def test_what_has_no_derivative_is_refused(effects, options, said):
     with pytest.raises(InvalidValueError, match=said):
         linearise(VEHICLE, effects=effects, **options)

@@ -58,22 +58,19 @@ def test_a_later_run_without_contacts_takes_the_file_away(written, tmp_path):
     assert not (tmp_path / "out/slip.csv").exists()
 
 
-@pytest.mark.parametrize(
-    "contact, more, said",
-    [
-        ("coefficient = 30", '[rollers]\nmodel = "locked"', "[rollers] model"),
-        ("coefficient = -1", "", "[contact] coefficient"),
-        ("", "", "[contact] coefficient"),
-        ('law = "regularised"\nfriction = 0.5', "", "[contact] speed"),
-        ("coefficient = 30\nload = 3", "", "[contact] load"),
-        ('law = "coulomb"\nfriction = 0.4\nloads = "dynamic"', "", "[contact] loads"),
-        (
-            'law = "coulomb"\nfriction = 0.4',
-            '[rollers]\nmodel = "massless"\n[bearings]\nroller_coulomb = 1e-3\nroller_viscous = 1e-5',
-            "roller_viscous",
-        ),
-    ],
-)
+@pytest.mark.parametrize("contact, more, said", [
+    ("coefficient = 30", '[rollers]\nmodel = "locked"', "[rollers] model"),
+    ("coefficient = -1", "", "[contact] coefficient"),
+    ("", "", "[contact] coefficient"),
+    ('law = "regularised"\nfriction = 0.5', "", "[contact] speed"),
+    ("coefficient = 30\nload = 3", "", "[contact] load"),
+    ('law = "coulomb"\nfriction = 0.4\nloads = "dynamic"', "", "[contact] loads"),
+    (
+        'law = "coulomb"\nfriction = 0.4',
+        '[rollers]\nmodel = "massless"\n[bearings]\nroller_coulomb = 1e-3\nroller_viscous = 1e-5',
+        "roller_viscous",
+    ),
+])  # fmt: skip
 def test_what_makes_no_sense_is_named(written, contact, more, said):
     with pytest.raises(SceneError) as caught:
         load_scene(written(contact, more))
@@ -85,28 +82,22 @@ def test_a_law_of_a_switch_has_no_part(written):
     assert [(lint.table, lint.key) for lint in lints(scene)] == [("switching", "law")]
 
 
-@pytest.mark.parametrize(
-    "contact, key",
-    [
-        ('law = "coulomb"\nfriction = 5', "friction"),
-        ('law = "regularised"\nfriction = 0.5\nspeed = 1e-7', "speed"),
-        ('law = "coulomb"\nfriction = 0.5\nload = 70', "load"),
-        ('law = "coulomb"\nfriction = 0.5\nload = 7', None),
-    ],
-)
+@pytest.mark.parametrize("contact, key", [
+    ('law = "coulomb"\nfriction = 5', "friction"),
+    ('law = "regularised"\nfriction = 0.5\nspeed = 1e-7', "speed"),
+    ('law = "coulomb"\nfriction = 0.5\nload = 70', "load"),
+    ('law = "coulomb"\nfriction = 0.5\nload = 7', None),
+])  # fmt: skip
 def test_numbers_that_no_ground_has_are_named(written, contact, key):
     found = [lint.key for lint in lints(load_scene(written(contact))) if lint.table == "contact"]
     assert found == ([] if key is None else [key])
 
 
-@pytest.mark.parametrize(
-    "name, modes",
-    [
-        ("wheel-spin", {(1, 1, 1), (0, 1, 0)}),
-        ("ramp-lets-go", {(1, 1, 1), (1, 0, 0)}),
-        ("hard-stop", {(0, 1, 0, 0), (0, 1, 0, 1), (1, 1, 1, 1)}),
-    ],
-)
+@pytest.mark.parametrize("name, modes", [
+    ("wheel-spin", {(1, 1, 1), (0, 1, 0)}),
+    ("ramp-lets-go", {(1, 1, 1), (1, 0, 0)}),
+    ("hard-stop", {(0, 1, 0, 0), (0, 1, 0, 1), (1, 1, 1, 1)}),
+])  # fmt: skip
 def test_shipped_scenes_do_what_they_say(name, modes, tmp_path, capsys):
     """Wheels spin and grip again; two let go on the ramp for good; one leaves the ground. Pictures are drawn."""
     path = Path(__file__).parents[2] / "scenes" / f"{name}.toml"

@@ -69,13 +69,10 @@ def test_the_error_estimate_is_that_of_twice_the_step():
     assert 0.2 * error < run.stats["error_estimate"] < 20 * error
 
 
-@pytest.mark.parametrize(
-    "options, field",
-    [
-        ({"accuracy": 1e-9}, "accuracy"),  # of so many steps there would be no end
-        ({"switching": "smooth", "effects": [BEARINGS["axles"]]}, "switching"),
-    ],
-)
+@pytest.mark.parametrize("options, field", [
+    ({"accuracy": 1e-9}, "accuracy"),  # of so many steps there would be no end
+    ({"switching": "smooth", "effects": [BEARINGS["axles"]]}, "switching"),
+])  # fmt: skip
 def test_what_it_does_not_run_is_refused(options, field):
     given = {"accuracy": 1e-3, "effects": [GROUNDS["coulomb"]]} | options
     with pytest.raises(InvalidValueError, match="engine='compiled'") as refused:

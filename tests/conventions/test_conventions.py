@@ -117,17 +117,14 @@ def test_wpilibs_places_may_be_a_rectangle():
     assert_same(drive.matrix, wpilib_matrix(drive.places()))
 
 
-@pytest.mark.parametrize(
-    "make, vehicle, field",
-    [
-        (ros.RosOmniDrive.of, vehicle_of([0.0, 2.0, 4.0]), "wheel_angles"),
-        (ros.RosOmniDrive.of, vehicle_of([0.0, math.pi]), "wheels"),
-        (ros.RosOmniDrive.of, vehicle_of([0.0, 2.09, 4.19]), "wheel_angles"),
-        (ros.RosOmniDrive.of, vehicle_of(CORNERS, wheel_places=RECTANGLE), "wheel_places"),
-        (wpilib.WpilibDrive.of, omniroll.Vehicle.paper(), "wheels"),
-        (wpilib.WpilibDrive.of, omniroll.Vehicle.paper(4), "wheel_angles"),
-    ],
-)
+@pytest.mark.parametrize("make, vehicle, field", [
+    (ros.RosOmniDrive.of, vehicle_of([0.0, 2.0, 4.0]), "wheel_angles"),
+    (ros.RosOmniDrive.of, vehicle_of([0.0, math.pi]), "wheels"),
+    (ros.RosOmniDrive.of, vehicle_of([0.0, 2.09, 4.19]), "wheel_angles"),
+    (ros.RosOmniDrive.of, vehicle_of(CORNERS, wheel_places=RECTANGLE), "wheel_places"),
+    (wpilib.WpilibDrive.of, omniroll.Vehicle.paper(), "wheels"),
+    (wpilib.WpilibDrive.of, omniroll.Vehicle.paper(4), "wheel_angles"),
+])  # fmt: skip
 def test_what_the_others_do_not_know_is_refused(make, vehicle, field):
     with pytest.raises(omniroll.InvalidValueError) as refused:
         make(vehicle)

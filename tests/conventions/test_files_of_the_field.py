@@ -97,16 +97,13 @@ def test_every_kind_is_read_as_the_clean_one(tmp_path, kind):
     assert (log.commands["twist"] == np.array(TWISTS)).all()
 
 
-@pytest.mark.parametrize(
-    "kind, words",
-    [
-        ("repeated times", "60 rows have the time of the next row, which holds"),
-        ("since 1970", "times since 1970 count from the first row, 2024-11-28 16:00:00 UTC"),
-        ("ms unsaid", "times are taken for ms: the first two are 0, 20"),
-        ("decimal commas", "decimal commas"),
-        ("lines before", "3 lines before the names"),
-    ],
-)
+@pytest.mark.parametrize("kind, words", [
+    ("repeated times", "60 rows have the time of the next row, which holds"),
+    ("since 1970", "times since 1970 count from the first row, 2024-11-28 16:00:00 UTC"),
+    ("ms unsaid", "times are taken for ms: the first two are 0, 20"),
+    ("decimal commas", "decimal commas"),
+    ("lines before", "3 lines before the names"),
+])  # fmt: skip
 def test_what_was_recognised_is_said(tmp_path, kind, words):
     assert any(words in said for said in read(tmp_path, FILES[kind]).said)
     assert read(tmp_path, FILES["clean"]).said == ()

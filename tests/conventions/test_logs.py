@@ -29,14 +29,11 @@ def scene(tmp_path, log, text=SCENE):
     return omniroll.load_scene(tmp_path / "scene.toml")
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        "time,vx,vy,wz",
-        "stamp,other,linear.x,linear.y,angular.z",
-        "t,/a/twist.linear.x,/a/twist.linear.y,/a/twist.angular.z",
-    ],
-)
+@pytest.mark.parametrize("names", [
+    "time,vx,vy,wz",
+    "stamp,other,linear.x,linear.y,angular.z",
+    "t,/a/twist.linear.x,/a/twist.linear.y,/a/twist.angular.z",
+])  # fmt: skip
 def test_twists_by_their_usual_names(tmp_path, names):
     extra = ["5"] if "other" in names else []
     (tmp_path / "log.csv").write_text(f"{names}\n" + ",".join(["0", *extra, "1", "2", "3"]) + "\n")
@@ -44,19 +41,16 @@ def test_twists_by_their_usual_names(tmp_path, names):
     assert log.times.tolist() == [0] and log.commands["twist"].tolist() == [[1, 2, 3]]
 
 
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        ("", "must have a line of names"),
-        ("t,torque_1,torque_3\n0,1,2\n", "must have commands"),
-        ("torque_1\n0\n", "must have a column t, time"),
-        ("t,vx,vy,wz\n", "must have a line of names and lines of numbers"),
-        ("t,vx,vy,wz\n1,1,2,3\n0,1,2,3\n", "3: t = 0.0: must come after 1.0"),
-        ("t,vx,vy,wz\n0,1,2\n", "2: 3: numbers; the line of names has 4"),
-        ("t,vx,vy,wz\n0,1,2,3\n1,1,2,x\n", "3: wz = 'x': must be a number"),
-        ("t,vx,vy,wz\n0,1,2,nan\n", "2: wz = nan: must be finite"),
-    ],
-)
+@pytest.mark.parametrize("text, words", [
+    ("", "must have a line of names"),
+    ("t,torque_1,torque_3\n0,1,2\n", "must have commands"),
+    ("torque_1\n0\n", "must have a column t, time"),
+    ("t,vx,vy,wz\n", "must have a line of names and lines of numbers"),
+    ("t,vx,vy,wz\n1,1,2,3\n0,1,2,3\n", "3: t = 0.0: must come after 1.0"),
+    ("t,vx,vy,wz\n0,1,2\n", "2: 3: numbers; the line of names has 4"),
+    ("t,vx,vy,wz\n0,1,2,3\n1,1,2,x\n", "3: wz = 'x': must be a number"),
+    ("t,vx,vy,wz\n0,1,2,nan\n", "2: wz = nan: must be finite"),
+])  # fmt: skip
 def test_what_is_no_log(tmp_path, text, words):
     (tmp_path / "log.csv").write_text(text)
     with pytest.raises(omniroll.InvalidValueError, match=words):
@@ -106,21 +100,18 @@ def test_a_run_s_own_samples_can_be_replayed(tmp_path):
     assert again.pose[-1] == pytest.approx(run.pose[-1], abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    "log, text, words",
-    [
-        (TORQUES, SCENE + "torque = 1.0\n", "torque = 1.0: cannot stand beside log"),
-        (TORQUES, SCENE + "torque_constant = 0.02\nresistance = 1.0\n", "must have columns voltage_1"),
-        ("t,vx,vy,wz\n0,1,2,3\n", SCENE, "belongs to \\[controller\\]"),
-        (TORQUES, TRACKED, "must have columns vx, vy, wz, or wheel_rate_1"),
-        (TORQUES, SCENE.replace("log.csv", "other.csv"), "No such file"),
-        (TORQUES, SCENE.replace("log.csv", "../log.csv"), "own folder"),
-        (TORQUES, SCENE.replace("log.csv", "/etc/passwd"), "own folder"),
-        (TORQUES, SCENE.replace("log.csv", "."), "own folder"),
-        (TORQUES.replace("torque_3", "x"), SCENE, "3 columns, one for each wheel"),
-        ("nothing", SCENE, "must have a line of names"),
-    ],
-)
+@pytest.mark.parametrize("log, text, words", [
+    (TORQUES, SCENE + "torque = 1.0\n", "torque = 1.0: cannot stand beside log"),
+    (TORQUES, SCENE + "torque_constant = 0.02\nresistance = 1.0\n", "must have columns voltage_1"),
+    ("t,vx,vy,wz\n0,1,2,3\n", SCENE, "belongs to \\[controller\\]"),
+    (TORQUES, TRACKED, "must have columns vx, vy, wz, or wheel_rate_1"),
+    (TORQUES, SCENE.replace("log.csv", "other.csv"), "No such file"),
+    (TORQUES, SCENE.replace("log.csv", "../log.csv"), "own folder"),
+    (TORQUES, SCENE.replace("log.csv", "/etc/passwd"), "own folder"),
+    (TORQUES, SCENE.replace("log.csv", "."), "own folder"),
+    (TORQUES.replace("torque_3", "x"), SCENE, "3 columns, one for each wheel"),
+    ("nothing", SCENE, "must have a line of names"),
+])  # fmt: skip
 def test_what_a_scene_cannot_replay(tmp_path, log, text, words):
     with pytest.raises(omniroll.SceneError, match=words):
         scene(tmp_path, log, text)

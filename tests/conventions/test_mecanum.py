@@ -82,15 +82,12 @@ def test_wpilib_both_ways(order, turned):
     assert np.abs(back.matrix - drive.matrix).max() <= EXACT and back.order == (0, 1, 2, 3)
 
 
-@pytest.mark.parametrize(
-    "vehicle, words",
-    [
-        (vehicle_of(hands=(-1, 1, 1, -1)), "roller_angle.* an O of the rollers .* exchange the left wheels"),
-        (vehicle_of(hands=(1, 1, -1, 1)), "roller_angle.* must be 45 degrees, positive at front left"),
-        (omniroll.Vehicle.paper(4), "wheel_places|wheel_angles"),
-        (omniroll.Vehicle.paper(), "wheels = 3"),
-    ],
-)
+@pytest.mark.parametrize("vehicle, words", [
+    (vehicle_of(hands=(-1, 1, 1, -1)), "roller_angle.* an O of the rollers .* exchange the left wheels"),
+    (vehicle_of(hands=(1, 1, -1, 1)), "roller_angle.* must be 45 degrees, positive at front left"),
+    (omniroll.Vehicle.paper(4), "wheel_places|wheel_angles"),
+    (omniroll.Vehicle.paper(), "wheels = 3"),
+])  # fmt: skip
 def test_what_ros_does_not_know(vehicle, words):
     with pytest.raises(omniroll.InvalidValueError, match=words):
         mecanum.RosMecanumDrive.of(vehicle)

@@ -69,15 +69,12 @@ def test_mathematics_is_set(opened):
     assert page.locator("mjx-merror").count() == 0 and "$`" not in page.inner_text("article")
 
 
-@pytest.mark.parametrize(
-    "words, first, line",
-    [
-        ("energy ledger", "", "ledger"),
-        ("tracking wheels", "What instruments on the robot read", "wheel"),
-        ("fit", "How to fit a model to what a robot has recorded", "fit"),
-        ("motor", "A motor and a controller", "motor"),
-    ],
-)
+@pytest.mark.parametrize("words, first, line", [
+    ("energy ledger", "", "ledger"),
+    ("tracking wheels", "What instruments on the robot read", "wheel"),
+    ("fit", "How to fit a model to what a robot has recorded", "fit"),
+    ("motor", "A motor and a controller", "motor"),
+])  # fmt: skip
 def test_the_search_shows_lines_and_the_page_of_the_subject_first(opened, words, first, line):
     page = opened("search")
     page.goto((SITE / "search.html").as_uri() + f"?q={words.replace(' ', '+')}")

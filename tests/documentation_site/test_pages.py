@@ -81,16 +81,13 @@ def test_a_link_that_leads_nowhere_is_an_error():
         assemble.with_links("[here](gone.md)", "docs/x.md", "x.md", set())
 
 
-@pytest.mark.parametrize(
-    "text, wanted",
-    [
-        ("[a](theory.md#9-the-switch)", "[a](../theory.md#9-the-switch)"),
-        ("[a](../generated/symbols.md)", "[a](../symbols.md)"),
-        ("[a](../maxima/derive.mac)", "[a](path:/files/maxima/derive.mac)"),
-        ("[a](../maxima)", "a"),
-        ("`[a](gone.md)` and\n```toml\n[a](gone.md)\n```\n", "`[a](gone.md)` and\n```toml\n[a](gone.md)\n```\n"),
-    ],
-)
+@pytest.mark.parametrize("text, wanted", [
+    ("[a](theory.md#9-the-switch)", "[a](../theory.md#9-the-switch)"),
+    ("[a](../generated/symbols.md)", "[a](../symbols.md)"),
+    ("[a](../maxima/derive.mac)", "[a](path:/files/maxima/derive.mac)"),
+    ("[a](../maxima)", "a"),
+    ("`[a](gone.md)` and\n```toml\n[a](gone.md)\n```\n", "`[a](gone.md)` and\n```toml\n[a](gone.md)\n```\n"),
+])  # fmt: skip
 def test_links_hold_on_the_site(text, wanted):
     assert assemble.with_links(text, "docs/x.md", "deeper/x.md", set()) == wanted
 

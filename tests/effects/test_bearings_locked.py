@@ -44,15 +44,12 @@ def test_a_scene_locks_axles(tmp_path):
     assert scene.options["effects"][0].wheel_locked is True
 
 
-@pytest.mark.parametrize(
-    ("given", "bound"),
-    [
-        ({"wheel_locked": (True, 2)}, "true or false"),
-        ({"wheel_locked": "yes"}, "true or false"),
-        ({"wheel_locked": True, "wheel_coulomb": 1.0, "wheel_speed": 1.0}, "nothing rests"),
-        ({"wheel_locked": False}, "at least one coefficient"),
-    ],
-)
+@pytest.mark.parametrize(("given", "bound"), [
+    ({"wheel_locked": (True, 2)}, "true or false"),
+    ({"wheel_locked": "yes"}, "true or false"),
+    ({"wheel_locked": True, "wheel_coulomb": 1.0, "wheel_speed": 1.0}, "nothing rests"),
+    ({"wheel_locked": False}, "at least one coefficient"),
+])  # fmt: skip
 def test_what_cannot_be_locked_is_refused(given, bound):
     with pytest.raises(InvalidValueError, match=bound):
         Bearings(**given)

@@ -46,74 +46,68 @@ EXAMPLES = (
 )
 
 
-@pytest.mark.parametrize(
-    "field, make",
-    [
-        ("torque", lambda: Torque(np.nan)),
-        ("torque", lambda: Torque("fast")),
-        ("torque", lambda: Torque([[1.0, 2.0, 3.0]])),
-        ("times", lambda: TorqueTable([1.0, 1.0], [[0, 0, 0], [0, 0, 0]])),
-        ("times", lambda: TorqueTable([], [])),
-        ("torque", lambda: TorqueTable([0.0, 1.0], [[0, 0, 0]])),
-        ("interpolation", lambda: TorqueTable([0.0, 1.0], [[0, 0, 0]] * 2, interpolation="cubic")),
-        ("torque_constant", lambda: Motor(**MOTOR | {"torque_constant": 0})),
-        ("resistance", lambda: Motor(**MOTOR | {"resistance": -1})),
-        ("gear_ratio", lambda: Motor(**MOTOR, gear_ratio=0)),
-        ("back_emf", lambda: Motor(**MOTOR, back_emf=-1)),
-        ("current_limit", lambda: Motor(**MOTOR, current_limit=0)),
-        ("rotor_inertia", lambda: Motor(**MOTOR, rotor_inertia=-1e-6)),
-        ("voltage", lambda: Motor(**MOTOR, times=[0, 1])),
-        ("target", lambda: Controller((1, 0), 0.1, 0.01)),
-        ("target", lambda: Controller([(1, 0), (2, 0)], 0.1, 0.01, times=(0, 1))),
-        ("proportional", lambda: Controller((1, 0, 0), -0.1, 0.01)),
-        ("sample_time", lambda: Controller((1, 0, 0), 0.1, 0)),
-        ("output", lambda: Controller((1, 0, 0), 0.1, 0.01, output="current")),
-        ("limit", lambda: Controller((1, 0, 0), 0.1, 0.01, limit=-1)),
-        ("function", lambda: FunctionController("nobody", 0.1)),
-        ("function", lambda: FunctionController("", 0.1)),
-        ("function", lambda: FunctionController(3, 0.1)),
-        ("sample_time", lambda: FunctionController(nothing, 0)),
-        ("output", lambda: FunctionController(nothing, 0.1, "current")),
-        ("name", lambda: register_controller("")),
-        ("name", lambda: register_controller("tests: nothing")(lambda time, state: 1.0)),
-        ("wheel_viscous", lambda: Bearings()),
-        ("wheel_viscous", lambda: Bearings(wheel_viscous=-1)),
-        ("wheel_speed", lambda: Bearings(wheel_speed=1)),
-        ("roller_speed", lambda: Bearings(wheel_viscous=1, roller_speed=1)),
-        ("roller_speed", lambda: Bearings(roller_coulomb=1, roller_speed=0)),
-        ("angle", lambda: Slope(np.pi / 2)),
-        ("angle", lambda: Slope(-0.1)),
-        ("gravity", lambda: Slope(0.1, gravity=-9.8)),
-        ("direction", lambda: Slope(0.1, direction=np.inf)),
-    ],
-)
+@pytest.mark.parametrize("field, make", [
+    ("torque", lambda: Torque(np.nan)),
+    ("torque", lambda: Torque("fast")),
+    ("torque", lambda: Torque([[1.0, 2.0, 3.0]])),
+    ("times", lambda: TorqueTable([1.0, 1.0], [[0, 0, 0], [0, 0, 0]])),
+    ("times", lambda: TorqueTable([], [])),
+    ("torque", lambda: TorqueTable([0.0, 1.0], [[0, 0, 0]])),
+    ("interpolation", lambda: TorqueTable([0.0, 1.0], [[0, 0, 0]] * 2, interpolation="cubic")),
+    ("torque_constant", lambda: Motor(**MOTOR | {"torque_constant": 0})),
+    ("resistance", lambda: Motor(**MOTOR | {"resistance": -1})),
+    ("gear_ratio", lambda: Motor(**MOTOR, gear_ratio=0)),
+    ("back_emf", lambda: Motor(**MOTOR, back_emf=-1)),
+    ("current_limit", lambda: Motor(**MOTOR, current_limit=0)),
+    ("rotor_inertia", lambda: Motor(**MOTOR, rotor_inertia=-1e-6)),
+    ("voltage", lambda: Motor(**MOTOR, times=[0, 1])),
+    ("target", lambda: Controller((1, 0), 0.1, 0.01)),
+    ("target", lambda: Controller([(1, 0), (2, 0)], 0.1, 0.01, times=(0, 1))),
+    ("proportional", lambda: Controller((1, 0, 0), -0.1, 0.01)),
+    ("sample_time", lambda: Controller((1, 0, 0), 0.1, 0)),
+    ("output", lambda: Controller((1, 0, 0), 0.1, 0.01, output="current")),
+    ("limit", lambda: Controller((1, 0, 0), 0.1, 0.01, limit=-1)),
+    ("function", lambda: FunctionController("nobody", 0.1)),
+    ("function", lambda: FunctionController("", 0.1)),
+    ("function", lambda: FunctionController(3, 0.1)),
+    ("sample_time", lambda: FunctionController(nothing, 0)),
+    ("output", lambda: FunctionController(nothing, 0.1, "current")),
+    ("name", lambda: register_controller("")),
+    ("name", lambda: register_controller("tests: nothing")(lambda time, state: 1.0)),
+    ("wheel_viscous", lambda: Bearings()),
+    ("wheel_viscous", lambda: Bearings(wheel_viscous=-1)),
+    ("wheel_speed", lambda: Bearings(wheel_speed=1)),
+    ("roller_speed", lambda: Bearings(wheel_viscous=1, roller_speed=1)),
+    ("roller_speed", lambda: Bearings(roller_coulomb=1, roller_speed=0)),
+    ("angle", lambda: Slope(np.pi / 2)),
+    ("angle", lambda: Slope(-0.1)),
+    ("gravity", lambda: Slope(0.1, gravity=-9.8)),
+    ("direction", lambda: Slope(0.1, direction=np.inf)),
+])  # fmt: skip
 def test_wrong_numbers_are_refused(field, make):
     with pytest.raises(InvalidValueError) as refused:
         make()
     assert refused.value.field == field
 
 
-@pytest.mark.parametrize(
-    "field, effects",
-    [
-        ("torque", [Torque((1.0, 2.0))]),
-        ("torque", [TorqueTable([0.0], [[1.0, 2.0]])]),
-        ("voltage", [Motor(**MOTOR | {"voltage": (1.0, 2.0)})]),
-        ("voltage", [Motor(**MOTOR | {"voltage": [(1.0, 2.0)]}, times=[0.0])]),
-        ("proportional", [Controller((1, 0, 0), (0.1, 0.2), 0.01)]),
-        ("roller_viscous", [Bearings(roller_viscous=(1e-3, 1e-3))]),
-        ("output", [Controller((1, 0, 0), 0.1, 0.01, output="voltage")]),
-        ("output", [FunctionController(nothing, 0.1, "voltage")]),
-        ("function", [FunctionController(lambda time, state: (0.0, 1.0), 0.1)]),
-        ("function", [FunctionController(lambda time, state: np.nan, 0.1)]),
-        ("function", [FunctionController(lambda time, state: None, 0.1)]),
-        ("effects", [Slope(0.1), Slope(0.2)]),
-        ("effects", [Bearings(wheel_viscous=1), Bearings(wheel_viscous=1)]),
-        ("effects", ["slope"]),
-        ("effects", Slope(0.1)),
-        ("effects", None),
-    ],
-)
+@pytest.mark.parametrize("field, effects", [
+    ("torque", [Torque((1.0, 2.0))]),
+    ("torque", [TorqueTable([0.0], [[1.0, 2.0]])]),
+    ("voltage", [Motor(**MOTOR | {"voltage": (1.0, 2.0)})]),
+    ("voltage", [Motor(**MOTOR | {"voltage": [(1.0, 2.0)]}, times=[0.0])]),
+    ("proportional", [Controller((1, 0, 0), (0.1, 0.2), 0.01)]),
+    ("roller_viscous", [Bearings(roller_viscous=(1e-3, 1e-3))]),
+    ("output", [Controller((1, 0, 0), 0.1, 0.01, output="voltage")]),
+    ("output", [FunctionController(nothing, 0.1, "voltage")]),
+    ("function", [FunctionController(lambda time, state: (0.0, 1.0), 0.1)]),
+    ("function", [FunctionController(lambda time, state: np.nan, 0.1)]),
+    ("function", [FunctionController(lambda time, state: None, 0.1)]),
+    ("effects", [Slope(0.1), Slope(0.2)]),
+    ("effects", [Bearings(wheel_viscous=1), Bearings(wheel_viscous=1)]),
+    ("effects", ["slope"]),
+    ("effects", Slope(0.1)),
+    ("effects", None),
+])  # fmt: skip
 def test_what_does_not_fit_the_vehicle_is_refused(field, effects):
     with pytest.raises(InvalidValueError) as refused:
         simulate(PAPER, nu=(1, 0, 0), duration=1, effects=effects)
@@ -151,17 +145,14 @@ def test_without_effects_there_is_nothing_of_them():
     assert run.stats["evaluations"] % 16 == 0  # the compiled engine
 
 
-@pytest.mark.parametrize(
-    "effects, names, added",
-    [
-        ([Torque(0.01)], ("drive",), 1),
-        ([Motor(**MOTOR)], ("drive", "motor"), 1),
-        ([Slope(0.1)], ("slope",), 0),
-        ([Bearings(wheel_viscous=1e-3)], ("axle_viscous",), 1),
-        ([Bearings(roller_viscous=1e-6)], ("roller_viscous",), 6 + 3 + 1),
-        ([Bearings(roller_coulomb=1e-6, roller_speed=1)], ("roller_coulomb",), 12 + 1),
-    ],
-)
+@pytest.mark.parametrize("effects, names, added", [
+    ([Torque(0.01)], ("drive",), 1),
+    ([Motor(**MOTOR)], ("drive", "motor"), 1),
+    ([Slope(0.1)], ("slope",), 0),
+    ([Bearings(wheel_viscous=1e-3)], ("axle_viscous",), 1),
+    ([Bearings(roller_viscous=1e-6)], ("roller_viscous",), 6 + 3 + 1),
+    ([Bearings(roller_coulomb=1e-6, roller_speed=1)], ("roller_coulomb",), 12 + 1),
+])  # fmt: skip
 def test_only_what_is_called_for_is_in_the_kernel_and_in_the_state(effects, names, added):
     run = simulate(PAPER, nu=(1, 0, 1), duration=0.2, effects=effects, control=False)
     assert run.effects.kernel(PAPER, "free", "python").effects == names

@@ -125,16 +125,13 @@ def test_growth_is_that_of_the_errors():
         omniroll.simulate(VEHICLE, duration=0, effects=[omniroll.PathFollower(times, poses, 0.1, 8.0)], **AT_REST)
 
 
-@pytest.mark.parametrize(
-    "change, field",
-    [
-        ({"poses": [[0, 0], [1, 0]]}, "poses"),
-        ({"times": [1.0, 0.0]}, "times"),
-        ({"bandwidth": 0.0}, "bandwidth"),
-        ({"output": "voltage"}, "output"),
-        ({"poses": [[0, 0, 0]]}, "poses"),
-    ],
-)
+@pytest.mark.parametrize("change, field", [
+    ({"poses": [[0, 0], [1, 0]]}, "poses"),
+    ({"times": [1.0, 0.0]}, "times"),
+    ({"bandwidth": 0.0}, "bandwidth"),
+    ({"output": "voltage"}, "output"),
+    ({"poses": [[0, 0, 0]]}, "poses"),
+])  # fmt: skip
 def test_wrong_numbers_are_refused(change, field):
     given = {"times": [0.0, 1.0], "poses": [[0, 0, 0], [1, 0, 0]], "sample_time": 0.01, "bandwidth": 5.0} | change
     with pytest.raises(omniroll.InvalidValueError) as raised:

@@ -46,15 +46,11 @@ def applied(rolling):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "roller_model, law, rolling",
-    [
-        ("locked", "impact", ROLLING),
-        ("free", "smooth", ROLLING | {"roller_coulomb": None, "roller_speed": None}),
-        ("free", "impact", ROLLING),
-    ],
-    ids=["locked", "free, viscous", "free, Coulomb"],
-)
+@pytest.mark.parametrize("roller_model, law, rolling", [
+    ("locked", "impact", ROLLING),
+    ("free", "smooth", ROLLING | {"roller_coulomb": None, "roller_speed": None}),
+    ("free", "impact", ROLLING),
+], ids=["locked", "free, viscous", "free, Coulomb"])  # fmt: skip
 @working_precision
 def test_every_effect_at_once(roller_model, law, rolling):
     spins = np.full((WHEELS, ROLLERS - 1), 0.4) if roller_model == "free" else None

@@ -170,19 +170,16 @@ def test_modes_are_the_signs_of_the_rates_and_files_keep_them(tmp_path, ground):
         assert (Trajectory.load(tmp_path / f"run{ending}").modes == run.modes).all()
 
 
-@pytest.mark.parametrize(
-    ("field", "make"),
-    [
-        ("wheel_break_away", lambda: Bearings(wheel_break_away=1.0)),
-        ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_speed=0.1, wheel_break_away=1.0)),
-        ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_break_away=-1.0)),
-        ("wheel_speed", lambda: Bearings(wheel_viscous=1.0, wheel_speed=0.1)),
-        (
-            "wheel_break_away",
-            lambda: simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[Bearings(wheel_coulomb=2, wheel_break_away=1)]),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("field", "make"), [
+    ("wheel_break_away", lambda: Bearings(wheel_break_away=1.0)),
+    ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_speed=0.1, wheel_break_away=1.0)),
+    ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_break_away=-1.0)),
+    ("wheel_speed", lambda: Bearings(wheel_viscous=1.0, wheel_speed=0.1)),
+    (
+        "wheel_break_away",
+        lambda: simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[Bearings(wheel_coulomb=2, wheel_break_away=1)]),
+    ),
+])  # fmt: skip
 def test_what_does_not_fit_is_refused(field, make):
     with pytest.raises(InvalidValueError) as refused:
         make()

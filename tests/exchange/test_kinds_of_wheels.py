@@ -140,16 +140,13 @@ def test_an_x_is_assumed_of_wheels_of_one_body(read):
     assert own.vehicle.roller_angle == (0.7, 0.7, -0.7, -0.7)
 
 
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        (urdf(offset=0.006, rollers=9), "stand neither in one row nor in two, by turns"),
-        (
-            urdf(slant=0.7).replace('<axis xyz="0.644', '<axis xyz="-0.644', 1),
-            "make -40.11 to 40.11 degrees with its plane",
-        ),
-    ],
-)
+@pytest.mark.parametrize("text, words", [
+    (urdf(offset=0.006, rollers=9), "stand neither in one row nor in two, by turns"),
+    (
+        urdf(slant=0.7).replace('<axis xyz="0.644', '<axis xyz="-0.644', 1),
+        "make -40.11 to 40.11 degrees with its plane",
+    ),
+])  # fmt: skip
 def test_what_is_refused(read, text, words):
     with pytest.raises(InvalidValueError, match=words):
         read(text)

@@ -31,16 +31,13 @@ def done(effects, engine, **changes):
     return made(task, 1e-9)
 
 
-@pytest.mark.parametrize(
-    "effects, engine, term",
-    [
-        ([ROLLERS], "compiled", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
-        ([ROLLERS], "python", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
-        ([WHEELS], "python", "wheel_viscous = 1000000000000.0"),
-        ([MOTOR], "python", "Motor"),
-        ([ROLLERS_OF_TWO], "python", "roller_viscous = 1000.0"),
-    ],
-)
+@pytest.mark.parametrize("effects, engine, term", [
+    ([ROLLERS], "compiled", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
+    ([ROLLERS], "python", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
+    ([WHEELS], "python", "wheel_viscous = 1000000000000.0"),
+    ([MOTOR], "python", "Motor"),
+    ([ROLLERS_OF_TWO], "python", "roller_viscous = 1000.0"),
+])  # fmt: skip
 def test_steps_that_collapse_are_stopped_and_the_term_is_named(effects, engine, term):
     run = done(effects, engine)
     assert not run.done and run.stats()["steps"] < 1000

@@ -31,17 +31,14 @@ def task(**options):
     return checked_task(PAPER, **{"nu": (1, 0.2, 1), "duration": 6, "accuracy": 1e-8} | options)
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"duration": 60},
-        {"duration": 60, "roller_model": "locked"},
-        {"duration": 60, "effects": ROLLING},
-        {"engine": "python"},
-        {"engine": "python", "effects": DRIVEN},
-        {"engine": "python", "effects": SLIPPING, "accuracy": 1e-2},
-    ],
-)
+@pytest.mark.parametrize("options", [
+    {"duration": 60},
+    {"duration": 60, "roller_model": "locked"},
+    {"duration": 60, "effects": ROLLING},
+    {"engine": "python"},
+    {"engine": "python", "effects": DRIVEN},
+    {"engine": "python", "effects": SLIPPING, "accuracy": 1e-2},
+])  # fmt: skip
 def test_parts_that_memory_forgets_join_to_the_motion(options):
     asked, parts = task(**options), []
     whole = made(asked, asked.accuracy)

@@ -77,17 +77,14 @@ def test_it_drives_as_the_python_engine_does(model, law, case):
         np.testing.assert_allclose(vehicle.spins(), run.spins[-1], rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    "model, case",
-    [
-        ("massless", "motor"),
-        ("locked", "alone"),
-        ("free", "alone"),
-        ("free", "viscous"),
-        ("free", "Coulomb"),
-        ("free", "motor, slope, viscous"),
-    ],
-)
+@pytest.mark.parametrize("model, case", [
+    ("massless", "motor"),
+    ("locked", "alone"),
+    ("free", "alone"),
+    ("free", "viscous"),
+    ("free", "Coulomb"),
+    ("free", "motor, slope, viscous"),
+])  # fmt: skip
 def test_the_order_is_four(model, case):
     """Mean order over the last halvings of h whose errors are above rounding; a joint cuts a step wherever it lies, so
     that one halving alone may say less."""

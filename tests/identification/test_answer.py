@@ -237,16 +237,13 @@ def test_the_command(scene, columns, tmp_path, capsys):
     assert "drive.csv:1: compass: no such reading" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "free, words",
-    [
-        (["weight"], "no such number"),
-        (["mass", "mass"], "once"),
-        ("mass", "sequence"),
-        (["chi[3]"], "3 numbers"),
-        ([omniroll.Number("mass", start=3, most=2)], "must lie between"),
-    ],
-)
+@pytest.mark.parametrize("free, words", [
+    (["weight"], "no such number"),
+    (["mass", "mass"], "once"),
+    ("mass", "sequence"),
+    (["chi[3]"], "3 numbers"),
+    ([omniroll.Number("mass", start=3, most=2)], "must lie between"),
+])  # fmt: skip
 def test_numbers_that_cannot_be(scene, columns, free, words):
     with pytest.raises(omniroll.InvalidValueError, match=words):
         omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns), free)

@@ -14,19 +14,16 @@ def said(*known):
     return [in_words(row, NAMES, SIZES) for row in vague_directions(jacobian)]
 
 
-@pytest.mark.parametrize(
-    "known, words",
-    [
-        ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], []),
-        ([[1, 0, 0], [0, 0, 1]], ["wheel_inertia: not determined"]),
-        ([[1, 0, 0], [0, 1, -1]], ["wheel_inertia and roller_viscous only as their ratio"]),
-        ([[1, 0, 0], [0, 1, 1]], ["wheel_inertia and roller_viscous only as their product"]),
-        ([[1, -1, 0], [0, 1, -1]], ["mass, wheel_inertia and roller_viscous only as their ratios"]),
-        # 2 m + 500 (1000 J): with the sizes 4 a + 0.5 b in relative changes a of m and b of J
-        ([[4, 0.5, 0], [0, 0, 1]], ["mass and wheel_inertia only as mass + 250 wheel_inertia"]),
-        ([[4, -0.5, 0], [0, 0, 1]], ["mass and wheel_inertia only as mass - 250 wheel_inertia"]),
-    ],
-)
+@pytest.mark.parametrize("known, words", [
+    ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], []),
+    ([[1, 0, 0], [0, 0, 1]], ["wheel_inertia: not determined"]),
+    ([[1, 0, 0], [0, 1, -1]], ["wheel_inertia and roller_viscous only as their ratio"]),
+    ([[1, 0, 0], [0, 1, 1]], ["wheel_inertia and roller_viscous only as their product"]),
+    ([[1, -1, 0], [0, 1, -1]], ["mass, wheel_inertia and roller_viscous only as their ratios"]),
+    # 2 m + 500 (1000 J): with the sizes 4 a + 0.5 b in relative changes a of m and b of J
+    ([[4, 0.5, 0], [0, 0, 1]], ["mass and wheel_inertia only as mass + 250 wheel_inertia"]),
+    ([[4, -0.5, 0], [0, 0, 1]], ["mass and wheel_inertia only as mass - 250 wheel_inertia"]),
+])  # fmt: skip
 def test_words(known, words):
     assert said(*known) == words
 

@@ -38,13 +38,10 @@ def test_the_motions_in_the_files_are_those_of_the_oracle(name):
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
-@pytest.mark.parametrize(
-    "name, words",
-    [
-        ("straight", {"mass and wheel_inertia only as mass +", "yaw_inertia: not determined"}),
-        ("on the spot", {"yaw_inertia and wheel_inertia only as yaw_inertia +", "mass: not determined"}),
-    ],
-)
+@pytest.mark.parametrize("name, words", [
+    ("straight", {"mass and wheel_inertia only as mass +", "yaw_inertia: not determined"}),
+    ("on the spot", {"yaw_inertia and wheel_inertia only as yaw_inertia +", "mass: not determined"}),
+])  # fmt: skip
 def test_what_a_motion_does_not_show_is_said(name, words, seed):
     fit = fit_of(name, seed)
     assert {next((w for w in words if said.startswith(w)), said) for said in fit.undetermined} == words

@@ -31,22 +31,19 @@ def test_a_file_and_arrays_are_the_same(tmp_path):
     assert (omniroll.Log.read(written(tmp_path, units)).data["gyro"] == log.data["gyro"]).all()
 
 
-@pytest.mark.parametrize(
-    "lines, line, column, words",
-    [
-        (changed(3, "0.01,1,2,3"), 3, None, "the line of names has 5"),
-        (changed(3, "0.01,1,,3,4"), 3, "wheel_rate_2", "is empty"),
-        (changed(3, "0.01,1,x,3,4"), 3, "wheel_rate_2", "must be a number"),
-        (changed(4, "0.02,1,2,3,nan"), 4, "gyro", "must be finite"),
-        (changed(3, "-0.01,1,2,3,4"), 3, "t", "must come after 0.0"),
-        ([*GOOD, "5,1,2,3,4"], 5, "t", "0.01 s are usual"),
-        (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_3,compass"), 1, "compass", "no such reading"),
-        (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_4,gyro"), 1, "wheel_rate_3", "is missing"),
-        (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_3,wheel_rate_3"), 1, "wheel_rate_3", "twice"),
-        (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_3,gyro [m]"), 1, "gyro [m]", "must be in rad/s"),
-        (GOOD[:1], None, None, "lines of numbers"),
-    ],
-)
+@pytest.mark.parametrize("lines, line, column, words", [
+    (changed(3, "0.01,1,2,3"), 3, None, "the line of names has 5"),
+    (changed(3, "0.01,1,,3,4"), 3, "wheel_rate_2", "is empty"),
+    (changed(3, "0.01,1,x,3,4"), 3, "wheel_rate_2", "must be a number"),
+    (changed(4, "0.02,1,2,3,nan"), 4, "gyro", "must be finite"),
+    (changed(3, "-0.01,1,2,3,4"), 3, "t", "must come after 0.0"),
+    ([*GOOD, "5,1,2,3,4"], 5, "t", "0.01 s are usual"),
+    (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_3,compass"), 1, "compass", "no such reading"),
+    (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_4,gyro"), 1, "wheel_rate_3", "is missing"),
+    (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_3,wheel_rate_3"), 1, "wheel_rate_3", "twice"),
+    (changed(1, "t,wheel_rate_1,wheel_rate_2,wheel_rate_3,gyro [m]"), 1, "gyro [m]", "must be in rad/s"),
+    (GOOD[:1], None, None, "lines of numbers"),
+])  # fmt: skip
 def test_a_wrong_file_is_named_by_line_and_column(tmp_path, lines, line, column, words):
     with pytest.raises(LogError, match=words) as refused:
         omniroll.Log.read(written(tmp_path, lines))
@@ -56,32 +53,26 @@ def test_a_wrong_file_is_named_by_line_and_column(tmp_path, lines, line, column,
     assert str(pickle.loads(pickle.dumps(error))) == str(error) and "\n" not in str(error)
 
 
-@pytest.mark.parametrize(
-    "data, line, column, words",
-    [
-        ({"gyro": [1, 2]}, None, "t", "is missing"),
-        ({"t": [0, 1]}, None, None, "no reading"),
-        ({"t": [0, 1], "gyro": [1, 2, 3]}, None, "gyro", "must have 2 rows"),
-        ({"t": [0, 1, 2], "gyro": [1, np.inf, 3]}, 1, "gyro", "finite"),
-        ({"t": [0, 1, 1], "gyro": [1, 2, 3]}, 2, "t", "must come after"),
-        ({"t": [0], "gyro": [1]}, None, "t", "two times"),
-    ],
-)
+@pytest.mark.parametrize("data, line, column, words", [
+    ({"gyro": [1, 2]}, None, "t", "is missing"),
+    ({"t": [0, 1]}, None, None, "no reading"),
+    ({"t": [0, 1], "gyro": [1, 2, 3]}, None, "gyro", "must have 2 rows"),
+    ({"t": [0, 1, 2], "gyro": [1, np.inf, 3]}, 1, "gyro", "finite"),
+    ({"t": [0, 1, 1], "gyro": [1, 2, 3]}, 2, "t", "must come after"),
+    ({"t": [0], "gyro": [1]}, None, "t", "two times"),
+])  # fmt: skip
 def test_wrong_arrays_are_named_by_row_and_column(data, line, column, words):
     with pytest.raises(LogError, match=words) as refused:
         omniroll.Log(data)
     assert (refused.value.line, refused.value.field) == (line, column)
 
 
-@pytest.mark.parametrize(
-    "options, field",
-    [
-        ({"noise": {"compass": 1}}, "noise"),
-        ({"noise": {"gyro": 0}}, "noise of gyro"),
-        ({"drive": "gyro"}, "drive"),
-        ({"drive": "motor_voltage"}, "drive"),
-    ],
-)
+@pytest.mark.parametrize("options, field", [
+    ({"noise": {"compass": 1}}, "noise"),
+    ({"noise": {"gyro": 0}}, "noise of gyro"),
+    ({"drive": "gyro"}, "drive"),
+    ({"drive": "motor_voltage"}, "drive"),
+])  # fmt: skip
 def test_options_that_cannot_be(options, field):
     with pytest.raises(omniroll.InvalidValueError) as refused:
         omniroll.Log({"t": [0, 1], "gyro": [1, 2]}, **options)

@@ -139,24 +139,21 @@ def test_sessions_many_runs_and_linear_models_take_them():
     np.testing.assert_allclose(model.A[:3, :3], np.transpose(slopes) / (2 * step), rtol=1e-8, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "changes, words",
-    [
-        ({"wheel_kinds": ["drive"] * 3}, "wheel_kinds = .*must be 4 names"),
-        ({"wheel_kinds": ["drive"] * 4}, "kinds = 'small': is the kind of no wheel"),
-        ({"wheel_kinds": ["drive", "big", "small", "small"]}, "wheel_kinds = 'big'"),
-        ({"kinds": {"drive": {}, "small": {"rollers_per_wheel": 12}}}, "kinds.small.rollers_per_wheel = 12.*at most"),
-        ({"kinds": {"drive": {}, "small": {"wheel_radius": -1}}}, "kinds.small.wheel_radius = -1"),
-        ({"kinds": {"drive": {}, "small": {"radius": 1}}}, "radius"),
-        ({"kinds": (1, 2)}, r"kinds = \(1, 2\): must be numbers by name"),
-        ({"kinds": {"drive": {}, "small": (1,)}}, r"kinds.small = \(1,\): must be numbers by name"),
-        (
-            {"kinds": {"drive": {}, "small": {"roller_axis_radius": 1.0}}},
-            "kinds.small.roller_axis_radius = 1.0.*above the",
-        ),
-        ({"kinds": {"drive": {}, "small": {"roller_inertia": 1.0}}}, "yaw_inertia = .*too small"),
-    ],
-)
+@pytest.mark.parametrize("changes, words", [
+    ({"wheel_kinds": ["drive"] * 3}, "wheel_kinds = .*must be 4 names"),
+    ({"wheel_kinds": ["drive"] * 4}, "kinds = 'small': is the kind of no wheel"),
+    ({"wheel_kinds": ["drive", "big", "small", "small"]}, "wheel_kinds = 'big'"),
+    ({"kinds": {"drive": {}, "small": {"rollers_per_wheel": 12}}}, "kinds.small.rollers_per_wheel = 12.*at most"),
+    ({"kinds": {"drive": {}, "small": {"wheel_radius": -1}}}, "kinds.small.wheel_radius = -1"),
+    ({"kinds": {"drive": {}, "small": {"radius": 1}}}, "radius"),
+    ({"kinds": (1, 2)}, r"kinds = \(1, 2\): must be numbers by name"),
+    ({"kinds": {"drive": {}, "small": (1,)}}, r"kinds.small = \(1,\): must be numbers by name"),
+    (
+        {"kinds": {"drive": {}, "small": {"roller_axis_radius": 1.0}}},
+        "kinds.small.roller_axis_radius = 1.0.*above the",
+    ),
+    ({"kinds": {"drive": {}, "small": {"roller_inertia": 1.0}}}, "yaw_inertia = .*too small"),
+])  # fmt: skip
 def test_bounds(changes, words):
     with pytest.raises(InvalidValueError, match=words):
         TWO.replace(**changes)

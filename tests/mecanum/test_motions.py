@@ -124,13 +124,10 @@ def test_a_session_goes_as_a_run_does():
     np.testing.assert_allclose(session.wheel_speeds, whole.kernel.wheel_speeds(whole.nu[-1], whole.chi[-1]), atol=1e-8)
 
 
-@pytest.mark.parametrize(
-    "effects, words",
-    [
-        ([omniroll.Bearings(roller_viscous=1e-5)], "roller_angle = .*rollers' bearings"),
-        ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks"),
-    ],
-)
+@pytest.mark.parametrize("effects, words", [
+    ([omniroll.Bearings(roller_viscous=1e-5)], "roller_angle = .*rollers' bearings"),
+    ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks"),
+])  # fmt: skip
 def test_what_is_not_derived_is_refused(effects, words):
     with pytest.raises(InvalidValueError, match=words):
         run(usual(), effects=effects)

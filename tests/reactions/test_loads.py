@@ -59,15 +59,12 @@ def test_loads_do_not_depend_on_the_unit_of_length(unit):
     assert loads == pytest.approx([1.5, 1, 0.5, 1], rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "places, word",
-    [
-        ([(0, 0), (1, 0)], "three wheels or more"),
-        ([(0, 0), (1, 1), (3, 3)], "one line"),
-        ([(0, 0), (1, 1e-12), (3, 0), (5, 0)], "one line"),
-        ([(1, 2), (1, 2), (1, 2)], "one line"),
-    ],
-)
+@pytest.mark.parametrize("places, word", [
+    ([(0, 0), (1, 0)], "three wheels or more"),
+    ([(0, 0), (1, 1), (3, 3)], "one line"),
+    ([(0, 0), (1, 1e-12), (3, 0), (5, 0)], "one line"),
+    ([(1, 2), (1, 2), (1, 2)], "one line"),
+])  # fmt: skip
 def test_contacts_that_cannot_stand_are_refused(places, word):
     with pytest.raises(InvalidValueError, match=word):
         refuse_collinear(np.array(places, float))

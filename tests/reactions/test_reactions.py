@@ -247,22 +247,19 @@ def test_doubts_are_stretches_of_rows():
 # Refusals
 
 
-@pytest.mark.parametrize(
-    "vehicle, options, field",
-    [
-        (omniroll.Vehicle.paper(wheels=2), {}, "wheels"),
-        (PAPER, {"height": 0}, "height"),
-        (PAPER, {"friction": -1}, "friction"),
-        (PAPER, {"gravity": 0}, "gravity"),
-        (PAPER, {"spin_inertia": 0}, "spin_inertia"),
-        (PAPER, {"spin_inertia": (1, 2)}, "spin_inertia"),
-        (PAPER, {"platform_products": 1}, "platform_products"),
-        (PAPER, {"wheel_mass": PAPER.mass / 3}, "wheel_mass"),
-        (PAPER.replace(center_of_mass=(0.01, 0)), {}, "wheel_mass"),
-        (PAPER.replace(wheel_angles=(0, 1, 2)), {}, "wheel_mass"),
-        (PAPER.replace(wheel_places=((0.1, 0), (0.2, 0), (-0.3, 0))), {}, "wheel_places"),
-    ],
-)
+@pytest.mark.parametrize("vehicle, options, field", [
+    (omniroll.Vehicle.paper(wheels=2), {}, "wheels"),
+    (PAPER, {"height": 0}, "height"),
+    (PAPER, {"friction": -1}, "friction"),
+    (PAPER, {"gravity": 0}, "gravity"),
+    (PAPER, {"spin_inertia": 0}, "spin_inertia"),
+    (PAPER, {"spin_inertia": (1, 2)}, "spin_inertia"),
+    (PAPER, {"platform_products": 1}, "platform_products"),
+    (PAPER, {"wheel_mass": PAPER.mass / 3}, "wheel_mass"),
+    (PAPER.replace(center_of_mass=(0.01, 0)), {}, "wheel_mass"),
+    (PAPER.replace(wheel_angles=(0, 1, 2)), {}, "wheel_mass"),
+    (PAPER.replace(wheel_places=((0.1, 0), (0.2, 0), (-0.3, 0))), {}, "wheel_places"),
+])  # fmt: skip
 def test_what_makes_no_sense_is_refused_by_name(vehicle, options, field):
     with pytest.raises(InvalidValueError) as caught:
         at_start(vehicle, **options)

@@ -52,36 +52,30 @@ def test_each_state_with_its_own_vehicle(model, count):
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize(
-    ("change", "field"),
-    [
-        ({"nu": np.zeros((2, 4))}, "nu"),
-        ({"nu": np.full((3, 4), np.nan)}, "nu"),
-        ({"nu": np.full((3, 4), 1e300)}, "nu"),
-        ({"nu": "fast"}, "nu"),
-        ({"chi": np.zeros((3, 5))}, "chi"),
-        ({"chi": np.full((3, 4), 0.7)}, "chi"),
-        ({"chi": np.full((3, 4), 1e200)}, "chi"),
-        ({"momenta": None}, "momenta"),
-        ({"momenta": np.zeros((3, 4))}, "momenta"),
-    ],
-)
+@pytest.mark.parametrize(("change", "field"), [
+    ({"nu": np.zeros((2, 4))}, "nu"),
+    ({"nu": np.full((3, 4), np.nan)}, "nu"),
+    ({"nu": np.full((3, 4), 1e300)}, "nu"),
+    ({"nu": "fast"}, "nu"),
+    ({"chi": np.zeros((3, 5))}, "chi"),
+    ({"chi": np.full((3, 4), 0.7)}, "chi"),
+    ({"chi": np.full((3, 4), 1e200)}, "chi"),
+    ({"momenta": None}, "momenta"),
+    ({"momenta": np.zeros((3, 4))}, "momenta"),
+])  # fmt: skip
 def test_states_that_are_refused(change, field):
     given = dict(zip(("nu", "chi", "momenta"), states(4), strict=True)) | change
     with pytest.raises(omniroll.InvalidValueError, match=f"^{field}"):
         omniroll.Batch(PAPER).accelerations(**given)
 
 
-@pytest.mark.parametrize(
-    ("vehicles", "field"),
-    [
-        ([], "vehicles"),
-        ([PAPER, "car"], "vehicles"),
-        ([PAPER, omniroll.Vehicle.paper(4)], r"vehicles\[1\]"),
-        ([PAPER, SHARP], r"vehicles\[1\]"),
-        ([dataclasses.replace(PAPER, center_of_mass=(0.01, 0))], r"vehicles\[0\]"),
-    ],
-)
+@pytest.mark.parametrize(("vehicles", "field"), [
+    ([], "vehicles"),
+    ([PAPER, "car"], "vehicles"),
+    ([PAPER, omniroll.Vehicle.paper(4)], r"vehicles\[1\]"),
+    ([PAPER, SHARP], r"vehicles\[1\]"),
+    ([dataclasses.replace(PAPER, center_of_mass=(0.01, 0))], r"vehicles\[0\]"),
+])  # fmt: skip
 def test_vehicles_that_are_refused(vehicles, field):
     with pytest.raises(omniroll.InvalidValueError, match=f"^{field}"):
         omniroll.Batch(vehicles)
@@ -103,18 +97,15 @@ def test_a_bound_call_reads_its_arrays_anew():
     assert (nu_dot == 4 * before).all()
 
 
-@pytest.mark.parametrize(
-    ("change", "field"),
-    [
-        ({"nu_dot": np.empty((3, 5))}, "nu"),
-        ({"nu": np.zeros((2, 4))}, "nu"),
-        ({"nu": np.zeros((4, 3)).T}, "nu"),
-        ({"chi": np.zeros((2, 4))}, "chi"),
-        ({"chi": np.zeros((3, 4), np.float32)}, "chi"),
-        ({"momenta": np.zeros((3, 4))}, "momenta"),
-        ({"momenta": None}, "momenta"),
-    ],
-)
+@pytest.mark.parametrize(("change", "field"), [
+    ({"nu_dot": np.empty((3, 5))}, "nu"),
+    ({"nu": np.zeros((2, 4))}, "nu"),
+    ({"nu": np.zeros((4, 3)).T}, "nu"),
+    ({"chi": np.zeros((2, 4))}, "chi"),
+    ({"chi": np.zeros((3, 4), np.float32)}, "chi"),
+    ({"momenta": np.zeros((3, 4))}, "momenta"),
+    ({"momenta": None}, "momenta"),
+])  # fmt: skip
 def test_arrays_that_cannot_be_bound(change, field):
     """The C code would read or write beyond them."""
     given = dict(zip(("nu", "chi", "momenta"), states(4), strict=True)) | {"nu_dot": np.empty((3, 4))} | change

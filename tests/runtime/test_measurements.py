@@ -148,21 +148,18 @@ def test_errors_are_those_that_are_asked_for(run, read):
     assert np.array_equal(again["gyro"], found["gyro"]) and not np.array_equal(other["gyro"], found["gyro"])
 
 
-@pytest.mark.parametrize(
-    "changes, field",
-    [
-        ({"counts_per_turn": 0}, "counts_per_turn"),
-        ({"place": (1, 2, 3)}, "place"),
-        ({"seed": -1}, "seed"),
-        ({"noise": 0.1}, "noise"),
-        ({"noise": {"compass": 0.1}}, "noise"),
-        ({"noise": {"gyro": -0.1}}, "noise of gyro"),
-        ({"bias": {"gyro": "x"}}, "bias of gyro"),
-        ({"tracking_places": [(0, 0.1)]}, "tracking_directions"),
-        (TRACKING | {"tracking_directions": [0.1]}, "tracking_directions"),
-        (TRACKING | {"tracking_radius": 0}, "tracking_radius"),
-    ],
-)
+@pytest.mark.parametrize("changes, field", [
+    ({"counts_per_turn": 0}, "counts_per_turn"),
+    ({"place": (1, 2, 3)}, "place"),
+    ({"seed": -1}, "seed"),
+    ({"noise": 0.1}, "noise"),
+    ({"noise": {"compass": 0.1}}, "noise"),
+    ({"noise": {"gyro": -0.1}}, "noise of gyro"),
+    ({"bias": {"gyro": "x"}}, "bias of gyro"),
+    ({"tracking_places": [(0, 0.1)]}, "tracking_directions"),
+    (TRACKING | {"tracking_directions": [0.1]}, "tracking_directions"),
+    (TRACKING | {"tracking_radius": 0}, "tracking_radius"),
+])  # fmt: skip
 def test_instruments_that_cannot_be(changes, field):
     with pytest.raises(omniroll.InvalidValueError) as refused:
         omniroll.Instruments(**changes)

@@ -514,25 +514,22 @@ def test_a_step_of_which_one_value_is_wrong_holds_none():
     assert bits(session) == bits(other)
 
 
-@pytest.mark.parametrize(
-    ("field", "make"),
-    [
-        ("subject", lambda: Session("vehicle")),
-        ("duration", lambda: Session(PAPER, duration=1)),
-        ("engine", lambda: Session(PAPER, engine="python")),
-        ("nu", lambda: Session(PAPER, nu=(1, 0))),
-        ("effects", lambda: Session(PAPER, effects=["motor"])),
-        ("effects", lambda: Session(PAPER, effects=3)),
-        ("speed", lambda: Session(PAPER).reset(speed=1)),
-        ("chi", lambda: Session(PAPER).reset(chi=3)),
-        ("saved", lambda: Session(PAPER).restore(b"")),
-        ("saved", lambda: Session(PAPER).restore(Session(PAPER.replace(mass=9)).save())),
-        ("saved", lambda: Session(PAPER).restore(Session(PAPER, effects=[Torque(1)]).save())),
-        ("saved", lambda: Session(PAPER).restore(Session(PAPER, roller_model="locked").save())),
-        ("saved", lambda: Session(PAPER).restore(Session(PAPER, accuracy=1e-5).save())),
-        ("effects", lambda: Session(PAPER, effects=[Alternating()]).save()),
-    ],
-)
+@pytest.mark.parametrize(("field", "make"), [
+    ("subject", lambda: Session("vehicle")),
+    ("duration", lambda: Session(PAPER, duration=1)),
+    ("engine", lambda: Session(PAPER, engine="python")),
+    ("nu", lambda: Session(PAPER, nu=(1, 0))),
+    ("effects", lambda: Session(PAPER, effects=["motor"])),
+    ("effects", lambda: Session(PAPER, effects=3)),
+    ("speed", lambda: Session(PAPER).reset(speed=1)),
+    ("chi", lambda: Session(PAPER).reset(chi=3)),
+    ("saved", lambda: Session(PAPER).restore(b"")),
+    ("saved", lambda: Session(PAPER).restore(Session(PAPER.replace(mass=9)).save())),
+    ("saved", lambda: Session(PAPER).restore(Session(PAPER, effects=[Torque(1)]).save())),
+    ("saved", lambda: Session(PAPER).restore(Session(PAPER, roller_model="locked").save())),
+    ("saved", lambda: Session(PAPER).restore(Session(PAPER, accuracy=1e-5).save())),
+    ("effects", lambda: Session(PAPER, effects=[Alternating()]).save()),
+])  # fmt: skip
 def test_wrong_sessions_are_refused(field, make):
     with pytest.raises(InvalidValueError) as refused:
         make()

@@ -154,37 +154,34 @@ def test_progress_is_reported(engine):
 # Refusals
 
 
-@pytest.mark.parametrize(
-    "change, field, bound",
-    [
-        ({"nu": (1, 0)}, "nu", "shape"),
-        ({"nu": (1, 0, math.nan)}, "nu", "finite"),
-        ({"nu": "abc"}, "nu", "real"),
-        ({"nu": (1e200, 0, 0)}, "nu", "number range"),
-        ({"nu": (1e-200, 0, 0)}, "nu", "number range"),
-        ({"chi": 0.63}, "chi", "within"),
-        ({"chi": (0, 0)}, "chi", "shape"),
-        ({"chi": (0, 0, math.inf)}, "chi", "finite"),
-        ({"chi": np.zeros((2, 3))}, "chi", "shape"),
-        ({"spins": np.zeros((3, 5))}, "spins", "shape"),
-        ({"spins": 1.0, "roller_model": "locked"}, "spins", "must be 0"),
-        ({"spins": math.nan}, "spins", "finite"),
-        ({"spins": 1e300}, "spins", "number range"),
-        ({"spins": np.zeros((2, 3, 4))}, "spins", "shape"),
-        ({"pose": (0, 0)}, "pose", "shape"),
-        ({"duration": -1}, "duration", "negative"),
-        ({"duration": math.inf}, "duration", "finite"),
-        ({"duration": 1e160}, "duration", "number range"),
-        ({"start_time": math.nan}, "start_time", "finite"),
-        ({"accuracy": 0}, "accuracy", "between"),
-        ({"accuracy": 2}, "accuracy", "between"),
-        ({"accuracy": None}, "accuracy", "real"),
-        ({"roller_model": "loose"}, "roller_model", "massless, locked, free"),
-        ({"switching": "bounce"}, "switching", "smooth, impact"),
-        ({"engine": "steam"}, "engine", "compiled, specialised, python"),
-        ({"vehicle": "paper"}, "vehicle", "Vehicle"),
-    ],
-)
+@pytest.mark.parametrize("change, field, bound", [
+    ({"nu": (1, 0)}, "nu", "shape"),
+    ({"nu": (1, 0, math.nan)}, "nu", "finite"),
+    ({"nu": "abc"}, "nu", "real"),
+    ({"nu": (1e200, 0, 0)}, "nu", "number range"),
+    ({"nu": (1e-200, 0, 0)}, "nu", "number range"),
+    ({"chi": 0.63}, "chi", "within"),
+    ({"chi": (0, 0)}, "chi", "shape"),
+    ({"chi": (0, 0, math.inf)}, "chi", "finite"),
+    ({"chi": np.zeros((2, 3))}, "chi", "shape"),
+    ({"spins": np.zeros((3, 5))}, "spins", "shape"),
+    ({"spins": 1.0, "roller_model": "locked"}, "spins", "must be 0"),
+    ({"spins": math.nan}, "spins", "finite"),
+    ({"spins": 1e300}, "spins", "number range"),
+    ({"spins": np.zeros((2, 3, 4))}, "spins", "shape"),
+    ({"pose": (0, 0)}, "pose", "shape"),
+    ({"duration": -1}, "duration", "negative"),
+    ({"duration": math.inf}, "duration", "finite"),
+    ({"duration": 1e160}, "duration", "number range"),
+    ({"start_time": math.nan}, "start_time", "finite"),
+    ({"accuracy": 0}, "accuracy", "between"),
+    ({"accuracy": 2}, "accuracy", "between"),
+    ({"accuracy": None}, "accuracy", "real"),
+    ({"roller_model": "loose"}, "roller_model", "massless, locked, free"),
+    ({"switching": "bounce"}, "switching", "smooth, impact"),
+    ({"engine": "steam"}, "engine", "compiled, specialised, python"),
+    ({"vehicle": "paper"}, "vehicle", "Vehicle"),
+])  # fmt: skip
 def test_bad_input_is_named(change, field, bound):
     task = {"vehicle": PAPER, "nu": (1, 0, 1), "duration": 1} | change
     with warnings.catch_warnings():
@@ -219,19 +216,16 @@ def test_accelerations_broadcast(roller_model):
     np.testing.assert_allclose(found[0] if spins is not None else found, nu_dot, rtol=1e-11, atol=1e-13)
 
 
-@pytest.mark.parametrize(
-    "change, field",
-    [
-        ({"nu": np.ones((2, 3)), "chi": np.zeros((5, 3))}, "chi"),
-        ({"nu": (1, 2)}, "nu"),
-        ({"chi": 1.0}, "chi"),
-        ({"spins": np.ones((2, 3, 4)), "nu": np.ones((5, 3))}, "spins"),
-        ({"spins": 1, "roller_model": "massless"}, "spins"),
-        ({"roller_model": "none"}, "roller_model"),
-        ({"nu": (math.inf, 0, 0)}, "nu"),
-        ({"vehicle": None}, "vehicle"),
-    ],
-)
+@pytest.mark.parametrize("change, field", [
+    ({"nu": np.ones((2, 3)), "chi": np.zeros((5, 3))}, "chi"),
+    ({"nu": (1, 2)}, "nu"),
+    ({"chi": 1.0}, "chi"),
+    ({"spins": np.ones((2, 3, 4)), "nu": np.ones((5, 3))}, "spins"),
+    ({"spins": 1, "roller_model": "massless"}, "spins"),
+    ({"roller_model": "none"}, "roller_model"),
+    ({"nu": (math.inf, 0, 0)}, "nu"),
+    ({"vehicle": None}, "vehicle"),
+])  # fmt: skip
 def test_accelerations_refuse_by_name(change, field):
     task = {"vehicle": PAPER, "nu": (1, 0, 1), "chi": 0.0} | change
     with pytest.raises(ValueError) as raised:

@@ -189,16 +189,13 @@ def test_a_run_of_no_time_can_be_saved(tmp_path):
         assert (again.nu == still.nu).all() and (again.sample(0.0).nu == [1, 0, 1]).all()
 
 
-@pytest.mark.parametrize(
-    "name, content",
-    [
-        ("a.csv", b"t,nu\n1,2\n"),
-        ("a.npz", b"nothing"),
-        ("a.csv", b""),
-        ("a.csv", b"# omniroll trajectory 2\n# {}\n"),
-        ("a.txt", b""),
-    ],
-)
+@pytest.mark.parametrize("name, content", [
+    ("a.csv", b"t,nu\n1,2\n"),
+    ("a.npz", b"nothing"),
+    ("a.csv", b""),
+    ("a.csv", b"# omniroll trajectory 2\n# {}\n"),
+    ("a.txt", b""),
+])  # fmt: skip
 def test_other_files_are_refused(name, content, tmp_path):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=r"^path = "):

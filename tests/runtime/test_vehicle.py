@@ -54,34 +54,28 @@ def test_vehicle_is_immutable_hashable_and_copies():
     assert Vehicle(**vehicle.as_dict()) == vehicle
 
 
-@pytest.mark.parametrize(
-    "field",
-    [
-        "platform_radius",
-        "wheel_radius",
-        "roller_axis_radius",
-        "mass",
-        "yaw_inertia",
-        "wheel_inertia",
-        "roller_inertia",
-        "yaw_scale",
-    ],
-)
-@pytest.mark.parametrize(
-    "value, bound",
-    [
-        (0.0, "positive"),
-        (-1.0, "positive"),
-        (math.nan, "finite"),
-        (math.inf, "finite"),
-        (1e200, "number range"),
-        (1e-200, "number range"),
-        ("1", "real numbers"),
-        (None, "real numbers"),
-        (1j, "real numbers"),
-        ([1.0, 2.0], "shape"),
-    ],
-)
+@pytest.mark.parametrize("field", [
+    "platform_radius",
+    "wheel_radius",
+    "roller_axis_radius",
+    "mass",
+    "yaw_inertia",
+    "wheel_inertia",
+    "roller_inertia",
+    "yaw_scale",
+])  # fmt: skip
+@pytest.mark.parametrize("value, bound", [
+    (0.0, "positive"),
+    (-1.0, "positive"),
+    (math.nan, "finite"),
+    (math.inf, "finite"),
+    (1e200, "number range"),
+    (1e-200, "number range"),
+    ("1", "real numbers"),
+    (None, "real numbers"),
+    (1j, "real numbers"),
+    ([1.0, 2.0], "shape"),
+])  # fmt: skip
 def test_bad_numbers_are_named(field, value, bound):
     if field == "roller_axis_radius" and value is None:
         return  # None asks for the default
@@ -92,19 +86,16 @@ def test_bad_numbers_are_named(field, value, bound):
     pickle.loads(pickle.dumps(raised.value))
 
 
-@pytest.mark.parametrize(
-    "field, value, bound",
-    [
-        ("wheels", 0, "at least 1"),
-        ("wheels", 2.0, "integer"),
-        ("wheels", True, "integer"),
-        ("rollers_per_wheel", 2, "at least 3"),
-        ("rollers_per_wheel", "5", "integer"),
-        ("wheel_angles", (0.0, 1.0), r"shape \(3,\)"),
-        ("wheel_angles", (0.0, 1.0, math.nan), "finite"),
-        ("wheel_angles", (0.0, (1.0, 2.0), 3.0), "array of numbers"),
-    ],
-)
+@pytest.mark.parametrize("field, value, bound", [
+    ("wheels", 0, "at least 1"),
+    ("wheels", 2.0, "integer"),
+    ("wheels", True, "integer"),
+    ("rollers_per_wheel", 2, "at least 3"),
+    ("rollers_per_wheel", "5", "integer"),
+    ("wheel_angles", (0.0, 1.0), r"shape \(3,\)"),
+    ("wheel_angles", (0.0, 1.0, math.nan), "finite"),
+    ("wheel_angles", (0.0, (1.0, 2.0), 3.0), "array of numbers"),
+])  # fmt: skip
 def test_bad_shapes_and_counts_are_named(field, value, bound):
     with pytest.raises(ValueError, match=bound) as raised:
         Vehicle.paper().replace(**{field: value})
@@ -186,17 +177,14 @@ def test_rotors_count_through_their_gears():
     assert geared.roller_inertia == plain.roller_inertia == 1e-6
 
 
-@pytest.mark.parametrize(
-    "field, value",
-    [
-        ("platform_mass", -1.0),
-        ("roller_mass", 0.0),
-        ("hub_axial_inertia", math.nan),
-        ("gear_ratio", math.inf),
-        ("rotor_distance", -0.1),
-        ("wheels", 0),
-    ],
-)
+@pytest.mark.parametrize("field, value", [
+    ("platform_mass", -1.0),
+    ("roller_mass", 0.0),
+    ("hub_axial_inertia", math.nan),
+    ("gear_ratio", math.inf),
+    ("rotor_distance", -0.1),
+    ("wheels", 0),
+])  # fmt: skip
 def test_bad_parts_are_named(field, value):
     with pytest.raises(ValueError) as raised:
         Vehicle.from_parts(**(PARTS | {field: value}))

@@ -117,21 +117,18 @@ def test_entries_are_whole(table):
         assert not (entry.needed and entry.default)
 
 
-@pytest.mark.parametrize(
-    "kind, good, bad",
-    [
-        (Numbers(above=0), [1, 2.5, np.float64(3)], [0, -1, 1e-200, 1e200, "1", None, [1.0], np.nan]),
-        (Numbers(least=0), [0, 1], [-1, -1e-300, np.inf]),
-        (Numbers(above=0, below=1), [0.5], [0, 1]),
-        (Numbers(shapes=((), ("N",)), least=0), [0, [1, 2], (1.0,)], [[[1.0]], [], [1, -1]]),
-        (Numbers(shapes=(("N", 2),)), [[[1, 2]], np.ones((3, 2))], [[1, 2], np.ones((2, 3)), 1.0]),
-        (Numbers(shapes=((3,),)), [(1, 2, 3)], [(1, 2), 1]),
-        (Numbers(shapes=(("K",),), increasing=True), [[0], [0, 1]], [[1, 1], [1, 0], 1.0]),
-        (Whole(3), [3, np.int64(5)], [2, 3.0, True, "3"]),
-        (Whole(1, 4), [4], [5]),
-        (Choice(("a", "b")), ["a"], ["c", 1, None]),
-    ],
-)
+@pytest.mark.parametrize("kind, good, bad", [
+    (Numbers(above=0), [1, 2.5, np.float64(3)], [0, -1, 1e-200, 1e200, "1", None, [1.0], np.nan]),
+    (Numbers(least=0), [0, 1], [-1, -1e-300, np.inf]),
+    (Numbers(above=0, below=1), [0.5], [0, 1]),
+    (Numbers(shapes=((), ("N",)), least=0), [0, [1, 2], (1.0,)], [[[1.0]], [], [1, -1]]),
+    (Numbers(shapes=(("N", 2),)), [[[1, 2]], np.ones((3, 2))], [[1, 2], np.ones((2, 3)), 1.0]),
+    (Numbers(shapes=((3,),)), [(1, 2, 3)], [(1, 2), 1]),
+    (Numbers(shapes=(("K",),), increasing=True), [[0], [0, 1]], [[1, 1], [1, 0], 1.0]),
+    (Whole(3), [3, np.int64(5)], [2, 3.0, True, "3"]),
+    (Whole(1, 4), [4], [5]),
+    (Choice(("a", "b")), ["a"], ["c", 1, None]),
+])  # fmt: skip
 def test_values_are_checked(kind, good, bad):
     for value in good:
         kept = kind.checked("name", value)

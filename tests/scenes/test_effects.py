@@ -199,15 +199,12 @@ def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys
     assert any("every 0.01 s" in event for event in said["events"])
 
 
-@pytest.mark.parametrize(
-    "more, words",
-    [
-        ("", ["joints"]),
-        ("[drive]\ntimes = [0, 1]\ntorque = [[0, 0, 0], [1, 0, 0]]\n", ["joints", "knots of the torques, 2"]),
-        (MOTOR + "current_limit = 0.5\n", ["joints", "0.5 A"]),
-        (MOTOR.replace("2.0", "[[1, 0, 0]]", 1) + "times = [0.5]\n", ["joints", "knots of the voltages, 1"]),
-    ],
-)
+@pytest.mark.parametrize("more, words", [
+    ("", ["joints"]),
+    ("[drive]\ntimes = [0, 1]\ntorque = [[0, 0, 0], [1, 0, 0]]\n", ["joints", "knots of the torques, 2"]),
+    (MOTOR + "current_limit = 0.5\n", ["joints", "0.5 A"]),
+    (MOTOR.replace("2.0", "[[1, 0, 0]]", 1) + "times = [0.5]\n", ["joints", "knots of the voltages, 1"]),
+])  # fmt: skip
 def test_events_of_a_scene(more, words, tmp_path):
     scene = scene_of(tmp_path, more)
     task = checked_task(scene.vehicle, **scene.options)

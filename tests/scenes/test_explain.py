@@ -186,19 +186,16 @@ def test_numbers_that_look_wrong(changes, keys, tmp_path):
     assert keys_of(lints(scene_of(tmp_path, numbers))) == keys
 
 
-@pytest.mark.parametrize(
-    "changes, key",
-    [
-        ({"platform_inertia": 1.01 * 1.0 * 0.22**2}, "platform_inertia"),
-        (
-            {"hub_axial_inertia": 1.01 * 0.15 * (0.07 * np.cos(np.pi / 4)) ** 2, "hub_transverse_inertia": 5e-4},
-            "hub_axial_inertia",
-        ),
-        ({"hub_axial_inertia": 2.02e-4}, "hub_axial_inertia"),
-        ({"roller_axial_inertia": 1.01 * 0.05 * (0.07 * (1 - np.cos(np.pi / 4))) ** 2}, "roller_axial_inertia"),
-        ({"hub_mass": 0.04, "hub_axial_inertia": 5e-5, "hub_transverse_inertia": 5e-5}, "roller_mass"),
-    ],
-)
+@pytest.mark.parametrize("changes, key", [
+    ({"platform_inertia": 1.01 * 1.0 * 0.22**2}, "platform_inertia"),
+    (
+        {"hub_axial_inertia": 1.01 * 0.15 * (0.07 * np.cos(np.pi / 4)) ** 2, "hub_transverse_inertia": 5e-4},
+        "hub_axial_inertia",
+    ),
+    ({"hub_axial_inertia": 2.02e-4}, "hub_axial_inertia"),
+    ({"roller_axial_inertia": 1.01 * 0.05 * (0.07 * (1 - np.cos(np.pi / 4))) ** 2}, "roller_axial_inertia"),
+    ({"hub_mass": 0.04, "hub_axial_inertia": 5e-5, "hub_transverse_inertia": 5e-5}, "roller_mass"),
+])  # fmt: skip
 def test_parts_that_look_wrong(changes, key, tmp_path):
     parts = PARTS | {name: float(value) for name, value in changes.items()}
     assert key in keys_of(lints(scene_of(tmp_path, parts)))

@@ -117,20 +117,17 @@ roller_axis_radius = 0.06
 """
 
 
-@pytest.mark.parametrize(
-    "change, to, wrong",
-    [
-        ("", "", ["yaw_inertia", "roller_axis_radius"]),
-        ("wheel_inertia = 0.1", "wheel_inertia = -1", ["yaw_inertia", "wheel_inertia", "roller_axis_radius"]),
-        ("wheels = 3", "colour = 3", ["wheels", "colour", "yaw_inertia", "roller_axis_radius"]),
-        ("rollers_per_wheel = 6\n", "", ["rollers_per_wheel", "roller_axis_radius"]),
-        ("wheel_radius = 0.05", "wheel_radius = 'x'", ["yaw_inertia", "wheel_radius"]),
-        ("roller_inertia = 3", "roller_inertia = nan", ["roller_inertia", "roller_axis_radius"]),
-        ("mass = 1", "hub_mass = 1", None),
-        ("wheels = 3", "preset = 'paper'\ncolour = 1", ["colour", "yaw_inertia", "roller_axis_radius"]),
-        ("wheel_radius = 0.05", "preset = 'paper'\ncolour = 1", ["yaw_inertia", "colour", "roller_axis_radius"]),
-    ],
-)
+@pytest.mark.parametrize("change, to, wrong", [
+    ("", "", ["yaw_inertia", "roller_axis_radius"]),
+    ("wheel_inertia = 0.1", "wheel_inertia = -1", ["yaw_inertia", "wheel_inertia", "roller_axis_radius"]),
+    ("wheels = 3", "colour = 3", ["wheels", "colour", "yaw_inertia", "roller_axis_radius"]),
+    ("rollers_per_wheel = 6\n", "", ["rollers_per_wheel", "roller_axis_radius"]),
+    ("wheel_radius = 0.05", "wheel_radius = 'x'", ["yaw_inertia", "wheel_radius"]),
+    ("roller_inertia = 3", "roller_inertia = nan", ["roller_inertia", "roller_axis_radius"]),
+    ("mass = 1", "hub_mass = 1", None),
+    ("wheels = 3", "preset = 'paper'\ncolour = 1", ["colour", "yaw_inertia", "roller_axis_radius"]),
+    ("wheel_radius = 0.05", "preset = 'paper'\ncolour = 1", ["yaw_inertia", "colour", "roller_axis_radius"]),
+])  # fmt: skip
 def test_numbers_are_judged_beside_those_that_are_wrong_or_missing(change, to, wrong, tmp_path):
     """Only bounds that are broken whatever the wrong numbers are meant to be are said."""
     lines = said_of(tmp_path, NUMBERS.replace(change, to) + START)

@@ -70,23 +70,20 @@ def test_angles_with_units(scene):
     assert found.options["effects"][0].angle == pytest.approx(math.radians(10), rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        ("[start]\ntwist = [0, 0, 0]\nnu = [0, 0, 0]\n", "cannot stand beside nu"),
-        ("[start]\n", "nu: is missing"),
-        ('[start]\nnu = [0, 0, 0]\npose = [0, 0, "90 furlongs"]\n', "must be in rad, or in a unit of deg"),
-        ('[start]\nnu = [0, 0, 0]\npose = [0, 0, "north"]\n', "must be 3 numbers|must be"),
-        (CONTROLLER + "wheel_rate = [1, 2]\n", "wheel_rate"),
-        ("[start]\nnu = [0, 0, 0]\npose = [0, 0, 90]\n[reactions]\nhight = 1\n", "(?s)looks like degrees.*hight"),
-        ("[start]\nnu = [0, 0, 0]\nroller_angle = 0.8\n", "roller_angle and handedness in .vehicle"),
-        ("[start]\nnu = [0, 0, 0]\nrows = 2\n", "rows = 2 and row_offset in .vehicle"),
-        ('[start]\nnu = [0, 0, 0]\nwheel_type = "Mecanum"\n', "roller_angle and handedness in .vehicle"),
-        ('[start]\nnu = [0, 0, 0]\n[wheels]\nkind = "two rows"\n', "rows = 2 and row_offset in .vehicle"),
-        ('[start]\nnu = [0, 0, 0]\n[rollers]\nmodel = "mecanum"\n', "roller_angle and handedness in .vehicle"),
-        (CONTROLLER + "wheel_rate = [1, 2, 3]\ntwist = [1, 2, 3]\n", "cannot stand beside"),
-    ],
-)
+@pytest.mark.parametrize("text, words", [
+    ("[start]\ntwist = [0, 0, 0]\nnu = [0, 0, 0]\n", "cannot stand beside nu"),
+    ("[start]\n", "nu: is missing"),
+    ('[start]\nnu = [0, 0, 0]\npose = [0, 0, "90 furlongs"]\n', "must be in rad, or in a unit of deg"),
+    ('[start]\nnu = [0, 0, 0]\npose = [0, 0, "north"]\n', "must be 3 numbers|must be"),
+    (CONTROLLER + "wheel_rate = [1, 2]\n", "wheel_rate"),
+    ("[start]\nnu = [0, 0, 0]\npose = [0, 0, 90]\n[reactions]\nhight = 1\n", "(?s)looks like degrees.*hight"),
+    ("[start]\nnu = [0, 0, 0]\nroller_angle = 0.8\n", "roller_angle and handedness in .vehicle"),
+    ("[start]\nnu = [0, 0, 0]\nrows = 2\n", "rows = 2 and row_offset in .vehicle"),
+    ('[start]\nnu = [0, 0, 0]\nwheel_type = "Mecanum"\n', "roller_angle and handedness in .vehicle"),
+    ('[start]\nnu = [0, 0, 0]\n[wheels]\nkind = "two rows"\n', "rows = 2 and row_offset in .vehicle"),
+    ('[start]\nnu = [0, 0, 0]\n[rollers]\nmodel = "mecanum"\n', "roller_angle and handedness in .vehicle"),
+    (CONTROLLER + "wheel_rate = [1, 2, 3]\ntwist = [1, 2, 3]\n", "cannot stand beside"),
+])  # fmt: skip
 def test_what_is_refused(scene, text, words):
     with pytest.raises(omniroll.SceneError, match=words):
         scene(HEAD + text)

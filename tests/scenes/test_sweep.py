@@ -60,23 +60,20 @@ def test_the_picture_has_lines_or_maps_and_crosses_where_runs_stopped(scene):
     assert sheet(SceneSweep.of(scene, three), many) is None
 
 
-@pytest.mark.parametrize(
-    "vary, sentence",
-    [
-        ("mass=1:2:3", "must be TABLE.KEY=FROM:TO:COUNT"),
-        ("vehicle.mass=1:2", "must be TABLE.KEY=FROM:TO:COUNT"),
-        ("vehicle.mass=1,nan", "finite"),
-        ("vehicle.mass=1:2:0", "at least one value"),
-        ("vehicle.mas=1,2", "did you mean mass?"),
-        ("vehicel.mass=1,2", "did you mean vehicle?"),
-        ("vehicle.mass=-1,2", "[vehicle] mass = -1.0: must be a number, > 0"),
-        ("start.nu.4=1,2", "no list there with so many entries"),
-        ("start.nu.0=1,2", "count from 1"),
-        ("run.accuracy=1e-6,1e-7", "the same for all runs"),
-        ("start.nu.1=0:1:2000000", "at most 1000000"),
-        ("start.nu.1=0:1:99999999999", "at most 1000000"),
-    ],
-)
+@pytest.mark.parametrize("vary, sentence", [
+    ("mass=1:2:3", "must be TABLE.KEY=FROM:TO:COUNT"),
+    ("vehicle.mass=1:2", "must be TABLE.KEY=FROM:TO:COUNT"),
+    ("vehicle.mass=1,nan", "finite"),
+    ("vehicle.mass=1:2:0", "at least one value"),
+    ("vehicle.mas=1,2", "did you mean mass?"),
+    ("vehicel.mass=1,2", "did you mean vehicle?"),
+    ("vehicle.mass=-1,2", "[vehicle] mass = -1.0: must be a number, > 0"),
+    ("start.nu.4=1,2", "no list there with so many entries"),
+    ("start.nu.0=1,2", "count from 1"),
+    ("run.accuracy=1e-6,1e-7", "the same for all runs"),
+    ("start.nu.1=0:1:2000000", "at most 1000000"),
+    ("start.nu.1=0:1:99999999999", "at most 1000000"),
+])  # fmt: skip
 def test_what_cannot_be_varied_is_refused_in_a_sentence(scene, capsys, vary, sentence):
     assert cli.main(["sweep", str(scene), "--vary", vary]) == 2
     assert sentence in capsys.readouterr().err

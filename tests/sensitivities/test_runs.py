@@ -142,18 +142,15 @@ def test_with_massless_rollers_every_order_has_the_same_one(recwarn):
     assert found == pytest.approx(differenced(case, "nu[0]", 1e-4), abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    "names, message",
-    [
-        ("mass", "must be a sequence of names"),
-        (("mass", "mass"), "once"),
-        (("weight",), "is no number of this run; there are nu, chi, pose, mass"),
-        (("nu[3]",), r"places go with the shape \(3,\)"),
-        (("mass[0]",), "places"),
-        (("spins[0][0]",), "is no number"),
-        (("wheel_viscous",), "is no number"),
-    ],
-)
+@pytest.mark.parametrize("names, message", [
+    ("mass", "must be a sequence of names"),
+    (("mass", "mass"), "once"),
+    (("weight",), "is no number of this run; there are nu, chi, pose, mass"),
+    (("nu[3]",), r"places go with the shape \(3,\)"),
+    (("mass[0]",), "places"),
+    (("spins[0][0]",), "is no number"),
+    (("wheel_viscous",), "is no number"),
+])  # fmt: skip
 def test_names_that_mean_nothing_are_refused(names, message):
     with pytest.raises(InvalidValueError, match=message):
         Case("locked").run(sensitivities=names)

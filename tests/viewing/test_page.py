@@ -51,17 +51,14 @@ def test_a_notebook_shows_a_view_and_not_every_trajectory():
     assert not hasattr(locked(), "_repr_html_")  # a trajectory that a cell ends with costs no megabyte
 
 
-@pytest.mark.parametrize(
-    "arguments, options, field",
-    [
-        ((), {}, "runs"),
-        ((1,), {}, "runs"),
-        ((locked,) * 5, {}, "runs"),
-        ((locked,), {"labels": ["a", "b"]}, "labels"),
-        ((locked,), {"reactions": [None, None]}, "reactions"),
-        ((locked,), {"reactions": [1]}, "reactions"),
-    ],
-)
+@pytest.mark.parametrize("arguments, options, field", [
+    ((), {}, "runs"),
+    ((1,), {}, "runs"),
+    ((locked,) * 5, {}, "runs"),
+    ((locked,), {"labels": ["a", "b"]}, "labels"),
+    ((locked,), {"reactions": [None, None]}, "reactions"),
+    ((locked,), {"reactions": [1]}, "reactions"),
+])  # fmt: skip
 def test_what_makes_no_sense_is_refused(arguments, options, field):
     runs = [run() if callable(run) else run for run in arguments]
     with pytest.raises(omniroll.InvalidValueError) as caught:
