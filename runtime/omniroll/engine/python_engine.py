@@ -4,7 +4,6 @@ Friction that slips and sticks is in time_stepping.py."""
 
 import warnings
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -246,9 +245,6 @@ class Run(PythonRun):
         if self.idle_switches > SWITCHES_WITHOUT_PROGRESS * self.kernel.wheels:
             self._stop(f"{self.idle_switches} switches without progress in time", wheel)
 
-    def figures(self) -> dict[str, Any]:
+    def figures(self) -> tuple[int, int, int, float]:
         counts = self.integrator.counts
-        return {
-            "steps": counts.steps, "evaluations": counts.evaluations, "phases": self.phases,
-            "local_errors": float(counts.error),
-        }  # fmt: skip
+        return counts.steps, counts.evaluations, self.phases, float(counts.error)

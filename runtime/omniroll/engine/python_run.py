@@ -56,7 +56,9 @@ class Record:
         before = {"steps_before": self.step_count, "switches_before": self.switch_count}
         return Record(**kept, **before, wheels_before=self.wheel_count)
 
-    def add(self, elapsed: float, y: np.ndarray, contact: np.ndarray, axial: np.ndarray | None, drive: np.ndarray):
+    def add(
+        self, elapsed: float, y: np.ndarray, contact: np.ndarray, axial: np.ndarray | None, drive: np.ndarray
+    ) -> None:
         row = {"elapsed": elapsed, "y": y, "contact": contact, "axial": axial, "drive": drive}
         for name, value in row.items():
             getattr(self, name).append(value)
@@ -101,20 +103,16 @@ class PythonRun:
         """Fill the rows up to the end. Raises SimulationStopped."""
         raise NotImplementedError
 
-    def figures(self) -> dict[str, Any]:
-        """Figures of the run that are its engine's own, by name."""
+    def figures(self) -> tuple[int, int, int, float]:
+        """How many steps, evaluations and phases there were, and what the steps' local errors add up to."""
         raise NotImplementedError
 
     def _at_end(self) -> State:
         """The state where the run has come, with the speeds of wheels that may slip."""
         return self.state
 
-    def advance(self) -> "PythonRun":
-        """Simulate, up to the duration or to where the run cannot go on."""
-        result_of(self.advancing())
-        return self
-
     def advancing(self) -> Work[None]:
+        """Simulate, up to the duration or to where the run cannot go on."""
         yield from ()  # it calls no compiled engine
         try:
             self.simulate()
@@ -125,7 +123,7 @@ class PythonRun:
     def trajectory(self) -> Trajectory:
         """The result, which is simulated now if it has not been. Raises SimulationStopped."""
         if self.found is None:
-            self.advance()
+            result_of(self.advancing())
         if self.stop is not None:
             raise self.stop
         return self.found
@@ -167,11 +165,12 @@ class PythonRun:
 
     def part(self, first: int = 0) -> Trajectory:
         """The motion from row `first` to the last one."""
+        steps, evaluations, phases, errors = self.figures()
         stats = {
-            "engine": "python", "kernel": self.kernel.set_name, "tolerance": self.tolerance,
-            "switches": self.rows.wheel_count,
+            "engine": "python", "kernel": self.kernel.set_name, "steps": steps, "evaluations": evaluations,
+            "phases": phases, "tolerance": self.tolerance, "local_errors": errors, "switches": self.rows.wheel_count,
         }  # fmt: skip
-        return assembled(self.task, self.rows.since(first, bool(self.acting.drives)), stats | self.figures())
+        return assembled(self.task, self.rows.since(first, bool(self.acting.drives)), stats)
 
     def _interruption(self) -> str:
         """Why somebody wishes that the run ends here; empty where nobody does."""

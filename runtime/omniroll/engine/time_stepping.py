@@ -19,7 +19,6 @@ sliding friction. The method is of first order, also where something comes to re
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -418,9 +417,9 @@ class SteppedInTime(PythonRun):
         found |= {name: signal.at(0.0) for name, signal in self.acting.signals.items()}
         return np.array([np.broadcast_to(found.get(n, 0.0), count) for n in self.acting.drives]).reshape(-1, count)
 
-    def figures(self) -> dict[str, Any]:
+    def figures(self) -> tuple[int, int, int, float]:
         steps = self.rows.step_count
-        return {"steps": steps, "evaluations": steps, "phases": 1 + self.rows.switch_count, "local_errors": 0.0}
+        return steps, steps, 1 + self.rows.switch_count, 0.0
 
 
 def _refuse(task: Task) -> None:
