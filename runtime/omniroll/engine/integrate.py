@@ -105,15 +105,13 @@ class PhaseIntegrator:
     def run(
         self, flow: Flow, y: np.ndarray, limit: float, gap: Callable[[float], float], guards: Guards = NO_GUARDS
     ) -> Phase:
-        """Integrate from y to the next switch or guard, at most for the time `limit`; the others as of Phase.
+        """Integrate from y to the next switch or guard, at most for the time `limit`; the others as of Phase. No guard
+        is passed at y.
 
         Raises StepFailedError; its `phase` attribute is what was done until then. So does `watch`.
         """
         phase = Phase(flow, y, gap, guards, np.zeros(self.wheels, int), np.zeros(len(guards), bool))
         self.carry[: self.pose.start] = 0.0  # a switch has put wheels onto their joints, and may have changed nu
-        if len(guards) and guards.beyond(0.0, y).any():
-            phase.passed = guards.beyond(0.0, y)
-            return phase
         with np.errstate(all="ignore"):  # a trial step may leave the number range; it is rejected
             if self.next_step is None:
                 self.next_step = self._first_step(flow, y, limit)
