@@ -28,7 +28,7 @@ say = @printf '\n==> %s\n' "$(1)"
 # One after the other even under -j; each step reads the files that the step before it wrote.
 STEPS := setup regenerate build motions
 all:
-	@printf '%s\n' 'omniroll: derive the equations and prove them (90 s of a processor, in two processes), compile the kernels (80 s), run' \
+	@printf '%s\n' 'omniroll: derive the equations and prove them (2.5 minutes of a processor, in two processes), compile the kernels (80 s), run' \
 	    'the paper'"'"'s motions (seconds). make build does without the derivation.'
 	@for step in $(STEPS); do began=$$(date +%s); $(MAKE) --no-print-directory $$step || exit 1; \
 	    took="$$took $$step=$$(($$(date +%s) - began))"; done; $(BIN)/python -m codegen.last_screen $$took
