@@ -127,8 +127,8 @@ class EngineSet:
         self.chi_feeds_back = any(array.name == "chi" for array in self.function("wheel_speeds").inputs)
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.rows = effects.function(ROWS) is not None
-        self.pivots = (self.rows or self.chi_feeds_back) and not self.slips  # whether wheels may stand on their joint
         self.fields = {field.name for field in effects.fields}
+        self.pivots = "turns" in self.fields and not self.slips  # whether wheels may stand on their joint
         rows = effects.function(ROWS)
         self.of_rows = {array.name for array in (*rows.inputs, *rows.outputs)} if rows is not None else set()
         self.folds = "row_factors" in self.of_rows

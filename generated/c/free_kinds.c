@@ -68,7 +68,7 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
 }
 
 /* Quasi-velocities that fit the rates of wheels best as they stand on their rollers. Equations: (2.2).
- * Steps: no_squares, row_squares, row_rates (maxima/effects/mecanum.mac); slant
+ * Steps: no_squares, row_squares, row_rates (maxima/effects/moving_rows.mac); slant
  * (maxima/forms/rolling.mac); solution (maxima/forms/system.mac). */
 void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real *chi,
                                 const omniroll_real *chi_dot, omniroll_real *nu)
@@ -124,7 +124,7 @@ void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real
 
 /* Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
  * Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares
- * (maxima/effects/mecanum.mac); slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac). */
+ * (maxima/effects/moving_rows.mac); slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac). */
 void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real *chi,
                                const omniroll_real *force, omniroll_real *torques)
 {

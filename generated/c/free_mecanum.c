@@ -89,8 +89,8 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_slant = R*slant;
         const omniroll_real slant_1 = R_slant*cos_alpha;
@@ -108,7 +108,7 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
 }
 
 /* Quasi-velocities that fit the rates of wheels best as they stand on their rollers. Equations: (2.2).
- * Steps: no_squares, row_squares, row_rates (maxima/effects/mecanum.mac); angle, slant
+ * Steps: no_squares, row_squares, row_rates (maxima/effects/moving_rows.mac); angle, slant
  * (maxima/forms/rolling.mac); solution (maxima/forms/system.mac). */
 void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real *chi,
                                 const omniroll_real *chi_dot, omniroll_real *nu)
@@ -184,7 +184,7 @@ void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real
 
 /* Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
  * Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares
- * (maxima/effects/mecanum.mac); angle, slant (maxima/forms/rolling.mac); solution
+ * (maxima/effects/moving_rows.mac); angle, slant (maxima/forms/rolling.mac); solution
  * (maxima/forms/system.mac). */
 void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real *chi,
                                const omniroll_real *force, omniroll_real *torques)
@@ -339,7 +339,7 @@ void omniroll_wheel_accelerations(const omniroll_model *model, const omniroll_re
 }
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip,
- * axle_direction, free_yaw_constant, joint, kappa (maxima/forms/model.mac); rows_that_move,
+ * axle_direction, free_yaw_constant, joint, kappa (maxima/forms/model.mac); no_squares_of_sines,
  * squares_of_sines, roller_angle, bare_inertia (maxima/effects/mecanum.mac). */
 void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_roller *roller,
                         omniroll_model *model)
@@ -431,7 +431,7 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
 
 /* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). Steps: platform_matrix, inertia, row_matrix,
  * free_yaw_inertia (maxima/forms/system.mac); angle, slant, inverse_rho, row (maxima/forms/rolling.mac);
- * free_turn_matrix (maxima/effects/mecanum.mac). */
+ * free_turn_matrix (maxima/effects/moving_rows.mac). */
 void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi, omniroll_real *matrix)
 {
     const int wheels = model->wheels;
@@ -474,8 +474,8 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_cos_alpha = R*cos_alpha;
         const omniroll_real slant_1 = R_cos_alpha*slant;
@@ -527,7 +527,7 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
 /* Forces f of M* nu' = f. Equations: (3.4). Steps: yaw, angle, slant, wheel_rate, contact_speed,
  * inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); platform_force, inertia,
  * free_couple, couple_rates, free_force (maxima/forms/system.mac); free_turn_force
- * (maxima/effects/mecanum.mac). */
+ * (maxima/effects/moving_rows.mac). */
 void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      const omniroll_real *momenta, omniroll_real *force)
 {
@@ -575,8 +575,8 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_cos_alpha = R*cos_alpha;
         const omniroll_real slant_1 = R_cos_alpha*slant;
@@ -636,8 +636,8 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
  * platform_matrix, not_skew, platform_force, free_couple, inertia, row_matrix, free_yaw_inertia,
  * couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate,
  * contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
- * free_turn_matrix, free_turn_force, standing_pull, standing_sums (maxima/effects/mecanum.mac); standing
- * (maxima/effects/joints.mac). */
+ * free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac); standing
+ * (maxima/effects/joints.mac); standing_pull, standing_sums (maxima/effects/mecanum.mac). */
 void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, omniroll_real *nu_dot)
 {
@@ -698,8 +698,8 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_cos_alpha = R*cos_alpha;
         const omniroll_real slant_1 = R_cos_alpha*slant;
@@ -810,8 +810,9 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
 /* Generalised forces that give the quasi-accelerations. Equations: (3.4). Steps: platform_matrix,
  * platform_force, inertia, row_matrix, free_yaw_inertia, free_couple, couple_rates, free_force
  * (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
- * turn_drift, drift (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force, standing_pull,
- * standing_spin (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac). */
+ * turn_drift, drift (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force
+ * (maxima/effects/moving_rows.mac); standing (maxima/effects/joints.mac); standing_pull, standing_spin
+ * (maxima/effects/mecanum.mac). */
 void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, const omniroll_real *nu_dot,
                                omniroll_real *force)
@@ -873,8 +874,8 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_cos_alpha = R*cos_alpha;
         const omniroll_real slant_1 = R_cos_alpha*slant;
@@ -959,8 +960,8 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
  * free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed,
  * inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); no_spin_sums
  * (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, disk_axle, free_spin_dot
- * (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force, standing_pull, standing_sums
- * (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac). */
+ * (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac);
+ * standing (maxima/effects/joints.mac); standing_pull, standing_sums (maxima/effects/mecanum.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *spins, omniroll_real *nu_dot, omniroll_real *spins_dot)
 {
@@ -1020,8 +1021,8 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_cos_alpha = R*cos_alpha;
         const omniroll_real slant_1 = R_cos_alpha*slant;
@@ -1230,8 +1231,8 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_slant = R*slant;
         const omniroll_real slant_1 = R_slant*cos_alpha;
@@ -1297,8 +1298,8 @@ void omniroll_contact_axial(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_slant = R*slant;
         const omniroll_real slant_1 = R_slant*cos_alpha;
@@ -1426,7 +1427,7 @@ void omniroll_spins_from_axial(const omniroll_model *model, const omniroll_real 
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations:
  * section 4. Steps: platform_matrix, no_force, inertia, row_matrix, free_yaw_inertia, solution
  * (maxima/forms/system.mac); angle, slant, inverse_rho, row (maxima/forms/rolling.mac); free_turn_matrix,
- * free_wheel_impulse (maxima/effects/mecanum.mac); entering, entering_yaw (maxima/forms/impact.mac). */
+ * free_wheel_impulse (maxima/effects/moving_rows.mac); entering, entering_yaw (maxima/forms/impact.mac). */
 void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      const omniroll_real *entering, const omniroll_real *leaving,
                      const omniroll_real *turn_excess, omniroll_real *nu_after)
@@ -1480,8 +1481,8 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
         const omniroll_real inverse_cosine = 1/cosine;
+        const omniroll_real rho = tip + t2*width;
         const omniroll_real slant = inv_l*tan_psi*inverse_cosine;
         const omniroll_real R_cos_alpha = R*cos_alpha;
         const omniroll_real slant_1 = R_cos_alpha*slant;

@@ -88,7 +88,7 @@ def wheel_rates(model, nu, chi):
 def nu_from_wheels_at(model, chi, chi_dot):
     """Quasi-velocities that fit the rates of wheels best as they stand on their rollers.
 
-    Equations: (2.2). Steps: no_squares, row_squares, row_rates (maxima/effects/mecanum.mac); slant
+    Equations: (2.2). Steps: no_squares, row_squares, row_rates (maxima/effects/moving_rows.mac); slant
     (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     chi_dot[N] [rad/s]: wheel rates.
@@ -147,8 +147,8 @@ def nu_from_wheels_at(model, chi, chi_dot):
 def wheel_torques_at(model, chi, force):
     """Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
 
-    Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares (maxima/effects/mecanum.mac);
-    slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
+    Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares
+    (maxima/effects/moving_rows.mac); slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
     Returns:

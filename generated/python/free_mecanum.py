@@ -106,8 +106,8 @@ def wheel_rates(model, nu, chi):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_slant = R*slant
         slant_1 = R_slant*cos_alpha
@@ -127,7 +127,7 @@ def wheel_rates(model, nu, chi):
 def nu_from_wheels_at(model, chi, chi_dot):
     """Quasi-velocities that fit the rates of wheels best as they stand on their rollers.
 
-    Equations: (2.2). Steps: no_squares, row_squares, row_rates (maxima/effects/mecanum.mac); angle, slant
+    Equations: (2.2). Steps: no_squares, row_squares, row_rates (maxima/effects/moving_rows.mac); angle, slant
     (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     chi_dot[N] [rad/s]: wheel rates.
@@ -207,8 +207,9 @@ def nu_from_wheels_at(model, chi, chi_dot):
 def wheel_torques_at(model, chi, force):
     """Wheel torques of least norm that give the generalised forces, of wheels as they stand on their rollers.
 
-    Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares (maxima/effects/mecanum.mac);
-    angle, slant (maxima/forms/rolling.mac); solution (maxima/forms/system.mac).
+    Equations: (2.2), (3.1). Steps: no_row_squares, asked_force, driven_squares
+    (maxima/effects/moving_rows.mac); angle, slant (maxima/forms/rolling.mac); solution
+    (maxima/forms/system.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
     Returns:
@@ -373,7 +374,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, axle_direction, free_yaw_constant, joint,
-    kappa (maxima/forms/model.mac); rows_that_move, squares_of_sines, roller_angle, bare_inertia
+    kappa (maxima/forms/model.mac); no_squares_of_sines, squares_of_sines, roller_angle, bare_inertia
     (maxima/effects/mecanum.mac).
     mass [kg]: mass of the whole vehicle.
     yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S.
@@ -511,7 +512,8 @@ def mass_matrix(model, chi):
     """Mass matrix M* of nu_1, nu_2, nu_3.
 
     Equations: (7.1). Steps: platform_matrix, inertia, row_matrix, free_yaw_inertia (maxima/forms/system.mac);
-    angle, slant, inverse_rho, row (maxima/forms/rolling.mac); free_turn_matrix (maxima/effects/mecanum.mac).
+    angle, slant, inverse_rho, row (maxima/forms/rolling.mac); free_turn_matrix
+    (maxima/effects/moving_rows.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
@@ -557,8 +559,8 @@ def mass_matrix(model, chi):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_cos_alpha = R*cos_alpha
         slant_1 = R_cos_alpha*slant
@@ -612,7 +614,7 @@ def forces(model, nu, chi, momenta):
 
     Equations: (3.4). Steps: yaw, angle, slant, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
     turn_drift, drift (maxima/forms/rolling.mac); platform_force, inertia, free_couple, couple_rates,
-    free_force (maxima/forms/system.mac); free_turn_force (maxima/effects/mecanum.mac).
+    free_force (maxima/forms/system.mac); free_turn_force (maxima/effects/moving_rows.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -665,8 +667,8 @@ def forces(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_cos_alpha = R*cos_alpha
         slant_1 = R_cos_alpha*slant
@@ -728,8 +730,8 @@ def forward_dynamics(model, nu, chi, momenta):
     Equations: (3.1), (3.4). Steps: platform_matrix, not_skew, platform_force, free_couple, inertia,
     row_matrix, free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw,
     angle, slant, wheel_rate, contact_speed, inverse_rho, contact_spin, row, turn_drift, drift
-    (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force, standing_pull, standing_sums
-    (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac).
+    (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac); standing
+    (maxima/effects/joints.mac); standing_pull, standing_sums (maxima/effects/mecanum.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -795,8 +797,8 @@ def forward_dynamics(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_cos_alpha = R*cos_alpha
         slant_1 = R_cos_alpha*slant
@@ -910,8 +912,8 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     Equations: (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
     free_couple, couple_rates, free_force (maxima/forms/system.mac); yaw, angle, slant, wheel_rate,
     contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
-    free_turn_matrix, free_turn_force, standing_pull, standing_spin (maxima/effects/mecanum.mac); standing
-    (maxima/effects/joints.mac).
+    free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac); standing (maxima/effects/joints.mac);
+    standing_pull, standing_spin (maxima/effects/mecanum.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -978,8 +980,8 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_cos_alpha = R*cos_alpha
         slant_1 = R_cos_alpha*slant
@@ -1066,8 +1068,8 @@ def accelerations(model, nu, chi, spins):
     free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant,
     wheel_rate, contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
     no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, disk_axle, free_spin_dot
-    (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force, standing_pull, standing_sums
-    (maxima/effects/mecanum.mac); standing (maxima/effects/joints.mac).
+    (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac);
+    standing (maxima/effects/joints.mac); standing_pull, standing_sums (maxima/effects/mecanum.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
@@ -1133,8 +1135,8 @@ def accelerations(model, nu, chi, spins):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_cos_alpha = R*cos_alpha
         slant_1 = R_cos_alpha*slant
@@ -1345,8 +1347,8 @@ def energy(model, nu, chi, spins):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_slant = R*slant
         slant_1 = R_slant*cos_alpha
@@ -1417,8 +1419,8 @@ def contact_axial(model, nu, chi):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_slant = R*slant
         slant_1 = R_slant*cos_alpha
@@ -1560,7 +1562,7 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
 
     Equations: section 4. Steps: platform_matrix, no_force, inertia, row_matrix, free_yaw_inertia, solution
     (maxima/forms/system.mac); angle, slant, inverse_rho, row (maxima/forms/rolling.mac); free_turn_matrix,
-    free_wheel_impulse (maxima/effects/mecanum.mac); entering, entering_yaw (maxima/forms/impact.mac).
+    free_wheel_impulse (maxima/effects/moving_rows.mac); entering, entering_yaw (maxima/forms/impact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
@@ -1621,8 +1623,8 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
         inverse_cosine = 1/cosine
+        rho = tip + t2*width
         slant = inv_l*tan_psi*inverse_cosine
         R_cos_alpha = R*cos_alpha
         slant_1 = R_cos_alpha*slant

@@ -167,6 +167,53 @@ def natural_yaw_scale(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_radius
     return yaw_scale
 
 
+def ride_of_profile(wheels, rollers_per_wheel, arc_of_meridian, wheel_radius, roller_axis_radius, axis_angle,
+                    wheel_turn):
+    """Height of a wheel whose rollers' meridian is an arc.
+
+    Equations: section 2.
+    arc_of_meridian [m]: radius of the arc that is a roller's meridian.
+    wheel_radius [m]: wheel centre to the ground.
+    roller_axis_radius [m]: wheel centre to a roller's axis.
+    axis_angle [rad]: angle between the rollers' axes and the wheel's plane.
+    wheel_turn [rad]: angle of a wheel from the middle of the roller in contact.
+    Returns these, as a tuple:
+      ride [m]: height of the wheel's centre over the ground.
+      ride_slope [m]: its derivative by the wheel's angle.
+      ride_bend [m]: the height and its second derivative together.
+      arc_contact [m]: in the wheel's plane the distance from the roller's axis to the contact point.
+      contact_side [m]: how far outward of the roller's middle plane the contact is.
+    Operations: once 13 add, 28 mul, 6 div, 1 sqrt, 4 sincos. Intermediates: 17.
+    """
+    of_radius = arc_of_meridian
+    l = wheel_radius
+    r = roller_axis_radius
+    sine = sin(wheel_turn)
+    cosine = cos(wheel_turn)
+    of_sin_psi = sin(axis_angle)
+    of_cos_psi = cos(axis_angle)
+    of_arc_aside = l - of_radius - r
+    of_arc_reach = l - of_radius
+    inverse_cosine = 1/cosine
+    skew = sine*of_sin_psi*inverse_cosine
+    skew_square = skew*skew
+    skew_root = sqrt(1 + skew_square)
+    nearness = 1/skew_root
+    leaning = of_arc_aside*skew_square/(1 + skew_root)
+    of_sag = nearness*leaning
+    ride_height = of_radius + cosine*(of_arc_reach + leaning)
+    lean_share = 1 - of_cos_psi*of_cos_psi*nearness
+    of_rise = sine*(of_arc_aside*lean_share - of_arc_reach)
+    of_bend = (of_radius
+        + of_sin_psi*of_sin_psi*of_arc_aside*inverse_cosine*inverse_cosine*inverse_cosine*nearness*nearness*nearness)
+    ride = ride_height
+    ride_slope = of_rise
+    ride_bend = of_bend
+    arc_contact = of_radius*cosine + of_arc_aside - of_sag
+    contact_side = -of_sin_psi*(r*sine + of_rise)*inverse_cosine/of_cos_psi
+    return ride, ride_slope, ride_bend, arc_contact, contact_side
+
+
 def spin_inertia(wheels, rollers_per_wheel, wheel_inertia, gear_ratio, rotor_axial_inertia):
     """Angular momentum of a wheel and a rotor behind its gear, per unit of the wheel's rate.
 

@@ -10,6 +10,7 @@ from .effects.slope import Slope as Slope
 from .effects.springs import Springs as Springs
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
+from .effects.weight import Weight as Weight
 from .engine.ends import Many as Many
 from .engine.gradients import gradient as gradient
 from .engine.many import simulate_many as simulate_many

@@ -162,6 +162,14 @@ WHEEL_KIND = (  # the paper's wheels have the defaults
         default="0",
         note="Needed with two rows. Positive where the row of roller 0 is the outward one",
     ),
+    derived(
+        "meridian_radius",
+        POSITIVE,
+        optional=True,
+        default="none: the wheel stays round",
+        note="With it the wheel rises and falls while it rolls. wheel_radius - roller_axis_radius makes the rollers "
+        "spheres, more makes them barrels",
+    ),
 )
 OF_THE_VEHICLE = "that of the vehicle"
 KIND = (  # what a kind of wheels may have otherwise
@@ -482,6 +490,8 @@ SLOPE = (
     derived("direction", NUMBER, argument="slope_direction", default="0"),
     derived("gravity", NOT_NEGATIVE, default=f"{STANDARD_GRAVITY}"),
 )
+
+WEIGHT = (derived("gravity", NOT_NEGATIVE, default=f"{STANDARD_GRAVITY}"),)
 
 # Numbers of the loads' balance that a vehicle does not have, beside height
 

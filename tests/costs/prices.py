@@ -38,6 +38,7 @@ VEHICLES = {
     "layout": PAPER.replace(wheel_places=PLACES),
     "two rows": omniroll.Vehicle.paper(rollers_per_wheel=6).replace(rows=2, row_offset=1e-3),
     "mecanum": PAPER.replace(roller_angle=0.7),
+    "profile": PAPER.replace(meridian_radius=PAPER.wheel_radius - PAPER.roller_axis_radius),
     "kinds": PAPER.replace(kinds={"a": {}, "b": {"wheel_radius": 0.04}}, wheel_kinds=("a", "a", "b")),
 }
 

@@ -28,14 +28,20 @@ def effect_sets(scale: Scale) -> list[str]:
 
 def every_effect() -> tuple[str, ...]:
     # roller_sticking stands in the place of roller_coulomb; other wheels are by themselves
-    left_out = ("contact", "derivatives", "roller_sticking", "joints", *OTHER_WHEELS)
+    left_out = ("contact", "derivatives", "roller_sticking", "joints", "moving_rows", *OTHER_WHEELS)
     return tuple(effect for effect in optional_effects() if not effect.startswith(left_out))
 
 
 def other_wheels() -> list[tuple[str, ...]]:
-    """Two rows of rollers, mecanum wheels, and wheels of several kinds, each with all effects that go beside."""
-    excludes = {entry["name"]: entry["excludes"] for entry in generated_data.load("effects")["effects"]}
-    chosen = [{*every_effect(), "layout", "joints", kind} - {*excludes[kind]} for kind in OTHER_WHEELS]
+    """Two rows of rollers, mecanum wheels, wheels of several kinds, and profiles of mecanum rollers, each with all
+    effects that go beside."""
+    entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
+    chosen = []
+    for kind in OTHER_WHEELS:
+        own = {kind} if kind != "profile" else {"mecanum", kind}
+        needed = {needs for name in own for needs in entries[name]["needs"]}
+        excluded = {other for name in own for other in entries[name]["excludes"]}
+        chosen.append(({*every_effect(), "layout", "joints"} - excluded) | own | needed)
     return [tuple(effect for effect in optional_effects() if effect in own) for own in chosen]
 
 
@@ -44,7 +50,7 @@ def bases_of(scale: Scale) -> tuple[str, ...]:
 
 
 CASES = Cases("Number types and compilers")
-OTHER_WHEELS = ("rows", "mecanum", "kinds")
+OTHER_WHEELS = ("rows", "mecanum", "kinds", "profile")
 NUMBERS = {  # by which the derivatives are judged, of a bare vehicle and of one with all effects
     (): ("mass", "roller_inertia", "wheel_angles", "wheel_radius"),
     ("all",): ("roller_damping", "roller_fade_speed", "slope_angle", "wheel_places"),
@@ -99,12 +105,16 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
 
 def of_other_wheels(draw: Draw, vehicle: dict[str, np.ndarray], wheels: int) -> dict[str, np.ndarray]:
     """Of two rows; of rollers at an angle, up to which the wheel keeps inertia; of several kinds, with wheels up to
-    twice as large as the vehicle's. Every third wheel stands."""
+    twice as large as the vehicle's; of meridians about points on either side of the roller's axis. Every third wheel
+    stands."""
     carried = 5 * vehicle["roller_inertia"]
     larger = draw.rng.uniform(1, 2, (draw.count, wheels))
     weightless = draw.rng.integers(0, 2, (draw.count, wheels)).astype(float)
     steepest = np.minimum(np.arcsin(np.sqrt(np.minimum(0.9 * vehicle["wheel_inertia"] / carried, 1))), 1.5)
+    thick = vehicle["wheel_radius"] - vehicle["roller_axis_radius"]
     return {
+        "meridian_radius": thick * draw.rng.uniform(0.7, 1.3, draw.count),
+        "wheel_loads": per_state(vehicle["mass"], (wheels,)) * draw.rng.uniform(0, 10, (draw.count, wheels)),
         "roller_angle": per_state(steepest, (wheels,)) * draw.rng.uniform(-1, 1, (draw.count, wheels)),
         "row_offset": vehicle["wheel_radius"] * draw.signed(1e-3, 1),
         "wheel_radii": per_state(vehicle["wheel_radius"], (wheels,)) * larger,

@@ -2,7 +2,8 @@
 stand at angles to their disks, or alternate in two rows.
 
 Nothing here comes from the derivation. A roller is the envelope of the spheres on its axis that touch the ground while
-the wheel's centre stays at its height; the contact is the lowest point of these. A wheel that stands on its joint
+the wheel's centre stays at its height; the contact is the lowest point of these. Or its meridian is an arc (`meridian`:
+its radius), whose centres make a ring: the lowest point is under the ring's lowest. The platform stays level all the same. A wheel that stands on its joint
 (`stands`: their numbers) does not turn; its roller 0 rolls along the axle. Kinetic energy is that of the bodies,
 derivatives are taken along an imaginary step and are exact to rounding.
 
@@ -38,6 +39,7 @@ class Bodies:
     roller: tuple[float, float, float] = (0.03, 2.5e-6, 4e-6)
     row_offset: float = 0.0
     contact: Sequence[int] | None = None
+    meridian: float | None = None  # radius of the arc
 
     @property
     def wheels(self) -> int:
@@ -123,9 +125,14 @@ def _touching(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> np.ndarray:
     axis, middle = _roller(bodies, q, wheel, j)
     own, cosine = bodies.of(wheel), np.cos(bodies.roller_angles[wheel])
     beta = q[bodies.place(wheel)] + 2 * np.pi * j / own.rollers
-    along = -own.axis_radius * np.tan(beta) / cosine  # to the centre of the sphere that touches the ground
-    radius = own.wheel_radius - np.sqrt(own.axis_radius**2 + (along * cosine) ** 2)
-    touching = middle + along * axis - radius * UP
+    if own.meridian is None:
+        along = -own.axis_radius * np.tan(beta) / cosine  # to the centre of the sphere that touches the ground
+        radius = own.wheel_radius - np.sqrt(own.axis_radius**2 + (along * cosine) ** 2)
+        touching = middle + along * axis - radius * UP
+    else:
+        downward = -(UP - axis[2] * axis) / np.sqrt(1 - axis[2] ** 2)  # from the roller's axis
+        aside = own.wheel_radius - own.axis_radius - own.meridian
+        touching = middle + aside * downward - own.meridian * UP
     jacobian = _moving(bodies, arm, axle, wheel, touching)
     jacobian[:, bodies.place(wheel, j)] = np.cross(axis, touching - middle)
     return jacobian
@@ -159,8 +166,13 @@ def pushes(bodies: Bodies, q: np.ndarray, rates: np.ndarray, stands: Sequence[in
 
 
 def height_of_contact(bodies: Bodies, q: np.ndarray, wheel: int) -> float:
-    """The height over the ground of the lowest point of the roller that carries, by looking at all its spheres."""
+    """The height over the ground of the lowest point of the roller that carries, by looking at all its spheres; with a
+    meridian its height over the wheel's centre, by looking at the whole meridian."""
     axis, middle = _roller(bodies, q, wheel, 0)
+    if bodies.meridian is not None:
+        radius, t = bodies.meridian, np.linspace(-1.5, 1.5, 200001)
+        away = bodies.wheel_radius - bodies.axis_radius - radius + radius * np.cos(t)  # from the roller's axis
+        return float(np.min(middle[2] + radius * np.sin(t) * axis[2] - away * np.sqrt(1 - axis[2] ** 2)))
     s = np.linspace(-1, 1, 200001) * bodies.wheel_radius
     cosine = np.cos(bodies.roller_angles[wheel])
     radius = bodies.wheel_radius - np.sqrt(bodies.axis_radius**2 + (s * cosine) ** 2)

@@ -1,4 +1,4 @@
-"""Mecanum wheels and wheels with two rows of rollers against a model of all bodies in all coordinates."""
+"""Mecanum wheels, wheels with two rows of rollers and profiles against a model of all bodies in all coordinates."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from tests.mecanum.vehicles import contacts, coordinates, drawn, free_places, ow
 
 MODELS = ("massless", "locked", "free")
 SIZES = [(1, 3, 5), (2, 4, 6), (3, 5, 4), (4, 6, 3), (5, 4, 9)]
-each_kind = pytest.mark.parametrize("kind", ["mecanum", "rows"])
+each_kind = pytest.mark.parametrize("kind", ["mecanum", "rows", "profile"])
 
 
 def in_phase(bound, bodies, stands=()):
@@ -71,7 +71,7 @@ def test_rates_energy_and_accelerations_are_those_of_the_bodies(kind, seed, whee
     chi_dot, spin = bound.wheel_rates(nu, chi)
     np.testing.assert_allclose([*chi_dot, *spin], rates[own(bodies)], rtol=1e-12, atol=1e-12 * np.abs(rates).max())
     np.testing.assert_array_equal(speeds_of_wheels(bound, nu, chi), chi_dot)
-    if kind == "mecanum":  # where rates go by the wheels' angles
+    if kind != "rows":  # where rates go by the wheels' angles
         chi_ddot = bound.call("wheel_accelerations", nu, chi, nu_dot)
         np.testing.assert_allclose(
             chi_ddot, expected[own(bodies)[:wheels]], rtol=1e-10, atol=1e-10 * np.abs(expected).max()
@@ -80,9 +80,10 @@ def test_rates_energy_and_accelerations_are_those_of_the_bodies(kind, seed, whee
 
 @each_kind
 def test_rollers_touch_the_ground_where_the_bodies_do(kind):
-    bodies, _, _, chi, _ = drawn(kind, 2, 4, 6, "free")
+    bodies, vehicle, _, chi, _ = drawn(kind, 2, 4, 6, "free")
+    height = kernel(vehicle, "free").call("rides", chi)[0] if kind == "profile" else np.zeros(4)
     for wheel in range(4):
-        assert abs(height_of_contact(bodies, coordinates(bodies, chi), wheel)) < 1e-10
+        assert abs(height_of_contact(bodies, coordinates(bodies, chi), wheel) + height[wheel]) < 1e-10
 
 
 @each_kind

@@ -1,4 +1,4 @@
-"""Random vehicles with rollers at angles, or in two rows, as bodies and as Vehicle, with states of both."""
+"""Random vehicles with rollers at angles, in two rows, or with a meridian of their own, as bodies and as Vehicle, with states of both."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -38,7 +38,17 @@ def random_omni(seed: int, wheels: int, rollers: int, is_massless: bool = False)
     return replace(random_bodies(seed, wheels, rollers, is_massless), roller_angles=np.zeros(wheels))
 
 
-KINDS = {"omni": random_omni, "mecanum": random_bodies, "rows": random_rows}
+def random_profile(seed: int, wheels: int, rollers: int, is_massless: bool = False) -> Bodies:
+    """Rollers at angles whose meridian is an arc: thinner at their ends than those that keep the wheel round, or less
+    thin."""
+    bodies, draw = random_bodies(seed, wheels, rollers, is_massless), np.random.default_rng(seed)
+    thick = bodies.wheel_radius - bodies.axis_radius
+    least = thick / (1 - np.cos(np.pi / rollers) ** 2) if seed % 2 else 0.3 * thick
+    radius = least * draw.uniform(0.3, 0.6)
+    return replace(bodies, meridian=radius)
+
+
+KINDS = {"omni": random_omni, "mecanum": random_bodies, "rows": random_rows, "profile": random_profile}
 
 
 def drawn(kind: str, seed: int, wheels: int, rollers: int, model: str):
@@ -60,7 +70,7 @@ def vehicle_of(bodies: Bodies, roller_inertia: float | None = None) -> Vehicle:
     mass = mass_matrix(bodies, np.zeros(bodies.size)).real
     axial = bodies.roller[1] if roller_inertia is None else roller_inertia
     kind = {"rows": 2, "row_offset": bodies.row_offset} if bodies.row_offset else {
-        "roller_angle": tuple(bodies.roller_angles)}  # fmt: skip
+        "roller_angle": tuple(bodies.roller_angles), "meridian_radius": bodies.meridian}  # fmt: skip
     return Vehicle(
         wheels=bodies.wheels, rollers_per_wheel=bodies.rollers, mass=mass[0, 0], yaw_inertia=mass[2, 2],
         wheel_inertia=mass[bodies.place(0), bodies.place(0)], roller_inertia=axial, platform_radius=0.3,

@@ -125,6 +125,7 @@ def text(outcome: Outcome) -> str:
         f"{'took':<12}{summary['seconds']:.3g} s, {summary['steps']} steps, {summary['evaluations']} evaluations"
         + (", on the Python engine" if summary["engine"] == "python" else ""),
         f"{'switches':<12}{summary['switches']}" + _stood(summary.get("times_on_joints")),
+        *_off_ground(summary.get("off_ground")),
         f"{'error':<12}{_number(summary['error_estimate'])} estimated, sensitivity {_number(summary['sensitivity'])}",
         f"{'end':<12}x {x:.6g} m, y {y:.6g} m, heading {theta:.6g} rad",
         f"{'':<12}{ahead:.6g} m/s ahead, {left:.6g} m/s to the left, {turns:.6g} rad/s counterclockwise",
@@ -141,6 +142,16 @@ def text(outcome: Outcome) -> str:
 def _stood(times: list[float] | None) -> str:
     """What there is to say of mecanum wheels and wheels with two rows of rollers that have stood on their joints."""
     return f"; wheels stood on their joints for {sum(times):.3g} s in all" if times and any(times) else ""
+
+
+def _off_ground(found: dict[str, float] | None) -> list[str]:
+    if found is None:
+        return []
+    fastest, limit = found["fastest"], found["rate_on_ground"]
+    return [
+        f"{'':<12}wheels turn with up to {fastest:.4g} rad/s; beyond {limit:.4g} rad/s they leave the ground on their "
+        "rollers, which the model leaves out"
+    ]
 
 
 def _slip(summary: dict[str, Any] | None) -> list[str]:

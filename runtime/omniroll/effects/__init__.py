@@ -11,8 +11,11 @@ from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.slope import Slope
 from omniroll.effects.springs import Springs
 from omniroll.effects.torque import Torque, TorqueTable
+from omniroll.effects.weight import Weight
 
-EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, PathFollower, Bearings, Slope, Contact, Springs)
+EFFECTS = (
+    Torque, TorqueTable, Motor, Controller, FunctionController, PathFollower, Bearings, Slope, Weight, Contact, Springs,
+)  # fmt: skip
 for kind in EFFECTS:
     register_effect(kind.__name__)(kind)
 

@@ -57,7 +57,7 @@ def _of_wheels(numbers: PerWheel, vehicle: Vehicle) -> tuple[tuple[float, ...], 
 
 
 @lru_cache(maxsize=64)
-def _loads_of_standing(vehicle: Vehicle, gravity: float) -> np.ndarray:
+def loads_of_standing(vehicle: Vehicle, gravity: float) -> np.ndarray:
     """(N,) in N, the loads of the contacts of a vehicle at rest on level ground; not to be written to.
 
     Raises InvalidValueError where they do not follow from the vehicle, or where it tips.
@@ -233,7 +233,7 @@ class Contact(Effect):
         """
         if self.load is not None:
             return self._given("load", vehicle.wheels)
-        return _loads_of_standing(vehicle, self._gravity)
+        return loads_of_standing(vehicle, self._gravity)
 
     @property
     def _gravity(self) -> float:

@@ -210,7 +210,7 @@ class EffectSet:
 
     @kept
     def potentials(self) -> dict[str, str]:
-        """Entries of the account, and the generated functions of the pose that give their potential energy."""
+        """Entries of the account, and the generated functions of the state that give their potential energy."""
         return {entry: name for effect in self.effects for entry, name in effect.potentials.items()}
 
 

@@ -29,7 +29,7 @@ from omniroll.engine.switching import SwitchingModel, tau
 from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
-from omniroll.vehicles.checks import refuse_kinds, refuse_mecanum, refuse_two_rows
+from omniroll.vehicles.checks import refuse_kinds, refuse_moving_rows, refuse_two_rows
 from omniroll.vehicles.state import State, by_roller
 
 
@@ -47,7 +47,7 @@ def with_sensitivities(trajectory: Trajectory, names: Sequence[str]) -> Trajecto
 def check_names(task: Task, names: Sequence[str]) -> None:
     """Raises InvalidValueError for names and effects that have no sensitivities."""
     refuse_two_rows(task.vehicle, "sensitivities", names, "compare runs with changed numbers, or take rows = 1")
-    refuse_mecanum(task.vehicle, "sensitivities", names, "compare runs with changed numbers")
+    refuse_moving_rows(task.vehicle, "sensitivities", names, "compare runs with changed numbers")
     refuse_kinds(task.vehicle, "sensitivities", names, "compare runs with changed numbers")
     plain = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")
     check_are_names(names)

@@ -73,7 +73,7 @@ def simulate(
 
     vehicle       Vehicle, with N wheels of n rollers; roller 0 of each wheel has contact at the start
     effects       what acts on the vehicle besides its rolling, a sequence of effects: Torque, TorqueTable, Motor,
-                  Controller, FunctionController, PathFollower, Bearings, Slope, Contact, Springs
+                  Controller, FunctionController, PathFollower, Bearings, Slope, Weight, Contact, Springs
     {entries}
     progress      function that is called as progress(time done, duration) now and then, or None
     control       True: compare with a second, coarser run from a start moved by 1e-12; its distance is the measure
@@ -132,7 +132,7 @@ def checked_task(
     SWITCHING.checked(switching)
     ENTRIES["engine"].checked(engine)
     if engine == "python":
-        states.refuse_mecanum(vehicle, "engine", engine, "take engine='compiled'")
+        states.refuse_moving_rows(vehicle, "engine", engine, "take engine='compiled'")
         states.refuse_kinds(vehicle, "engine", engine, "take engine='compiled'")
     memory = ENTRIES["memory"].checked(memory)
     _check_memory(vehicle, roller_model, memory)
@@ -202,7 +202,7 @@ def _refuse_beside_kinds(vehicle: Vehicle, acting: EffectSet, engine: str) -> No
         bound = "does not go with a kind whose roller_inertia is 0: give it one, or leave out the rollers' friction"
         raise InvalidValueError("effects", "Bearings of rollers", bound)
     if "contact_springs" in names:
-        for refuse in (states.refuse_two_rows, states.refuse_mecanum):
+        for refuse in (states.refuse_two_rows, states.refuse_moving_rows):
             refuse(vehicle, "effects", "Springs", "leave them out for the loads of the vehicle at rest")
 
 

@@ -13,7 +13,7 @@ from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import MECANUM, Kernel
+from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.lanes import aligned
 from omniroll.vehicles.checks import joint_angles
 
@@ -71,7 +71,7 @@ class Columns:
         self.width = self.inputs_at + kernel.wheels * len(self.inputs)
         self.plain = 6 + kernel.wheels
         self.guarded = [size for name, size in zip(self.states, self.sizes, strict=True) if name in GUARDED]
-        self.guarded += [kernel.wheels] * (kernel.pivots and MECANUM in kernel.effects)  # rates that go by angles
+        self.guarded += [kernel.wheels] * (kernel.rows_move and not kernel.slips)  # rates that go by angles
 
     def _place_states(self, kernel: Kernel) -> None:
         outputs = {a.name: a.shape for s in kernel.signatures.values() for a in s.outputs}

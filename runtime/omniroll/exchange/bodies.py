@@ -10,7 +10,7 @@ import numpy as np
 
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles import parts, wheel_kind
-from omniroll.vehicles.checks import refuse_kinds
+from omniroll.vehicles.checks import refuse_kinds, refuse_profile
 from omniroll.vehicles.vehicle import Vehicle
 
 SAME = 1e-12  # relative difference below which parts add up to a vehicle
@@ -50,6 +50,7 @@ def bodies_of(vehicle: Vehicle) -> Bodies:
     Raises InvalidValueError where no platform is left beside wheels with such inertias.
     """
     refuse_kinds(vehicle, "vehicle", vehicle.wheel_kinds, "bodies of an export are known of wheels that are all alike")
+    refuse_profile(vehicle, "vehicle", vehicle.meridian_radius, "bodies of an export keep their wheels round")
     known = {origin.name: origin.value for origin in vehicle.origins}
     names = [name for name in asdict(_NOTHING) if name != "platform_place"]
     if set(names) <= set(known) and vehicle.rotor is None and not any(_wheels_centre(vehicle)):

@@ -96,7 +96,7 @@ def refuse_what_no_step_has(bound: Kernel) -> None:
     """Raises InvalidValueError where the generated step does not decide all that acts."""
     refuse_two_rows(bound.vehicle, "vehicle", bound.set_name, "export it with rows = 1, the middle of the wheels")
     checks.refuse_kinds(bound.vehicle, "vehicle", bound.set_name, "there is no generated step for these yet")
-    checks.refuse_mecanum(bound.vehicle, "vehicle", bound.set_name, "there is no generated step for these yet")
+    checks.refuse_moving_rows(bound.vehicle, "vehicle", bound.set_name, "there is no generated step for these yet")
     if bound.slips:
         bound = "cannot be exported: the generated step is that of wheels that roll"
         raise InvalidValueError("effects", "Contact", bound)

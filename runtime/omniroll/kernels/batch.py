@@ -15,7 +15,7 @@ from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel, kernel
 from omniroll.kernels.lanes import MOST_WHEELS, aligned
 from omniroll.validation import choice, sequence
-from omniroll.vehicles.checks import joint_angle, refuse_kinds, refuse_mecanum, refuse_two_rows
+from omniroll.vehicles.checks import joint_angle, refuse_kinds, refuse_moving_rows, refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODELS
 
@@ -126,7 +126,7 @@ def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]
     kernels: list[CompiledKernel] = []
     for k, vehicle in enumerate(vehicles):
         refuse_two_rows(vehicle, f"vehicles[{k}]", vehicle, "take kernel()")
-        refuse_mecanum(vehicle, f"vehicles[{k}]", vehicle, "use kernel()")
+        refuse_moving_rows(vehicle, f"vehicles[{k}]", vehicle, "use kernel()")
         refuse_kinds(vehicle, f"vehicles[{k}]", vehicle, "use kernel()")
         if vehicle.has_layout:
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "has a layout, which this kernel lacks; use kernel()")

@@ -34,21 +34,22 @@ VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
 # stands beside the one that sticks, each at a torque of zero where the other acts.
 DAMPED, SMOOTH, STICKING = ("roller_viscous",), ("roller_viscous", "roller_coulomb"), ("roller_sticking",)
 GROUND, STICKY_GROUND = ("contact", "contact_viscous", "contact_regularised"), ("contact", "contact_coulomb")
-MECANUM = ("joints", "kinds", "mecanum")
+MECANUM = ("joints", "kinds", "mecanum", "moving_rows")
+PROFILE = ("joints", "mecanum", "moving_rows", "profile", "weight")
 SPRINGS = tuple(("contact", law, "contact_springs") for law in ("contact_regularised", "contact_coulomb"))
 ROWS = ("joints", "kinds", "rows")  # rollers in two rows, and wheels of several kinds in one
-OTHER_KINDS = ("joints", "mecanum", "rows")  # beside friction of the ground: an absent one has the paper's numbers
+OTHER_KINDS = ("joints", "mecanum", "moving_rows", "rows")  # beside friction of the ground: an absent one has the paper's numbers
 CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
-    "locked": ((*SMOOTH, *STICKING), (*SMOOTH, *ROWS), MECANUM),
+    "locked": ((*SMOOTH, *STICKING), (*SMOOTH, *ROWS), MECANUM, PROFILE),
     "massless": (
         (*SMOOTH, *STICKING), (*SMOOTH, *GROUND), (*SMOOTH, *STICKY_GROUND), (*STICKING, *STICKY_GROUND), *SPRINGS,
         *((*DAMPED, *STICKING, "contact", law) for law in GROUND[1:]),  # in series with a bearing
-        (*SMOOTH, *ROWS), MECANUM, *((*OTHER_KINDS, *ground) for ground in (GROUND, STICKY_GROUND)),
+        (*SMOOTH, *ROWS), MECANUM, PROFILE, *((*OTHER_KINDS, *ground) for ground in (GROUND, STICKY_GROUND)),
     ),
     "free": (
         *((*rollers, *ground) for ground in ((), STICKY_GROUND) for rollers in ((), DAMPED, (*SMOOTH, *STICKING))),
         (*DAMPED, *GROUND), (*SMOOTH, *STICKING, *GROUND), *SPRINGS, ROWS, (*DAMPED, *ROWS), (*SMOOTH, *ROWS),
-        MECANUM, *((*OTHER_KINDS, *ground) for ground in (GROUND, STICKY_GROUND)),
+        MECANUM, PROFILE, *((*OTHER_KINDS, *ground) for ground in (GROUND, STICKY_GROUND)),
     ),
 }  # fmt: skip
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from

@@ -63,13 +63,17 @@ OF_THE_VEHICLE = (
     *BY_WHEEL,
     "weightless",
     "driven",
+    "meridian_radius",
+    "wheel_loads",
 )  # constants of these
 IN_THE_MIDDLE = 0.0  # of sides: wheels as if they had one row in their middle, as controllers know them
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
 MECANUM = "mecanum"  # the effect that a vehicle with rollers at an angle brings
 KINDS = "kinds"  # the effect that wheels of several kinds bring
-JOINTS = "joints"  # what that and two rows of rollers need
+PROFILE = "profile"  # the effect that rollers with a meridian of their own bring
+JOINTS = "joints"  # what mecanum wheels and two rows of rollers need
+MOVING_ROWS = "moving_rows"  # what mecanum wheels and profiles need: rates that go by the wheels' angles
 DERIVATIVES = "derivatives"  # the effect that brings derivatives by state and inputs
 SHARP_SUFFIX = "_sharp"  # of the name of a function for sharp tips, which stands beside the usual form
 
@@ -172,6 +176,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     refuse_unmodelled(vehicle)
     of_vehicle = ["layout"] * vehicle.has_layout + ["rows"] * (vehicle.rows > 1)
     of_vehicle += [MECANUM] * any(vehicle.roller_angle) + [KINDS] * vehicle.has_kinds
+    of_vehicle += [PROFILE] * (vehicle.meridian_radius is not None)
     if not effects and not of_vehicle:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
@@ -182,10 +187,13 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     needed = (other for effect in (*own, *of_vehicle) for other in sets.needs()[effect])
     present = {*own, *needed, *of_vehicle}
     found = tuple(effect for effect in optional_effects() if effect in present)
-    if MECANUM in found:
-        _refuse_beside_mecanum(vehicle, roller_model, found)
-    if vehicle.has_kinds:
-        _refuse_beside_kinds(vehicle, found)
+    _refuse_beside_wheels(vehicle, found)
+    if MOVING_ROWS in found and is_sharp(vehicle, roller_model):
+        field = "meridian_radius" if vehicle.meridian_radius else "roller_angle"
+        bound = (
+            "takes no rollers with sharp tips under this roller model: make roller_axis_radius less, or take massless"
+        )
+        raise InvalidValueError(field, getattr(vehicle, field), bound)
     if asked:
         numbers = [a.name for a in signatures(roller_model, found, 3, 3)["prepare"].inputs]
         for request in asked:
@@ -193,28 +201,24 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     return (*found, *asked, *second)
 
 
-def _refuse_beside_mecanum(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> None:
-    """Raise InvalidValueError for what is not derived for mecanum wheels."""
-    entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
-    present = {*effects} - {"rows"}  # of a general set, at an offset of zero; a vehicle that has both is refused before
-    beside = [entries[name]["meaning"] for name in entries[MECANUM]["excludes"] if name in present]
-    if beside:
-        bound = f"is not derived beside this: {beside[0]}; leave that out, or take omni-wheels (roller_angle = 0)"
-        raise InvalidValueError("roller_angle", vehicle.roller_angle, bound)
-    if any(vehicle.roller_angle) and is_sharp(vehicle, roller_model):
-        bound = (
-            "takes no rollers with sharp tips under this roller model: make roller_axis_radius less, or take massless"
-        )
-        raise InvalidValueError("roller_angle", vehicle.roller_angle, bound)
+BESIDE = {  # effects that a vehicle's wheels bring, the field that does, and what to take instead
+    MECANUM: ("roller_angle", "omni-wheels (roller_angle = 0)"),
+    PROFILE: ("meridian_radius", "rollers that keep the wheel round (no meridian_radius)"),
+    KINDS: ("wheel_kinds", "wheels that are all alike"),
+}
 
 
-def _refuse_beside_kinds(vehicle: Vehicle, effects: Sequence[str]) -> None:
-    """Raise InvalidValueError for what is not derived for wheels of several kinds."""
-    entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
-    beside = [entries[name]["meaning"] for name in entries[KINDS]["excludes"] if name in effects]
-    if beside:
-        bound = f"is not derived beside this: {beside[0]}; leave that out, or take wheels that are all alike"
-        raise InvalidValueError("wheel_kinds", vehicle.wheel_kinds, bound)
+def _refuse_beside_wheels(vehicle: Vehicle, effects: Sequence[str]) -> None:
+    """Raise InvalidValueError for what is not derived for mecanum wheels, profiles or wheels of several kinds."""
+    own = (any(vehicle.roller_angle), vehicle.meridian_radius is not None, vehicle.has_kinds)
+    for (name, (field, instead)), has in zip(BESIDE.items(), own, strict=True):
+        entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]} if has else {}
+        excluded = entries[name]["excludes"] if has else ()
+        present = {*effects} - ({"rows"} if vehicle.rows == 1 else set())  # of a general set, at an offset of zero
+        beside = [entries[other]["meaning"] for other in excluded if other in present]
+        if beside:
+            bound = f"is not derived beside this: {beside[0]}; leave that out, or take {instead}"
+            raise InvalidValueError(field, getattr(vehicle, field), bound)
 
 
 def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants) -> dict[str, ArrayLike]:
@@ -228,6 +232,10 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
         own |= {"turns": 1.0}
     if MECANUM in effects:
         own |= {"roller_angle": vehicle.roller_angle}
+    if PROFILE in effects:
+        own |= {"meridian_radius": vehicle.meridian_radius}
+    if "weight" in effects:
+        own |= {"wheel_loads": 0.0}
     if KINDS in effects:
         own |= {name: vehicle.by_wheel[of_one] for name, of_one in BY_WHEEL.items()}
         own |= {"weightless": [float(inertia == 0) for inertia in own["roller_inertias"]], "driven": vehicle.driven}
@@ -284,6 +292,7 @@ class Kernel:
         self.grips = self.sprung or "ground_dynamics" in self.signatures  # or under given loads
         self.pivots = JOINTS in self.effects and not self.slips  # whether wheels may stand on their joint
         self.has_phases = self.pivots or "rows" in self.effects  # whether constants go by what carries
+        self.rows_move = MOVING_ROWS in self.effects  # whether the wheels' rates go by their angles
         self.rollers_stick = "contact_spin_rates" in self.signatures
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
@@ -341,13 +350,13 @@ class Kernel:
         raise NotImplementedError
 
     def wheel_speeds(self, nu: ArrayLike, chi: ArrayLike | None = None) -> np.ndarray:
-        """chi' (..., N), (2.2). Of mecanum wheels it depends on chi (..., N); without chi it is that in the middle of
-        the rollers, which the usual kinematics have."""
+        """chi' (..., N), (2.2). Of mecanum wheels and of profiles it depends on chi (..., N); without chi it is that in
+        the middle of the rollers, which the usual kinematics have."""
         return self.call("wheel_speeds", nu, *self.angles_or_nothing(chi))
 
     def angles_or_nothing(self, chi: ArrayLike | None) -> tuple[ArrayLike, ...]:
         """The arguments after nu of wheel_speeds, drive_power, axle_loss and motor_margins."""
-        return () if MECANUM not in self.effects else (self._angles(chi),)
+        return () if MOVING_ROWS not in self.effects else (self._angles(chi),)
 
     def _angles(self, chi: ArrayLike | None) -> ArrayLike:
         return np.zeros(self.wheels) if chi is None else chi

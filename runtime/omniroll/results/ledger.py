@@ -11,6 +11,7 @@ WORDS = {  # of the entries of an account, for people
     "roller_loss": "rollers' bearings",
     "ground_loss": "slip on the ground",
     "slope_work": "work of gravity",
+    "weight_work": "weight on rising wheels",
     "spring_energy": "springs and weight",
     "damper_loss": "dampers",
     "residual": "residual",
@@ -23,7 +24,7 @@ class Ledger:
 
     start, end      kinetic energies
     contributions   by name, positive where the vehicle gains: drive_work, axle_loss, roller_loss, ground_loss,
-                    slope_work, spring_energy, damper_loss, switches
+                    slope_work, weight_work, spring_energy, damper_loss, switches
     largest         kinetic energy during the run
     """
 

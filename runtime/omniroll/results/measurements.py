@@ -19,6 +19,7 @@ from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.tracking import TrackingWheels, turns_of
+from omniroll.vehicles import profiles
 from omniroll.vehicles.checks import joint_angles
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -290,6 +291,7 @@ def reckoned(vehicle: Vehicle, start: np.ndarray, counts: np.ndarray, instrument
     if not axles_tell_all(bound):
         return None
     turns = np.diff(counts, axis=0) * (2 * math.pi / instruments.counts_per_turn)
+    turns *= profiles.mean_radii(vehicle) / vehicle.by_wheel["wheel_radius"]
     return _along_arcs(vehicle, start, bound.nu_from_wheels(turns))
 
 

@@ -563,10 +563,12 @@ class Trajectory(MadeOnDemand):
             if quantity.account
         }
         for entry, name in self.effects.potentials().items():
+            of = self._effect_kernel.signatures[name].inputs[0].name  # the pose, or the wheels' angles
+            start = self._rows(np.zeros(1, int))
             at_start, potential = (
-                self._effect_kernel.call(name, pose) for pose in (self.pose[0], self._state_vector.view(y, "pose"))
+                self._effect_kernel.call(name, self._state_vector.view(rows, of)) for rows in (start, y)
             )
-            accounts[entry] = at_start - potential
+            accounts[entry] = at_start[0] - potential
         if on_springs.WORK in accounts:
             start, work = self._rows(np.zeros(1, int))[0], accounts.pop(on_springs.WORK)
             accounts |= on_springs.in_two(self._effect_kernel, self._state_vector, work, start, y)

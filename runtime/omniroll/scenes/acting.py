@@ -12,6 +12,7 @@ from omniroll.effects import (
     Motor,
     PathFollower,
     Slope,
+    Weight,
     Springs,
     Torque,
     TorqueTable,
@@ -119,6 +120,7 @@ MAKERS: dict[str, Callable[[dict[str, Any]], Effect]] = {
     "path": lambda keys: PathFollower(**keys),
     "bearings": lambda keys: Bearings(**keys),
     "slope": lambda keys: Slope(**keys),
+    "weight": lambda keys: Weight(**keys),
     "contact": lambda keys: Contact(**keys),
     "springs": lambda keys: Springs(**keys),
 }

@@ -26,6 +26,7 @@ from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
 from omniroll.scenes.result_folder import ResultFolder
 from omniroll.scenes.streaming import Stream
+from omniroll.vehicles import profiles
 from omniroll.viewer import page
 from omniroll.viewer.page import View
 
@@ -99,12 +100,24 @@ class Outcome:
             "slip": None if self.stream else slip_in_short(trajectory),
             "reactions": self.reactions and _reactions_in_short(self.reactions),
             **self._stood(),
+            **self._off_ground(),
         } | ({"parts": self.stream.parts} if self.stream else {})
 
     def _stood(self) -> dict[str, Any]:
         """For how long each mecanum wheel or wheel with two rows of rollers has stood on its joint, in s."""
         stood = None if self.stream else self.trajectory.times_on_joints()
         return {} if stood is None else {"times_on_joints": stood.tolist()}
+
+
+    def _off_ground(self) -> dict[str, Any]:
+        """Of wheels that turn so fast that they leave the ground on their rollers, which the model leaves out: the
+        fastest rate, and the one up to which they stay, in rad/s."""
+        vehicle = self.scene.vehicle
+        if self.stream or vehicle.meridian_radius is None:
+            return {}
+        run, limit = self.trajectory, profiles.rate_on_ground(vehicle)
+        fastest = float(np.abs(run.kernel.wheel_speeds(run.nu, run.chi)).max())
+        return {"off_ground": {"fastest": fastest, "rate_on_ground": limit}} if fastest > limit else {}
 
 
 def ledger(trajectory: Trajectory) -> dict[str, float]:
@@ -186,7 +199,7 @@ def write(outcome: Outcome, folder: ResultFolder) -> dict[str, Any]:
         trajectory.save(place / "trajectory.csv", dense=False, measured=False)
         _write_switches(trajectory, place / "switches.csv")
         vehicle = trajectory.vehicle
-        if not any(vehicle.roller_angle) and not vehicle.has_kinds and trajectory.switching == "impact":
+        if not vehicle.rows_move and not vehicle.has_kinds and trajectory.switching == "impact":
             _write_impulses(impulses(trajectory), place / "impulses.csv")
         if trajectory.contacts is not None:
             _write_slip(trajectory, place / "slip.csv")

@@ -193,6 +193,12 @@ SCENE = (
     ),
     Table("slope", "Gravity on an inclined plane.", vocabulary.SLOPE),
     Table(
+        "weight",
+        "The work of the weight on wheels that rise and fall, those with a `meridian_radius`: each carries its load at "
+        "rest up and down.",
+        vocabulary.WEIGHT,
+    ),
+    Table(
         "contact",
         "Wheels that may slip on the ground. Without this table they roll. A switch then changes no speed, and "
         "`[switching]` has no part: the roller that comes into contact has the spin that it has, and the ground spins "

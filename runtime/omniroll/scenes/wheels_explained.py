@@ -1,4 +1,4 @@
-"""What rollers at an angle or in two rows do, in closed forms, and what each level of the model leaves out; of wheels
+"""What rollers at an angle, in two rows or with a meridian of their own do, in closed forms, and what each level of the model leaves out; of wheels
 of several kinds, what each has."""
 
 import math
@@ -8,7 +8,7 @@ import numpy as np
 
 from omniroll.conventions.twists import twist_of_nu
 from omniroll.scenes.loading import Scene
-from omniroll.vehicles import wheel_kind
+from omniroll.vehicles import profiles, wheel_kind
 from omniroll.vehicles.vehicle import Vehicle
 
 LEVELS = {
@@ -37,8 +37,11 @@ def wheels_explained(scene: Scene) -> dict[str, Any]:
 
 def _forms(scene: Scene) -> list[tuple[str, float, str, str]]:
     vehicle = scene.vehicle
-    found = [("forward_radius", vehicle.wheel_radius, "m", "way ahead per angle of the wheels: exact, without ripple")]
-    if any(vehicle.roller_angle):
+    if vehicle.meridian_radius is not None:
+        found = _of_profile(vehicle)
+    else:
+        found = [("forward_radius", vehicle.wheel_radius, "m", "way ahead per angle of the wheels: exact, no ripple")]
+    if any(vehicle.roller_angle) and vehicle.meridian_radius is None:
         rolling = _rolling(vehicle)
         angle = math.tan(wheel_kind.size_of(vehicle.roller_angle))
         sideways = vehicle.wheel_radius * rolling["strafe_factor"] / angle
@@ -56,6 +59,22 @@ def _forms(scene: Scene) -> list[tuple[str, float, str, str]]:
         found.append(
             ("roller_frequency", frequency, "Hz", f"of rollers, at {rate:.4g} rad/s, the scene's fastest wheel")
         )
+    return found
+
+
+def _of_profile(vehicle: Vehicle) -> list[tuple[str, float, str, str]]:
+    """Of rollers with a meridian of their own."""
+    riding = profiles.riding(vehicle)
+    found = [("forward_radius", riding["forward_radius"], "m", "way ahead per angle of the wheels, in the mean")]
+    if "sideways_radius" in riding:
+        found.append(("sideways_radius", riding["sideways_radius"], "m", "the same sideways"))
+    found += [
+        ("highest", riding["highest"], "m", "of the wheel's centre over the ground"),
+        ("lowest", riding["lowest"], "m", "the same"),
+        ("ripple", riding["highest"] - riding["lowest"], "m", "by which the wheel rises and falls"),
+    ]
+    if math.isfinite(rate := profiles.rate_on_ground(vehicle)):
+        found.append(("rate_on_ground", rate, "rad/s", "beyond it a wheel leaves the ground on its rollers"))
     return found
 
 
@@ -92,6 +111,8 @@ def _rolling(vehicle: Vehicle) -> dict[str, float]:
 
 def contact_shift(vehicle: Vehicle) -> float:
     """How far the contact is from the wheel's middle at the joint, in m, by the rollers' angle and their rows."""
+    if vehicle.meridian_radius is not None:
+        return profiles.riding(vehicle)["contact_shift"]
     slanted = _rolling(vehicle)["contact_shift"] if any(vehicle.roller_angle) else 0.0
     return abs(vehicle.row_offset) + slanted
 

@@ -105,7 +105,7 @@ def linearise(
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(without_controllers(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
-    by_tangents = acting.slips or vehicle.rows > 1 or any(vehicle.roller_angle) or vehicle.has_kinds
+    by_tangents = acting.slips or vehicle.rows > 1 or vehicle.rows_move or vehicle.has_kinds
     if by_tangents:
         first = np.zeros(vehicle.wheels, int)  # the rollers that carry where a run starts
         bound = kernel_in_phase(acting.kernel(vehicle, roller_model, "python"), Carry(first, first))

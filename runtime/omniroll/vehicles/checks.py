@@ -26,10 +26,17 @@ def refuse_two_rows(vehicle: Vehicle, name: str, value: object, instead: str) ->
         raise InvalidValueError(name, value, f"does not go with two rows of rollers: {instead}")
 
 
-def refuse_mecanum(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
-    """Raise InvalidValueError for what mecanum wheels do not have."""
-    if any(vehicle.roller_angle):
-        raise InvalidValueError(name, value, f"does not go with mecanum wheels: {instead}")
+def refuse_moving_rows(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
+    """Raise InvalidValueError for what mecanum wheels and those with a meridian_radius do not have."""
+    if vehicle.rows_move:
+        wheels = "mecanum wheels" if any(vehicle.roller_angle) else "a meridian_radius"
+        raise InvalidValueError(name, value, f"does not go with {wheels}: {instead}")
+
+
+def refuse_profile(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
+    """Raise InvalidValueError for what wheels with a meridian_radius do not have."""
+    if vehicle.meridian_radius is not None:
+        raise InvalidValueError(name, value, f"does not go with a meridian_radius: {instead}")
 
 
 def refuse_kinds(vehicle: Vehicle, name: str, value: object, instead: str) -> None:

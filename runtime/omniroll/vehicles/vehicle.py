@@ -10,7 +10,7 @@ import numpy as np
 
 from omniroll import generated_data, validation, vocabulary
 from omniroll.errors import InvalidValueError
-from omniroll.vehicles import kinds_of_wheels, parts, wheel_kind
+from omniroll.vehicles import kinds_of_wheels, parts, profiles, wheel_kind
 from omniroll.vehicles.data_sheet import DERIVED, Origin, completed
 
 ENTRIES = vocabulary.by_name(vocabulary.VEHICLE)
@@ -51,6 +51,7 @@ class Vehicle:
     roller_angle: float | tuple[float, ...] = 0.0
     rows: int = 1
     row_offset: float = 0.0
+    meridian_radius: float | None = None
     wheel_kinds: tuple[str, ...] | None = None
     kinds: Mapping[str, Mapping[str, Any]] | kinds_of_wheels.Kinds = ()
     origins: tuple[Origin, ...] = field(default=(), compare=False, repr=False)
@@ -76,6 +77,8 @@ class Vehicle:
             put("wheel_places", tuple(map(tuple, _in_range("wheel_places", places).tolist())))
         center = validation.real_array("center_of_mass", self.center_of_mass, (2,))
         put("center_of_mass", tuple(_in_range("center_of_mass", center).tolist()))
+        if self.meridian_radius is not None:
+            profiles.check(self)
         whole = {name: getattr(self, name) for name in kinds_of_wheels.LARGEST_OF_THE_VEHICLE}
         kinds, names = kinds_of_wheels.checked(self.kinds, self.wheel_kinds, self.wheels, whole)
         put("kinds", kinds)
@@ -147,6 +150,7 @@ class Vehicle:
         roller_angle: float | Sequence[float] = 0.0,
         rows: int = 1,
         row_offset: float = 0.0,
+        meridian_radius: float | None = None,
     ) -> "Vehicle":
         """A vehicle from a platform, and for each wheel a hub, n rollers and a motor's rotor; SI units.
 
@@ -165,7 +169,7 @@ class Vehicle:
         given = {name: value for name, value in locals().items() if name in SHEET_ENTRIES and value is not None}
         wheels = vocabulary.WHEELS.checked(wheels)
         rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
-        kind = {"roller_angle": roller_angle, "rows": rows, "row_offset": row_offset}
+        kind = {"roller_angle": roller_angle, "rows": rows, "row_offset": row_offset, "meridian_radius": meridian_radius}
         kind = wheel_kind.checked(wheels, rollers_per_wheel, **kind)
         axis_angle = wheel_kind.size_of(kind["roller_angle"])
         sheet = completed(wheels, rollers_per_wheel, given, axis_angle)
@@ -251,8 +255,13 @@ class Vehicle:
 
     @property
     def has_wheels_of_the_paper(self) -> bool:
-        """Whether the rollers lie in one row, in the planes of their wheels."""
-        return self.rows == 1 and not any(self.roller_angle)
+        """Whether the rollers lie in one row, in the planes of their wheels, which they keep round."""
+        return self.rows == 1 and not self.rows_move
+
+    @property
+    def rows_move(self) -> bool:
+        """Whether the wheels' rates for a motion go by their angles: of mecanum wheels, and of profiles."""
+        return any(self.roller_angle) or self.meridian_radius is not None
 
     def with_wheels_of_the_paper(self) -> "Vehicle":
         """The vehicle as if its rollers lay so; itself where they do."""
@@ -272,8 +281,8 @@ class Vehicle:
 
     def middle_rows(self) -> np.ndarray:
         """(N, 3) rates of the wheels in rad/s for a twist (vx, vy in m/s, wz in rad/s), with every contact in the
-        middle of its wheel: the kinematics of those who count no rollers."""
-        radii, places = self.by_wheel["wheel_radius"], self.places().tolist()
+        middle of its wheel, and wheels round with their mean radius: the kinematics of those who count no rollers."""
+        radii, places = profiles.mean_radii(self).tolist(), self.places().tolist()
         own = zip(radii, places, self.wheel_angles, self.roller_angle, strict=True)
         rows = [wheel_kind.middle_rows(radius, [place], [axle], [psi]) for radius, place, axle, psi in own]
         return np.concatenate(rows)

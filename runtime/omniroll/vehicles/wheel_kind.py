@@ -1,4 +1,5 @@
-"""Wheels of other kinds than the paper's: rollers at an angle to their wheel's plane (mecanum), or in two rows."""
+"""Wheels of other kinds than the paper's: rollers at an angle to their wheel's plane (mecanum), in two rows, or with a
+meridian of their own."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,13 +17,13 @@ ENTRIES = vocabulary.by_name(vocabulary.WHEEL_KIND)
 
 def of_the_paper(wheels: int) -> dict[str, Any]:
     """The numbers of the paper's wheels."""
-    return {"roller_angle": (0.0,) * wheels, "rows": 1, "row_offset": 0.0}
+    return {"roller_angle": (0.0,) * wheels, "rows": 1, "row_offset": 0.0, "meridian_radius": None}
 
 
 def checked(wheels: int, rollers_per_wheel: int, **given: Any) -> dict[str, Any]:
     """The numbers that say of what kind the wheels are, roller_angle by wheel. Raises InvalidValueError."""
     found = {name: entry.checked(given[name]) for name, entry in ENTRIES.items()}
-    angles, rows, offset = found.values()
+    angles, rows, offset, _ = found.values()
     if isinstance(angles, tuple):
         validation.real_array("roller_angle", angles, (wheels,))
     if rows == 1 and offset:
@@ -111,3 +112,4 @@ def rolling_of_kind(
     lengths = {"wheel_radius": wheel_radius, "roller_axis_radius": axis_radius, "axis_angle": axis_angle}
     names = ("strafe_factor", "rate_ripple", "spin_ratio", "contact_shift")
     return dict(zip(names, parts.evaluate("rolling_of_kind", 1, rollers_per_wheel, **lengths), strict=True))
+

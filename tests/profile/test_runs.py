@@ -1,0 +1,140 @@
+"""Rollers with a meridian of their own: rolling radii of wheels made of spheres, energy, the weight's work, what goes with
+them and what does not. tests/mecanum/test_all_bodies.py has them beside a model of all bodies."""
+
+import json
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import Bearings, Contact, InvalidValueError, Slope, Torque, Vehicle
+from omniroll.effects import Weight
+from omniroll.kernels.kernel import kernel
+from omniroll.vehicles import profiles
+
+MODELS = ("massless", "locked", "free")
+PAPER = Vehicle.paper(4, 9)
+THICK = PAPER.wheel_radius - PAPER.roller_axis_radius
+BALLS = PAPER.replace(meridian_radius=THICK)
+BARRELS = PAPER.replace(meridian_radius=0.7 * PAPER.wheel_radius, roller_angle=0.6)
+NU = (3.0, -2.0, 2.5)
+
+
+def run(vehicle, nu=NU, duration=1.0, **options):
+    return omniroll.simulate(vehicle, nu=nu, duration=duration, **{"accuracy": 1e-12, "control": False} | options)
+
+
+def spheres(count, radius, axis_radius):
+    """PickNik's wheels of spheres (moveit_pro_example_ws, hangar_sim)."""
+    sizes = {"wheel_radius": radius + axis_radius, "roller_axis_radius": axis_radius, "meridian_radius": radius}
+    return profiles.riding(PAPER.replace(rollers_per_wheel=count, roller_angle=np.pi / 4, **sizes))
+
+
+def test_rolling_radii_of_wheels_of_spheres_are_those_that_were_published():
+    """71.378 to 75.900 mm of eight spheres; of twelve the hull's radius, 75.630 mm in the mean."""
+    eight, twelve = spheres(8, 16.5, 59.4), spheres(12, 52.16, 23.74)
+    assert [eight["lowest"], eight["highest"]] == pytest.approx([71.378, 75.9], abs=5e-4)
+    assert twelve["forward_radius"] == pytest.approx(75.630, abs=5e-4)
+    assert eight["forward_radius"] == pytest.approx(16.5 + 59.4 * np.sin(np.pi / 8) / (np.pi / 8), rel=1e-14)
+    pitch = np.pi / 8
+    aside = (16.5 * np.sin(pitch) + 59.4 * (pitch + np.sin(2 * pitch) / 2) / 2) / pitch
+    assert eight["sideways_radius"] == pytest.approx(aside, rel=1e-14)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_an_arc_that_keeps_the_wheel_round_changes_nothing(model):
+    same = PAPER.replace(meridian_radius=PAPER.wheel_radius)
+    effects = (Slope(0.2), Torque(0.002), Bearings(wheel_viscous=1e-4))
+    plain, own = (run(vehicle, roller_model=model, effects=effects, duration=0.5) for vehicle in (PAPER, same))
+    np.testing.assert_allclose(own.pose[-1], plain.pose[-1], rtol=1e-10, atol=1e-11)
+    assert len(own.switches.t) == len(plain.switches.t) > 10
+    chi, inputs = np.array([0.1, -0.2, 0.05, 0.3]), (np.full((4, 2), 1e-4),) if model == "free" else ()
+    one, other = (kernel(vehicle, model, "compiled").forward_dynamics(NU, chi, *inputs) for vehicle in (PAPER, same))
+    np.testing.assert_allclose(other, one, rtol=0, atol=1e-13 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("vehicle", [BALLS, BARRELS], ids=["spheres", "mecanum barrels"])
+@pytest.mark.parametrize("law", ["impact", "smooth"])
+@pytest.mark.parametrize("model", MODELS)
+def test_energy_changes_at_switches_alone(vehicle, model, law):
+    found = run(vehicle, roller_model=model, switching=law, accuracy=1e-13)
+    jumps = found.switches.energy_jump
+    assert len(jumps) > 20 and found.stats["phase_energy_drift"] < 1e-13
+    assert abs(found.energy[-1] - found.energy[0] - jumps.sum()) < 1e-13 * found.energy[0] * len(jumps)
+    assert law == "smooth" or jumps.max() < 1e-14 * found.energy[0]
+
+
+def test_straight_ahead_a_wheel_turns_by_the_height_of_its_centre():
+    vehicle = BALLS.replace(wheel_angles=[np.pi / 2] * 4, wheel_places=[[x, y] for x in (0.1, -0.1) for y in (0.1, -0.1)])
+    joint = np.pi / 9
+    chi = np.linspace(-joint, joint, 21)[:, None] * np.ones(4)
+    height = PAPER.roller_axis_radius * np.cos(chi) + THICK
+    rates = kernel(vehicle, "massless").wheel_speeds((1 / vehicle.platform_radius, 0, 0), chi)
+    np.testing.assert_allclose(rates, 1 / height, rtol=1e-14)
+    found = run(vehicle, (0.5 / vehicle.platform_radius, 0, 0), 2.0, roller_model="massless")
+    turned = 2 * joint * (len(found.switches.t) // 4) + found.chi[-1, 0] - found.chi[0, 0]
+    whole, rest = divmod(turned + joint, 2 * joint)
+    way = lambda x: THICK * x + PAPER.roller_axis_radius * np.sin(x)  # noqa: E731
+    expected = whole * 2 * way(joint) + way(rest - joint)
+    assert found.pose[-1, 0] == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("vehicle", [BALLS, BARRELS], ids=["spheres", "mecanum barrels"])
+def test_the_weight_takes_what_the_wheels_rise_by(vehicle, model):
+    """Kinetic energy and N H together stay between switches, where H is the same on both rollers; the account closes."""
+    found = run(vehicle, roller_model=model, effects=(Weight(),), accuracy=1e-13)
+    bound = found.effects.kernel(vehicle, model, "python")
+    loads = bound.constants[bound.constant_names.index("wheel_loads")]
+    assert loads.sum() == pytest.approx(vehicle.mass * 9.80665, rel=1e-12)
+    lift = np.array([bound.call("rides", chi)[0] @ loads for chi in found.chi])
+    switched = np.concatenate([[0.0], np.cumsum(np.diff(found.energy + lift))])
+    assert len(found.switches.t) > 20 and np.ptp(lift) > 1e-3 * found.energy[0]
+    assert abs(switched[-1] - found.switches.energy_jump.sum()) < 1e-11 * found.energy[0]
+    assert abs(found.ledger.residual) < 1e-11 * found.energy[0]
+    assert found.ledger.contributions["weight_work"] == pytest.approx(lift[0] - lift[-1], abs=1e-12 * lift[0])
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_torques_that_hold_the_weight_leave_a_vehicle_at_rest(model):
+    chi = np.array([0.1, -0.2, 0.05, 0.3])
+    bound = omniroll.effects.effect_set.EffectSet.checked((Weight(), Torque(1.0)), BALLS).kernel(BALLS, model, "compiled")
+    loads = bound.constants[bound.constant_names.index("wheel_loads")]
+    inputs = (np.zeros((4, 2)),) if model == "free" else ()
+    holding = -loads * PAPER.roller_axis_radius * np.sin(chi)  # N H'
+    held, pushed = (bound.forward_dynamics(np.zeros(3), chi, *inputs, torque) for torque in (holding, 0 * holding))
+    assert np.abs(held).max() < 1e-12 * np.abs(pushed).max()
+
+
+def test_numbers_survive_text_and_runs_files(tmp_path):
+    again = Vehicle(**json.loads(json.dumps(BARRELS.as_dict())))
+    assert again == BARRELS and eval(repr(BARRELS), {"Vehicle": Vehicle}) == BARRELS
+    found = run(BALLS, duration=0.3, effects=(Weight(),))
+    for name in ("run.npz", "run.csv"):
+        found.save(tmp_path / name)
+        kept = omniroll.Trajectory.load(tmp_path / name)
+        assert kept.vehicle == BALLS and (kept.spins == found.spins).all() and kept.effects == found.effects
+
+
+def test_a_session_goes_the_same_way():
+    effects = (Weight(), Torque(0.01))
+    whole = run(BALLS, effects=effects, duration=0.6, roller_model="locked")
+    session = omniroll.Session(BALLS, nu=NU, effects=effects, roller_model="locked", accuracy=1e-12)
+    for _ in range(6):
+        session.step(0.1)
+    np.testing.assert_allclose(session.pose, whole.pose[-1], rtol=1e-9, atol=1e-10)
+
+
+def test_what_does_not_go_with_a_profile_is_refused_in_a_sentence():
+    for effects in ((Contact(law="viscous", coefficient=30.0),), (Bearings(roller_viscous=1e-6),)):
+        with pytest.raises(InvalidValueError, match="meridian_radius = .*is not derived beside this"):
+            run(BALLS, effects=effects)
+    with pytest.raises(InvalidValueError, match="does not go with a meridian_radius"):
+        run(BALLS, engine="python")
+    with pytest.raises(InvalidValueError, match="wheels that stay round"):
+        run(PAPER, effects=(Weight(),))
+    with pytest.raises(InvalidValueError, match="loads of level ground"):
+        run(BALLS, effects=(Weight(), Slope(0.1)))
+    for radius, words in ((0, "positive"), (2.0, "touch the ground|above the ground"), ("round", "real number")):
+        with pytest.raises(InvalidValueError, match=words):
+            PAPER.replace(meridian_radius=radius)
