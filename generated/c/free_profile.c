@@ -30,7 +30,6 @@ void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu,
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
@@ -38,7 +37,7 @@ void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu,
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share);
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
         chi_dot[i] = wheel_rate;
     }
 }
@@ -66,7 +65,6 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
@@ -82,7 +80,7 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
         const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rho = arc_tip + t2*width;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share);
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -117,7 +115,6 @@ void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real chi_dot_i = chi_dot[i];
         const omniroll_real half_sine = omniroll_sin(chi_i/2);
@@ -128,17 +125,15 @@ void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real acting_2 = -R_over_l_ride_share*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t1*turns*ride_share;
-        m11 += turn_1*turn_1;
-        m12 += turn_1*turn_2;
-        m13 += turn_1*turn_3;
-        m22 += turn_2*turn_2;
-        m23 += turn_2*turn_3;
+        const omniroll_real turn_3 = -t1*ride_share;
+        m11 += acting_1*acting_1;
+        m12 += acting_1*acting_2;
+        m13 += acting_1*turn_3;
+        m22 += acting_2*acting_2;
+        m23 += acting_2*turn_3;
         m33 += turn_3*turn_3;
-        f1 += chi_dot_i*turn_1;
-        f2 += chi_dot_i*turn_2;
+        f1 += chi_dot_i*acting_1;
+        f2 += chi_dot_i*acting_2;
         f3 += chi_dot_i*turn_3;
     }
     const omniroll_real pivot_1 = 1/m11;
@@ -188,7 +183,6 @@ void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
@@ -198,14 +192,12 @@ void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real 
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real acting_2 = -R_over_l_ride_share*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t1*turns*ride_share;
-        m11 += turn_1*turn_1;
-        m12 += turn_1*turn_2;
-        m13 += turn_1*turn_3;
-        m22 += turn_2*turn_2;
-        m23 += turn_2*turn_3;
+        const omniroll_real turn_3 = -t1*ride_share;
+        m11 += acting_1*acting_1;
+        m12 += acting_1*acting_2;
+        m13 += acting_1*turn_3;
+        m22 += acting_2*acting_2;
+        m23 += acting_2*turn_3;
         m33 += turn_3*turn_3;
     }
     const omniroll_real pivot_1 = 1/m11;
@@ -224,7 +216,6 @@ void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
@@ -234,10 +225,8 @@ void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real 
         const omniroll_real t2 = R_over_l*ride_share;
         const omniroll_real acting_1 = t2*sin_alpha;
         const omniroll_real acting_2 = -t2*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t1*turns*ride_share;
-        torques[i] = x_1*turn_1 + x_2*turn_2 + x_3*turn_3;
+        const omniroll_real turn_3 = -t1*ride_share;
+        torques[i] = x_1*acting_1 + x_2*acting_2 + x_3*turn_3;
     }
 }
 
@@ -265,7 +254,6 @@ void omniroll_wheel_accelerations(const omniroll_model *model, const omniroll_re
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
@@ -281,13 +269,11 @@ void omniroll_wheel_accelerations(const omniroll_model *model, const omniroll_re
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t2 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t2*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t3*turns*ride_share;
+        const omniroll_real turn_3 = -t3*ride_share;
         const omniroll_real roll = t2*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share);
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
         const omniroll_real turn_drift = -rise_share*wheel_rate*wheel_rate;
-        const omniroll_real rate_of_turning = nu_dot_1*turn_1 + nu_dot_2*turn_2 + nu_dot_3*turn_3
+        const omniroll_real rate_of_turning = nu_dot_1*acting_1 + nu_dot_2*acting_2 + nu_dot_3*turn_3
             + turn_drift;
         chi_ddot[i] = rate_of_turning;
     }
@@ -350,12 +336,10 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     const omniroll_real arc_tip = gap - 2*arc_radius*joint_sine*joint_sine;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real alpha = vehicle->wheel_angles[i];
-        const omniroll_real turns_i = vehicle->turns[i];
         const omniroll_real cos_alpha = omniroll_cos(alpha);
         const omniroll_real sin_alpha = omniroll_sin(alpha);
         wheel[i].cos_alpha = cos_alpha;
         wheel[i].sin_alpha = sin_alpha;
-        wheel[i].turns = turns_i;
     }
     const omniroll_real m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
     const omniroll_real joint_quarter = pi_per_n/4;
@@ -423,7 +407,6 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
@@ -441,9 +424,7 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real acting_2 = -R_over_l_ride_share*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t3*turns*ride_share;
+        const omniroll_real turn_3 = -t3*ride_share;
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real R_inverse_rho = R*inverse_rho;
         const omniroll_real row_1 = R_inverse_rho*cos_alpha;
@@ -460,12 +441,12 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
     }
     matrix[0] = m11;
@@ -512,7 +493,6 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
@@ -535,12 +515,10 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t4*turns*ride_share;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
         const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t5);
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -566,8 +544,8 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
     }
     force[0] = f1;
@@ -618,7 +596,6 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
@@ -641,12 +618,10 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t4*turns*ride_share;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
         const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t5);
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -672,12 +647,12 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
         const omniroll_real couple_rate = t5*couple;
         const omniroll_real momentum_rate = roll*couple;
@@ -685,8 +660,8 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
     }
     const omniroll_real pivot_1 = 1/m11;
@@ -754,7 +729,6 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
@@ -777,12 +751,10 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t4*turns*ride_share;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
         const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t5);
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -807,12 +779,12 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
         const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const omniroll_real couple_rate = t5*couple;
@@ -821,8 +793,8 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
     }
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1;
@@ -875,7 +847,6 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
@@ -896,12 +867,10 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t4*turns*ride_share;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
         const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t5);
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -935,12 +904,12 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
         const omniroll_real couple_rate = t5*couple;
         const omniroll_real momentum_rate = roll*couple;
@@ -948,8 +917,8 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
     }
     const omniroll_real pivot_1 = 1/m11;
@@ -972,7 +941,6 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t6 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t6);
@@ -983,7 +951,7 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share);
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
         const omniroll_real yaw_acceleration = t7;
         const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
         const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
@@ -1028,7 +996,6 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
@@ -1044,7 +1011,7 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rho = arc_tip + t2*width;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share);
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -1142,7 +1109,6 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
         const omniroll_real entering_i = entering[i];
         const omniroll_real turn_excess_i = turn_excess[i];
@@ -1162,9 +1128,7 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real acting_2 = -R_over_l_ride_share*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real turn_3 = -t3*turns*ride_share;
+        const omniroll_real turn_3 = -t3*ride_share;
         const omniroll_real inverse_rho = 1/rho;
         const omniroll_real R_inverse_rho = R*inverse_rho;
         const omniroll_real row_1 = R_inverse_rho*cos_alpha;
@@ -1181,19 +1145,19 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
         f1 += entering_i*inertia_1;
         f2 += entering_i*inertia_2;
         f3 += inertia_3*entering_i;
         const omniroll_real turn_impulse = J*turn_excess_i;
-        f1 += turn_1*turn_impulse;
-        f2 += turn_2*turn_impulse;
+        f1 += acting_1*turn_impulse;
+        f2 += acting_2*turn_impulse;
         f3 += turn_3*turn_impulse;
     }
     const omniroll_real pivot_1 = 1/m11;

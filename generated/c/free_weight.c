@@ -67,13 +67,11 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     const omniroll_real arc_tip = gap - 2*arc_radius*joint_sine*joint_sine;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real alpha = vehicle->wheel_angles[i];
-        const omniroll_real turns_i = vehicle->turns[i];
         const omniroll_real load_of_wheel = vehicle->wheel_loads[i];
         const omniroll_real cos_alpha = omniroll_cos(alpha);
         const omniroll_real sin_alpha = omniroll_sin(alpha);
         wheel[i].cos_alpha = cos_alpha;
         wheel[i].sin_alpha = sin_alpha;
-        wheel[i].turns = turns_i;
         wheel[i].load_of_wheel = load_of_wheel;
     }
     const omniroll_real m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
@@ -116,7 +114,7 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
  * inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); platform_force, inertia,
  * free_couple, couple_rates, free_force (maxima/forms/system.mac); free_turn_force
  * (maxima/effects/moving_rows.mac); axle_moment (maxima/programs/vehicle.mac); moments
- * (maxima/forms/moments.mac); standing (maxima/effects/joints.mac). */
+ * (maxima/forms/moments.mac). */
 void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      const omniroll_real *momenta, omniroll_real *force)
 {
@@ -143,11 +141,9 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
     const omniroll_real t2 = 2*arc_radius;
     const omniroll_real t4 = inverse_yaw_scale*R_over_l;
     const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
-    const omniroll_real yaw_rate_sq = yaw_rate*yaw_rate;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
@@ -171,13 +167,10 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real t5 = -t4*ride_share;
-        const omniroll_real turn_3 = t5*turns;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real t6 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t6);
+        const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -197,23 +190,20 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real inertia_2 = B*row_2;
         const omniroll_real inertia_3 = B*row_3;
         const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
-        const omniroll_real couple_rate = t6*couple;
+        const omniroll_real couple_rate = t5*couple;
         const omniroll_real momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
         const omniroll_real axle_moment = -load_of_wheel*rise;
         const omniroll_real axle_push = R_over_l_ride_share*axle_moment;
         f1 += sin_alpha*axle_push;
         f2 += -cos_alpha*axle_push;
-        f3 += t5*axle_moment;
-        const omniroll_real stands = 1 - turns;
-        const omniroll_real standing_arm = yaw_rate*roll/(yaw_rate_sq + turns);
-        f3 += inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm);
+        f3 += turn_3*axle_moment;
     }
     force[0] = f1;
     force[1] = f2;
@@ -225,7 +215,7 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
  * free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed,
  * inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); free_turn_matrix,
  * free_turn_force (maxima/effects/moving_rows.mac); axle_moment (maxima/programs/vehicle.mac); moments
- * (maxima/forms/moments.mac); standing (maxima/effects/joints.mac). */
+ * (maxima/forms/moments.mac). */
 void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, omniroll_real *nu_dot)
 {
@@ -261,11 +251,9 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
     const omniroll_real t2 = 2*arc_radius;
     const omniroll_real t4 = inverse_yaw_scale*R_over_l;
     const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
-    const omniroll_real yaw_rate_sq = yaw_rate*yaw_rate;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
@@ -289,13 +277,10 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real t5 = -t4*ride_share;
-        const omniroll_real turn_3 = t5*turns;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real t6 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t6);
+        const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -321,30 +306,27 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
-        const omniroll_real couple_rate = t6*couple;
+        const omniroll_real couple_rate = t5*couple;
         const omniroll_real momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
         const omniroll_real axle_moment = -load_of_wheel*rise;
         const omniroll_real axle_push = R_over_l_ride_share*axle_moment;
         f1 += sin_alpha*axle_push;
         f2 += -cos_alpha*axle_push;
-        f3 += t5*axle_moment;
-        const omniroll_real stands = 1 - turns;
-        const omniroll_real standing_arm = yaw_rate*roll/(yaw_rate_sq + turns);
-        f3 += inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm);
+        f3 += turn_3*axle_moment;
     }
     const omniroll_real pivot_1 = 1/m11;
     const omniroll_real u12 = m12*pivot_1;
@@ -369,7 +351,7 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
  * (maxima/forms/system.mac); yaw, angle, slant, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
  * turn_drift, drift (maxima/forms/rolling.mac); free_turn_matrix, free_turn_force
  * (maxima/effects/moving_rows.mac); axle_moment (maxima/programs/vehicle.mac); moments
- * (maxima/forms/moments.mac); standing (maxima/effects/joints.mac). */
+ * (maxima/forms/moments.mac). */
 void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, const omniroll_real *nu_dot,
                                omniroll_real *force)
@@ -409,11 +391,9 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
     const omniroll_real t2 = 2*arc_radius;
     const omniroll_real t4 = inverse_yaw_scale*R_over_l;
     const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
-    const omniroll_real yaw_rate_sq = yaw_rate*yaw_rate;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
@@ -437,13 +417,10 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real t5 = -t4*ride_share;
-        const omniroll_real turn_3 = t5*turns;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real t6 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t6);
+        const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -468,31 +445,28 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
         const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
-        const omniroll_real couple_rate = t6*couple;
+        const omniroll_real couple_rate = t5*couple;
         const omniroll_real momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
         const omniroll_real axle_moment = -load_of_wheel*rise;
         const omniroll_real axle_push = R_over_l_ride_share*axle_moment;
         f1 += sin_alpha*axle_push;
         f2 += -cos_alpha*axle_push;
-        f3 += t5*axle_moment;
-        const omniroll_real stands = 1 - turns;
-        const omniroll_real standing_arm = yaw_rate*roll/(yaw_rate_sq + turns);
-        f3 += inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm);
+        f3 += turn_3*axle_moment;
     }
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1;
     force[1] = nu_dot_1*m12 + nu_dot_2*m22 + nu_dot_3*m23 - f2;
@@ -505,7 +479,7 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
  * contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac);
  * spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); free_turn_matrix,
  * free_turn_force (maxima/effects/moving_rows.mac); axle_moment (maxima/programs/vehicle.mac); moments
- * (maxima/forms/moments.mac); standing (maxima/effects/joints.mac). */
+ * (maxima/forms/moments.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *spins, omniroll_real *nu_dot, omniroll_real *spins_dot)
 {
@@ -542,11 +516,9 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real t2 = 2*arc_radius;
     const omniroll_real t4 = inverse_yaw_scale*R_over_l;
     const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
-    const omniroll_real yaw_rate_sq = yaw_rate*yaw_rate;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
         const omniroll_real t1 = chi_i/2;
@@ -568,13 +540,10 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real t3 = -R_over_l_ride_share;
         const omniroll_real acting_2 = t3*cos_alpha;
-        const omniroll_real turn_1 = turns*acting_1;
-        const omniroll_real turn_2 = turns*acting_2;
-        const omniroll_real t5 = -t4*ride_share;
-        const omniroll_real turn_3 = t5*turns;
+        const omniroll_real turn_3 = -t4*ride_share;
         const omniroll_real roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real t6 = R_over_l_yaw_rate*ride_share;
-        const omniroll_real wheel_rate = turns*(roll - t6);
+        const omniroll_real t5 = R_over_l_yaw_rate*ride_share;
+        const omniroll_real wheel_rate = roll - t5;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
         const omniroll_real inverse_rho = 1/rho;
@@ -608,30 +577,27 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         m22 += row_2*inertia_2;
         m23 += row_3*inertia_2;
         m33 += row_3*inertia_3;
-        m11 += J*turn_1*turn_1;
-        const omniroll_real J_turn_1 = J*turn_1;
-        m12 += J_turn_1*turn_2;
-        m13 += J_turn_1*turn_3;
-        m22 += J*turn_2*turn_2;
-        m23 += J*turn_2*turn_3;
+        m11 += J*acting_1*acting_1;
+        const omniroll_real J_acting_1 = J*acting_1;
+        m12 += J_acting_1*acting_2;
+        m13 += J_acting_1*turn_3;
+        m22 += J*acting_2*acting_2;
+        m23 += J*acting_2*turn_3;
         m33 += J*turn_3*turn_3;
-        const omniroll_real couple_rate = t6*couple;
+        const omniroll_real couple_rate = t5*couple;
         const omniroll_real momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
         f2 += -cos_alpha*couple_rate - drift*inertia_2;
         f3 += -inverse_yaw_scale*momentum_rate - drift*inertia_3;
         const omniroll_real turn_pull = J*turn_drift;
-        f1 += -turn_1*turn_pull;
-        f2 += -turn_2*turn_pull;
+        f1 += -acting_1*turn_pull;
+        f2 += -acting_2*turn_pull;
         f3 += -turn_3*turn_pull;
         const omniroll_real axle_moment = -load_of_wheel*rise;
         const omniroll_real axle_push = R_over_l_ride_share*axle_moment;
         f1 += sin_alpha*axle_push;
         f2 += -cos_alpha*axle_push;
-        f3 += t5*axle_moment;
-        const omniroll_real stands = 1 - turns;
-        const omniroll_real standing_arm = yaw_rate*roll/(yaw_rate_sq + turns);
-        f3 += inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm);
+        f3 += turn_3*axle_moment;
     }
     const omniroll_real pivot_1 = 1/m11;
     const omniroll_real u12 = m12*pivot_1;
@@ -649,23 +615,22 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     nu_dot[0] = x_1;
     nu_dot[1] = x_2;
     nu_dot[2] = x_3;
-    const omniroll_real t8 = inverse_yaw_scale*x_3;
+    const omniroll_real t7 = inverse_yaw_scale*x_3;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real turns = model->wheel[i].turns;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t7 = chi_i/2;
-        const omniroll_real half_sine = omniroll_sin(t7);
-        const omniroll_real half_cosine = omniroll_cos(t7);
+        const omniroll_real t6 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t6);
+        const omniroll_real half_cosine = omniroll_cos(t6);
         const omniroll_real sine = 2*half_sine*half_cosine;
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const omniroll_real wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share);
-        const omniroll_real yaw_acceleration = t8;
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
+        const omniroll_real yaw_acceleration = t7;
         const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
         const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
         const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;

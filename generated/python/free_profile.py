@@ -23,7 +23,7 @@ def wheel_speeds(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       chi_dot[N] [rad/s]: wheel rates.
-    Operations: once 2 mul; per wheel 4 add, 12 mul, 1 div, 1 sincos. Intermediates: 9.
+    Operations: once 2 mul; per wheel 4 add, 11 mul, 1 div, 1 sincos. Intermediates: 9.
     """
     chi_dot = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -39,7 +39,6 @@ def wheel_speeds(model, nu, chi):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
@@ -47,7 +46,7 @@ def wheel_speeds(model, nu, chi):
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
-        wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share)
+        wheel_rate = roll - R_over_l_yaw_rate*ride_share
         chi_dot[i] = wheel_rate
     return chi_dot
 
@@ -62,7 +61,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 3 mul; per wheel 9 add, 22 mul, 2 div, 2 sincos. Intermediates: 22.
+    Operations: once 3 mul; per wheel 9 add, 21 mul, 2 div, 2 sincos. Intermediates: 22.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -83,7 +82,6 @@ def wheel_rates(model, nu, chi):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         t1 = chi_i/2
         half_sine = sin(t1)
@@ -99,7 +97,7 @@ def wheel_rates(model, nu, chi):
         rise = -arc_reach*sine
         rho = arc_tip + t2*width
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
-        wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share)
+        wheel_rate = roll - R_over_l_yaw_rate*ride_share
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -118,7 +116,7 @@ def nu_from_wheels_at(model, chi, chi_dot):
     chi_dot[N] [rad/s]: wheel rates.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 16 mul, 4 div; per wheel 11 add, 22 mul, 1 div, 1 sincos. Intermediates: 34.
+    Operations: once 10 add, 16 mul, 4 div; per wheel 11 add, 19 mul, 1 div, 1 sincos. Intermediates: 32.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -139,7 +137,6 @@ def nu_from_wheels_at(model, chi, chi_dot):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         chi_dot_i = chi_dot[i]
         half_sine = sin(chi_i/2)
@@ -150,17 +147,15 @@ def nu_from_wheels_at(model, chi, chi_dot):
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
         acting_2 = -R_over_l_ride_share*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t1*turns*ride_share
-        m11 = m11 + turn_1*turn_1
-        m12 = m12 + turn_1*turn_2
-        m13 = m13 + turn_1*turn_3
-        m22 = m22 + turn_2*turn_2
-        m23 = m23 + turn_2*turn_3
+        turn_3 = -t1*ride_share
+        m11 = m11 + acting_1*acting_1
+        m12 = m12 + acting_1*acting_2
+        m13 = m13 + acting_1*turn_3
+        m22 = m22 + acting_2*acting_2
+        m23 = m23 + acting_2*turn_3
         m33 = m33 + turn_3*turn_3
-        f1 = f1 + chi_dot_i*turn_1
-        f2 = f2 + chi_dot_i*turn_2
+        f1 = f1 + chi_dot_i*acting_1
+        f2 = f2 + chi_dot_i*acting_2
         f3 = f3 + chi_dot_i*turn_3
     pivot_1 = 1/m11
     u12 = m12*pivot_1
@@ -191,7 +186,7 @@ def wheel_torques_at(model, chi, force):
     force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
     Returns:
       torques[N] [N m]: torques about the wheel axles.
-    Operations: once 10 add, 16 mul, 4 div; per wheel 12 add, 35 mul, 2 div, 2 sincos. Intermediates: 45.
+    Operations: once 10 add, 16 mul, 4 div; per wheel 12 add, 29 mul, 2 div, 2 sincos. Intermediates: 41.
     """
     torques = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -215,7 +210,6 @@ def wheel_torques_at(model, chi, force):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
@@ -225,14 +219,12 @@ def wheel_torques_at(model, chi, force):
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
         acting_2 = -R_over_l_ride_share*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t1*turns*ride_share
-        m11 = m11 + turn_1*turn_1
-        m12 = m12 + turn_1*turn_2
-        m13 = m13 + turn_1*turn_3
-        m22 = m22 + turn_2*turn_2
-        m23 = m23 + turn_2*turn_3
+        turn_3 = -t1*ride_share
+        m11 = m11 + acting_1*acting_1
+        m12 = m12 + acting_1*acting_2
+        m13 = m13 + acting_1*turn_3
+        m22 = m22 + acting_2*acting_2
+        m23 = m23 + acting_2*turn_3
         m33 = m33 + turn_3*turn_3
     pivot_1 = 1/m11
     u12 = m12*pivot_1
@@ -250,7 +242,6 @@ def wheel_torques_at(model, chi, force):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
@@ -260,10 +251,8 @@ def wheel_torques_at(model, chi, force):
         t2 = R_over_l*ride_share
         acting_1 = t2*sin_alpha
         acting_2 = -t2*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t1*turns*ride_share
-        torques[i] = x_1*turn_1 + x_2*turn_2 + x_3*turn_3
+        turn_3 = -t1*ride_share
+        torques[i] = x_1*acting_1 + x_2*acting_2 + x_3*turn_3
     return torques
 
 
@@ -277,7 +266,7 @@ def wheel_accelerations(model, nu, chi, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       chi_ddot[N] [rad/s^2]: accelerations of the wheels.
-    Operations: once 3 mul; per wheel 7 add, 28 mul, 1 div, 2 sincos. Intermediates: 24.
+    Operations: once 3 mul; per wheel 7 add, 24 mul, 1 div, 2 sincos. Intermediates: 22.
     """
     chi_ddot = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -297,7 +286,6 @@ def wheel_accelerations(model, nu, chi, nu_dot):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         t1 = chi_i/2
         half_sine = sin(t1)
@@ -313,13 +301,11 @@ def wheel_accelerations(model, nu, chi, nu_dot):
         acting_1 = R_over_l_ride_share*sin_alpha
         t2 = -R_over_l_ride_share
         acting_2 = t2*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t3*turns*ride_share
+        turn_3 = -t3*ride_share
         roll = t2*(nu_2*cos_alpha - nu_1*sin_alpha)
-        wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share)
+        wheel_rate = roll - R_over_l_yaw_rate*ride_share
         turn_drift = -rise_share*wheel_rate*wheel_rate
-        rate_of_turning = nu_dot_1*turn_1 + nu_dot_2*turn_2 + nu_dot_3*turn_3 + turn_drift
+        rate_of_turning = nu_dot_1*acting_1 + nu_dot_2*acting_2 + nu_dot_3*turn_3 + turn_drift
         chi_ddot[i] = rate_of_turning
     return chi_ddot
 
@@ -356,7 +342,7 @@ def rides(model, chi):
 
 
 def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
-            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, turns, meridian_radius):
+            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, meridian_radius):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, axle_direction, free_yaw_constant, joint,
@@ -370,7 +356,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_radius [m]: wheel centre to the ground.
     roller_axis_radius [m]: wheel centre to a roller's axis.
     wheel_angles[N] [rad]: directions of the wheel axles.
-    turns[N] [1]: 1, or 0 of a wheel that stands on its joint.
     meridian_radius [m]: radius of the arc that is a roller's meridian.
     Returns the model:
       B [kg m^2]: roller inertia.
@@ -390,7 +375,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       m0_33 [kg m^2]: constant part of the mass matrix.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
-      turns[N] [1]: 1, or 0 of a wheel that stands on its joint.
       arc_radius [m]: radius of the arc that is a roller's meridian.
       arc_reach [m]: distance of the arc's centre from the wheel's, in the middle of the roller.
       arc_tip [m]: rho at the joint, but for sag.
@@ -403,7 +387,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_kappa = [None] * (rollers_per_wheel - 1)
     model.cos_alpha = [None] * wheels
     model.sin_alpha = [None] * wheels
-    model.turns = [None] * wheels
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
     pi = circle_ratio(like)
@@ -430,12 +413,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     arc_tip = gap - 2*arc_radius*joint_sine*joint_sine
     for i in range(wheels):
         alpha = wheel_angles[i]
-        turns_i = turns[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
-        model.turns[i] = turns_i
     m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw
     joint_quarter = pi_per_n/4
     joint_half = t1
@@ -481,7 +462,7 @@ def mass_matrix(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
-    Operations: once 2 mul; per wheel 18 add, 47 mul, 2 div, 2 sincos. Intermediates: 38.
+    Operations: once 2 mul; per wheel 18 add, 44 mul, 2 div, 2 sincos. Intermediates: 36.
     """
     matrix = [[None] * 3 for _ in range(3)]
     B = model.B
@@ -508,7 +489,6 @@ def mass_matrix(model, chi):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         t1 = chi_i/2
         half_sine = sin(t1)
@@ -526,9 +506,7 @@ def mass_matrix(model, chi):
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
         acting_2 = -R_over_l_ride_share*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t3*turns*ride_share
+        turn_3 = -t3*ride_share
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -545,12 +523,12 @@ def mass_matrix(model, chi):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
     matrix[0][0] = m11
     matrix[0][1] = m12
@@ -576,7 +554,7 @@ def forces(model, nu, chi, momenta):
     rollers.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 7 mul; per wheel 25 add, 64 mul, 2 div, 2 sincos. Intermediates: 55.
+    Operations: once 7 mul; per wheel 25 add, 60 mul, 2 div, 2 sincos. Intermediates: 53.
     """
     force = [None] * 3
     B = model.B
@@ -604,7 +582,6 @@ def forces(model, nu, chi, momenta):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
@@ -627,12 +604,10 @@ def forces(model, nu, chi, momenta):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t4*turns*ride_share
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
         t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t5)
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -658,8 +633,8 @@ def forces(model, nu, chi, momenta):
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
     force[0] = f1
     force[1] = f2
@@ -680,7 +655,7 @@ def forward_dynamics(model, nu, chi, momenta):
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 22 mul, 4 div; per wheel 37 add, 84 mul, 2 div, 2 sincos. Intermediates: 75.
+    Operations: once 10 add, 22 mul, 4 div; per wheel 37 add, 80 mul, 2 div, 2 sincos. Intermediates: 73.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -717,7 +692,6 @@ def forward_dynamics(model, nu, chi, momenta):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
@@ -740,12 +714,10 @@ def forward_dynamics(model, nu, chi, momenta):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t4*turns*ride_share
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
         t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t5)
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -771,12 +743,12 @@ def forward_dynamics(model, nu, chi, momenta):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
         couple_rate = t5*couple
         momentum_rate = roll*couple
@@ -784,8 +756,8 @@ def forward_dynamics(model, nu, chi, momenta):
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
     pivot_1 = 1/m11
     u12 = m12*pivot_1
@@ -820,7 +792,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 16 mul; per wheel 37 add, 84 mul, 2 div, 2 sincos. Intermediates: 62.
+    Operations: once 9 add, 16 mul; per wheel 37 add, 80 mul, 2 div, 2 sincos. Intermediates: 60.
     """
     force = [None] * 3
     B = model.B
@@ -860,7 +832,6 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
@@ -883,12 +854,10 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t4*turns*ride_share
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
         t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t5)
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -913,12 +882,12 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
         couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         couple_rate = t5*couple
@@ -927,8 +896,8 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1
     force[1] = nu_dot_1*m12 + nu_dot_2*m22 + nu_dot_3*m23 - f2
@@ -950,8 +919,8 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 23 mul, 4 div; per wheel 42 add, 102 mul, 3 div, 4 sincos; per free roller 3 add,
-    4 mul. Intermediates: 92.
+    Operations: once 10 add, 23 mul, 4 div; per wheel 42 add, 97 mul, 3 div, 4 sincos; per free roller 3 add,
+    4 mul. Intermediates: 90.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -989,7 +958,6 @@ def accelerations(model, nu, chi, spins):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         t1 = chi_i/2
         half_sine = sin(t1)
@@ -1010,12 +978,10 @@ def accelerations(model, nu, chi, spins):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t4*turns*ride_share
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
         t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t5)
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -1048,12 +1014,12 @@ def accelerations(model, nu, chi, spins):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
         couple_rate = t5*couple
         momentum_rate = roll*couple
@@ -1061,8 +1027,8 @@ def accelerations(model, nu, chi, spins):
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
     pivot_1 = 1/m11
     u12 = m12*pivot_1
@@ -1084,7 +1050,6 @@ def accelerations(model, nu, chi, spins):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         t6 = chi_i/2
         half_sine = sin(t6)
@@ -1095,7 +1060,7 @@ def accelerations(model, nu, chi, spins):
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
-        wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share)
+        wheel_rate = roll - R_over_l_yaw_rate*ride_share
         yaw_acceleration = t7
         yaw_times_wheel = yaw_rate*wheel_rate
         disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
@@ -1119,7 +1084,7 @@ def energy(model, nu, chi, spins):
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
     Returns:
       energy [J]: kinetic energy.
-    Operations: once 2 add, 10 mul; per wheel 12 add, 29 mul, 2 div, 2 sincos; per free roller 3 add, 6 mul.
+    Operations: once 2 add, 10 mul; per wheel 12 add, 28 mul, 2 div, 2 sincos; per free roller 3 add, 6 mul.
     Intermediates: 26.
     """
     B = model.B
@@ -1144,7 +1109,6 @@ def energy(model, nu, chi, spins):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         t1 = chi_i/2
         half_sine = sin(t1)
@@ -1160,7 +1124,7 @@ def energy(model, nu, chi, spins):
         rise = -arc_reach*sine
         rho = arc_tip + t2*width
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
-        wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share)
+        wheel_rate = roll - R_over_l_yaw_rate*ride_share
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -1238,7 +1202,7 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
     switch is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 13 add, 17 mul, 4 div; per wheel 24 add, 54 mul, 2 div, 2 sincos. Intermediates: 55.
+    Operations: once 13 add, 17 mul, 4 div; per wheel 24 add, 51 mul, 2 div, 2 sincos. Intermediates: 53.
     """
     nu_after = [None] * 3
     B = model.B
@@ -1271,7 +1235,6 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
         entering_i = entering[i]
         turn_excess_i = turn_excess[i]
@@ -1291,9 +1254,7 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
         acting_2 = -R_over_l_ride_share*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        turn_3 = -t3*turns*ride_share
+        turn_3 = -t3*ride_share
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -1310,19 +1271,19 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
         f1 = f1 + entering_i*inertia_1
         f2 = f2 + entering_i*inertia_2
         f3 = f3 + inertia_3*entering_i
         turn_impulse = J*turn_excess_i
-        f1 = f1 + turn_1*turn_impulse
-        f2 = f2 + turn_2*turn_impulse
+        f1 = f1 + acting_1*turn_impulse
+        f2 = f2 + acting_2*turn_impulse
         f3 = f3 + turn_3*turn_impulse
     pivot_1 = 1/m11
     u12 = m12*pivot_1

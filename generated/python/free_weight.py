@@ -41,8 +41,7 @@ def lift_energy(model, chi):
 
 
 def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
-            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, turns, meridian_radius,
-            wheel_loads):
+            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, meridian_radius, wheel_loads):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, axle_direction, free_yaw_constant, joint,
@@ -56,7 +55,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_radius [m]: wheel centre to the ground.
     roller_axis_radius [m]: wheel centre to a roller's axis.
     wheel_angles[N] [rad]: directions of the wheel axles.
-    turns[N] [1]: 1, or 0 of a wheel that stands on its joint.
     meridian_radius [m]: radius of the arc that is a roller's meridian.
     wheel_loads[N] [N]: loads that the wheels carry up and down.
     Returns the model:
@@ -77,7 +75,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       m0_33 [kg m^2]: constant part of the mass matrix.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
-      turns[N] [1]: 1, or 0 of a wheel that stands on its joint.
       arc_radius [m]: radius of the arc that is a roller's meridian.
       arc_reach [m]: distance of the arc's centre from the wheel's, in the middle of the roller.
       arc_tip [m]: rho at the joint, but for sag.
@@ -91,7 +88,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_kappa = [None] * (rollers_per_wheel - 1)
     model.cos_alpha = [None] * wheels
     model.sin_alpha = [None] * wheels
-    model.turns = [None] * wheels
     model.load_of_wheel = [None] * wheels
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
@@ -119,13 +115,11 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     arc_tip = gap - 2*arc_radius*joint_sine*joint_sine
     for i in range(wheels):
         alpha = wheel_angles[i]
-        turns_i = turns[i]
         load_of_wheel = wheel_loads[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
-        model.turns[i] = turns_i
         model.load_of_wheel[i] = load_of_wheel
     m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw
     joint_quarter = pi_per_n/4
@@ -169,14 +163,14 @@ def forces(model, nu, chi, momenta):
     Equations: (3.4). Steps: yaw, angle, slant, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
     turn_drift, drift (maxima/forms/rolling.mac); platform_force, inertia, free_couple, couple_rates,
     free_force (maxima/forms/system.mac); free_turn_force (maxima/effects/moving_rows.mac); axle_moment
-    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); standing (maxima/effects/joints.mac).
+    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
     rollers.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 8 mul; per wheel 32 add, 73 mul, 4 div, 2 sincos. Intermediates: 61.
+    Operations: once 7 mul; per wheel 28 add, 65 mul, 2 div, 2 sincos. Intermediates: 55.
     """
     force = [None] * 3
     B = model.B
@@ -201,11 +195,9 @@ def forces(model, nu, chi, momenta):
     t2 = 2*arc_radius
     t4 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
-    yaw_rate_sq = yaw_rate*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
@@ -229,13 +221,10 @@ def forces(model, nu, chi, momenta):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        t5 = -t4*ride_share
-        turn_3 = t5*turns
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t6 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t6)
+        t5 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -255,23 +244,20 @@ def forces(model, nu, chi, momenta):
         inertia_2 = B*row_2
         inertia_3 = B*row_3
         couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
-        couple_rate = t6*couple
+        couple_rate = t5*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
         axle_moment = -load_of_wheel*rise
         axle_push = R_over_l_ride_share*axle_moment
         f1 = f1 + sin_alpha*axle_push
         f2 = f2 + -cos_alpha*axle_push
-        f3 = f3 + t5*axle_moment
-        stands = 1 - turns
-        standing_arm = yaw_rate*roll/(yaw_rate_sq + turns)
-        f3 = f3 + inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm)
+        f3 = f3 + turn_3*axle_moment
     force[0] = f1
     force[1] = f2
     force[2] = f3
@@ -285,14 +271,14 @@ def forward_dynamics(model, nu, chi, momenta):
     free_yaw_inertia, couple_rates, free_force, skewed_solution (maxima/forms/system.mac); yaw, angle, slant,
     wheel_rate, contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
     free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac); axle_moment
-    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); standing (maxima/effects/joints.mac).
+    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 23 mul, 4 div; per wheel 44 add, 93 mul, 4 div, 2 sincos. Intermediates: 81.
+    Operations: once 10 add, 22 mul, 4 div; per wheel 40 add, 85 mul, 2 div, 2 sincos. Intermediates: 75.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -326,11 +312,9 @@ def forward_dynamics(model, nu, chi, momenta):
     t2 = 2*arc_radius
     t4 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
-    yaw_rate_sq = yaw_rate*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
@@ -354,13 +338,10 @@ def forward_dynamics(model, nu, chi, momenta):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        t5 = -t4*ride_share
-        turn_3 = t5*turns
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t6 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t6)
+        t5 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -386,30 +367,27 @@ def forward_dynamics(model, nu, chi, momenta):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
-        couple_rate = t6*couple
+        couple_rate = t5*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
         axle_moment = -load_of_wheel*rise
         axle_push = R_over_l_ride_share*axle_moment
         f1 = f1 + sin_alpha*axle_push
         f2 = f2 + -cos_alpha*axle_push
-        f3 = f3 + t5*axle_moment
-        stands = 1 - turns
-        standing_arm = yaw_rate*roll/(yaw_rate_sq + turns)
-        f3 = f3 + inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm)
+        f3 = f3 + turn_3*axle_moment
     pivot_1 = 1/m11
     u12 = m12*pivot_1
     u13 = m13*pivot_1
@@ -436,7 +414,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     free_couple, couple_rates, free_force (maxima/forms/system.mac); yaw, angle, slant, wheel_rate,
     contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac);
     free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac); axle_moment
-    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); standing (maxima/effects/joints.mac).
+    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -444,7 +422,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 17 mul; per wheel 44 add, 93 mul, 4 div, 2 sincos. Intermediates: 68.
+    Operations: once 9 add, 16 mul; per wheel 40 add, 85 mul, 2 div, 2 sincos. Intermediates: 62.
     """
     force = [None] * 3
     B = model.B
@@ -481,11 +459,9 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     t2 = 2*arc_radius
     t4 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
-    yaw_rate_sq = yaw_rate*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
@@ -509,13 +485,10 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        t5 = -t4*ride_share
-        turn_3 = t5*turns
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t6 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t6)
+        t5 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -540,31 +513,28 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
         couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
-        couple_rate = t6*couple
+        couple_rate = t5*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
         axle_moment = -load_of_wheel*rise
         axle_push = R_over_l_ride_share*axle_moment
         f1 = f1 + sin_alpha*axle_push
         f2 = f2 + -cos_alpha*axle_push
-        f3 = f3 + t5*axle_moment
-        stands = 1 - turns
-        standing_arm = yaw_rate*roll/(yaw_rate_sq + turns)
-        f3 = f3 + inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm)
+        f3 = f3 + turn_3*axle_moment
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1
     force[1] = nu_dot_1*m12 + nu_dot_2*m22 + nu_dot_3*m23 - f2
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3
@@ -579,16 +549,15 @@ def accelerations(model, nu, chi, spins):
     contact_speed, inverse_rho, contact_spin, row, turn_drift, drift (maxima/forms/rolling.mac); no_spin_sums
     (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, free_spin_dot
     (maxima/forms/free_rollers.mac); free_turn_matrix, free_turn_force (maxima/effects/moving_rows.mac);
-    axle_moment (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); standing
-    (maxima/effects/joints.mac).
+    axle_moment (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 24 mul, 4 div; per wheel 49 add, 111 mul, 5 div, 4 sincos; per free roller 3 add,
-    4 mul. Intermediates: 98.
+    Operations: once 10 add, 23 mul, 4 div; per wheel 45 add, 102 mul, 3 div, 4 sincos; per free roller 3 add,
+    4 mul. Intermediates: 92.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -623,11 +592,9 @@ def accelerations(model, nu, chi, spins):
     t2 = 2*arc_radius
     t4 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
-    yaw_rate_sq = yaw_rate*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         t1 = chi_i/2
@@ -649,13 +616,10 @@ def accelerations(model, nu, chi, spins):
         acting_1 = R_over_l_ride_share*sin_alpha
         t3 = -R_over_l_ride_share
         acting_2 = t3*cos_alpha
-        turn_1 = turns*acting_1
-        turn_2 = turns*acting_2
-        t5 = -t4*ride_share
-        turn_3 = t5*turns
+        turn_3 = -t4*ride_share
         roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t6 = R_over_l_yaw_rate*ride_share
-        wheel_rate = turns*(roll - t6)
+        t5 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t5
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -688,30 +652,27 @@ def accelerations(model, nu, chi, spins):
         m22 = m22 + row_2*inertia_2
         m23 = m23 + row_3*inertia_2
         m33 = m33 + row_3*inertia_3
-        m11 = m11 + J*turn_1*turn_1
-        J_turn_1 = J*turn_1
-        m12 = m12 + J_turn_1*turn_2
-        m13 = m13 + J_turn_1*turn_3
-        m22 = m22 + J*turn_2*turn_2
-        m23 = m23 + J*turn_2*turn_3
+        m11 = m11 + J*acting_1*acting_1
+        J_acting_1 = J*acting_1
+        m12 = m12 + J_acting_1*acting_2
+        m13 = m13 + J_acting_1*turn_3
+        m22 = m22 + J*acting_2*acting_2
+        m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
-        couple_rate = t6*couple
+        couple_rate = t5*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
         f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         turn_pull = J*turn_drift
-        f1 = f1 + -turn_1*turn_pull
-        f2 = f2 + -turn_2*turn_pull
+        f1 = f1 + -acting_1*turn_pull
+        f2 = f2 + -acting_2*turn_pull
         f3 = f3 + -turn_3*turn_pull
         axle_moment = -load_of_wheel*rise
         axle_push = R_over_l_ride_share*axle_moment
         f1 = f1 + sin_alpha*axle_push
         f2 = f2 + -cos_alpha*axle_push
-        f3 = f3 + t5*axle_moment
-        stands = 1 - turns
-        standing_arm = yaw_rate*roll/(yaw_rate_sq + turns)
-        f3 = f3 + inverse_yaw_scale*axle_moment*stands*(R_over_l_ride_share - standing_arm)
+        f3 = f3 + turn_3*axle_moment
     pivot_1 = 1/m11
     u12 = m12*pivot_1
     u13 = m13*pivot_1
@@ -728,23 +689,22 @@ def accelerations(model, nu, chi, spins):
     nu_dot[0] = x_1
     nu_dot[1] = x_2
     nu_dot[2] = x_3
-    t8 = inverse_yaw_scale*x_3
+    t7 = inverse_yaw_scale*x_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
-        turns = model.turns[i]
         chi_i = chi[i]
-        t7 = chi_i/2
-        half_sine = sin(t7)
-        half_cosine = cos(t7)
+        t6 = chi_i/2
+        half_sine = sin(t6)
+        half_cosine = cos(t6)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
         ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
-        wheel_rate = turns*(roll - R_over_l_yaw_rate*ride_share)
-        yaw_acceleration = t8
+        wheel_rate = roll - R_over_l_yaw_rate*ride_share
+        yaw_acceleration = t7
         yaw_times_wheel = yaw_rate*wheel_rate
         disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
         disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
