@@ -1,4 +1,5 @@
-"""Random vehicles with rollers at angles, in two rows, or with a meridian of their own, as bodies and as Vehicle, with states of both."""
+"""Random vehicles with rollers at angles, in two rows, or with a meridian of their own, as bodies and as Vehicle, with
+states of both."""
 
 from collections.abc import Sequence
 from dataclasses import replace

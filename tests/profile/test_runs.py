@@ -1,5 +1,5 @@
-"""Rollers with a meridian of their own: rolling radii of wheels made of spheres, energy, the weight's work, what goes with
-them and what does not. tests/mecanum/test_all_bodies.py has them beside a model of all bodies."""
+"""Rollers with a meridian of their own: radii of wheels of spheres, energy, the weight's work, what goes with them and
+what does not. tests/mecanum/test_all_bodies.py has them beside a model of all bodies."""
 
 import json
 
@@ -9,6 +9,7 @@ import pytest
 import omniroll
 from omniroll import Bearings, Contact, InvalidValueError, Slope, Torque, Vehicle
 from omniroll.effects import Weight
+from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles import profiles
 
@@ -65,7 +66,8 @@ def test_energy_changes_at_switches_alone(vehicle, model, law):
 
 
 def test_straight_ahead_a_wheel_turns_by_the_height_of_its_centre():
-    vehicle = BALLS.replace(wheel_angles=[np.pi / 2] * 4, wheel_places=[[x, y] for x in (0.1, -0.1) for y in (0.1, -0.1)])
+    places = [[x, y] for x in (0.1, -0.1) for y in (0.1, -0.1)]
+    vehicle = BALLS.replace(wheel_angles=[np.pi / 2] * 4, wheel_places=places)
     joint = np.pi / 9
     chi = np.linspace(-joint, joint, 21)[:, None] * np.ones(4)
     height = PAPER.roller_axis_radius * np.cos(chi) + THICK
@@ -82,7 +84,7 @@ def test_straight_ahead_a_wheel_turns_by_the_height_of_its_centre():
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("vehicle", [BALLS, BARRELS], ids=["spheres", "mecanum barrels"])
 def test_the_weight_takes_what_the_wheels_rise_by(vehicle, model):
-    """Kinetic energy and N H together stay between switches, where H is the same on both rollers; the account closes."""
+    """Kinetic energy and N H together stay between switches, where H is that of both rollers; the account closes."""
     found = run(vehicle, roller_model=model, effects=(Weight(),), accuracy=1e-13)
     bound = found.effects.kernel(vehicle, model, "python")
     loads = bound.constants[bound.constant_names.index("wheel_loads")]
@@ -98,7 +100,7 @@ def test_the_weight_takes_what_the_wheels_rise_by(vehicle, model):
 @pytest.mark.parametrize("model", MODELS)
 def test_torques_that_hold_the_weight_leave_a_vehicle_at_rest(model):
     chi = np.array([0.1, -0.2, 0.05, 0.3])
-    bound = omniroll.effects.effect_set.EffectSet.checked((Weight(), Torque(1.0)), BALLS).kernel(BALLS, model, "compiled")
+    bound = EffectSet.checked((Weight(), Torque(1.0)), BALLS).kernel(BALLS, model, "compiled")
     loads = bound.constants[bound.constant_names.index("wheel_loads")]
     inputs = (np.zeros((4, 2)),) if model == "free" else ()
     holding = -loads * PAPER.roller_axis_radius * np.sin(chi)  # N H'

@@ -12,10 +12,10 @@ from omniroll.effects import (
     Motor,
     PathFollower,
     Slope,
-    Weight,
     Springs,
     Torque,
     TorqueTable,
+    Weight,
 )
 from omniroll.errors import InvalidValueError
 from omniroll.robots.catalogue import ROBOTS

@@ -1,5 +1,5 @@
-"""What rollers at an angle, in two rows or with a meridian of their own do, in closed forms, and what each level of the model leaves out; of wheels
-of several kinds, what each has."""
+"""What rollers at an angle, in two rows or with a meridian of their own do, in closed forms, and what each level of the
+model leaves out; of wheels of several kinds, what each has."""
 
 import math
 from typing import Any

@@ -47,8 +47,8 @@ def rate_on_ground(vehicle: "Vehicle", gravity: float = STANDARD_GRAVITY) -> flo
 
 
 def mean_radii(vehicle: "Vehicle") -> np.ndarray:
-    """(N,) in m, the way ahead of each wheel per angle that it turns, in the mean over a pitch: wheel_radius, unless the
-    vehicle has a meridian_radius. Controllers and odometry know this one."""
+    """(N,) in m, the way ahead of each wheel per angle that it turns, in the mean over a pitch: wheel_radius, unless
+    the vehicle has a meridian_radius. Controllers and odometry know this one."""
     if vehicle.meridian_radius is None:
         return np.array(vehicle.by_wheel["wheel_radius"])
     mean_of = {angle: _mean(vehicle, abs(angle))[0] for angle in set(vehicle.roller_angle)}

@@ -169,7 +169,8 @@ class Vehicle:
         given = {name: value for name, value in locals().items() if name in SHEET_ENTRIES and value is not None}
         wheels = vocabulary.WHEELS.checked(wheels)
         rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
-        kind = {"roller_angle": roller_angle, "rows": rows, "row_offset": row_offset, "meridian_radius": meridian_radius}
+        kind = {"roller_angle": roller_angle, "rows": rows, "row_offset": row_offset}
+        kind |= {"meridian_radius": meridian_radius}
         kind = wheel_kind.checked(wheels, rollers_per_wheel, **kind)
         axis_angle = wheel_kind.size_of(kind["roller_angle"])
         sheet = completed(wheels, rollers_per_wheel, given, axis_angle)

@@ -112,4 +112,3 @@ def rolling_of_kind(
     lengths = {"wheel_radius": wheel_radius, "roller_axis_radius": axis_radius, "axis_angle": axis_angle}
     names = ("strafe_factor", "rate_ripple", "spin_ratio", "contact_shift")
     return dict(zip(names, parts.evaluate("rolling_of_kind", 1, rollers_per_wheel, **lengths), strict=True))
-
