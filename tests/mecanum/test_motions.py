@@ -9,21 +9,9 @@ from scipy.integrate import solve_ivp
 import omniroll
 from omniroll import InvalidValueError, Vehicle
 from omniroll.kernels.kernel import kernel
+from tests.mecanum.corners import usual
 
 MODELS = ("massless", "locked", "free")
-HANDS = np.array([1, -1, -1, 1])
-
-
-def usual(psi: float = math.pi / 4, **changes) -> Vehicle:
-    """Four wheels, front left, front right, rear left, rear right, whose axles point outward."""
-    numbers = {
-        "wheels": 4, "rollers_per_wheel": 9, "mass": 20.0, "yaw_inertia": 0.9, "wheel_inertia": 3e-3,
-        "roller_inertia": 3e-6, "platform_radius": 0.3, "wheel_radius": 0.05, "roller_axis_radius": 0.037,
-        "wheel_angles": (math.pi / 2, -math.pi / 2, math.pi / 2, -math.pi / 2),
-        "wheel_places": ((0.2, 0.15), (0.2, -0.15), (-0.2, 0.15), (-0.2, -0.15)),
-        "roller_angle": tuple(psi * HANDS),
-    }  # fmt: skip
-    return Vehicle(**numbers | changes)
 
 
 def run(vehicle: Vehicle, nu=(0.5, 0.8, 0.6), duration=1.0, **options):

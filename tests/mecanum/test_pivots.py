@@ -1,32 +1,15 @@
 """Mecanum wheels that stand on their joint: where the rollers on both sides push them back to it."""
 
-import math
 
 import numpy as np
 import pytest
 
 import omniroll
 from omniroll.kernels.kernel import kernel
-from tests.mecanum.test_motions import HANDS, usual
+from tests.mecanum.corners import CORNERS, JOINT, TURNING, trio, two_stand, usual, vanishing_rate
 from tests.rows import reversals
 
 MODELS, LAWS = reversals.MODELS, ("impact", "smooth")
-TURNING = {"nu": (0.35 * 1.5 / 0.3, 0.0, 1.5), "chi": (0.1, 0.0, -0.1, 0.2)}  # where the front left wheel comes to rest
-JOINT = math.pi / 9
-
-
-def trio() -> omniroll.Vehicle:
-    """Three wheels of one hand on rays."""
-    angles = np.arange(3) * 2 * np.pi / 3
-    return usual(wheels=3, wheel_angles=tuple(angles), roller_angle=(math.pi / 4,) * 3, yaw_scale=1.0,
-                 wheel_places=tuple((0.25 * np.cos(a), 0.25 * np.sin(a)) for a in angles))  # fmt: skip
-
-
-def two_stand(turn: float = 1.0) -> dict:
-    """A start of the trio at which two of its wheels are at rest between their rollers, which both turn them back."""
-    bound = kernel(trio(), "massless")
-    rows = sum(bound.wheel_speeds(np.eye(3), np.full(3, angle)).T for angle in (JOINT, -JOINT))[:2]
-    return {"nu": [*np.linalg.solve(rows[:, :2], -turn * rows[:, 2]), turn], "chi": (JOINT, -JOINT, 0.1)}
 
 
 def simulated(vehicle, model, law="impact", duration=2.0, **task):
@@ -64,15 +47,6 @@ def test_turned_the_other_way_no_roller_pushes_them_there():
     assert not run.pivots[run.step_rows[0]].any()
 
 
-CORNERS = {
-    "O layout, square": usual(wheel_places=((0.2, 0.2), (0.2, -0.2), (-0.2, 0.2), (-0.2, -0.2)),
-                              roller_angle=tuple(-math.pi / 4 * HANDS)),
-    "three rollers": usual(rollers_per_wheel=3, roller_axis_radius=0.02),
-    "89 degrees": usual(math.radians(89)),
-    "nearly sharp tips": usual(roller_axis_radius=0.05 * math.cos(math.pi / 9) * (1 - 2e-3)),
-}  # fmt: skip
-
-
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("corner", CORNERS)
 def test_corners(model, corner):
@@ -82,11 +56,8 @@ def test_corners(model, corner):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_wheel_whose_rate_vanishes_at_its_joint(model):
-    vehicle, joint = usual(), math.pi / 9
-    row = kernel(vehicle, model).wheel_speeds(np.eye(3), np.full(4, joint)).T[0]
     for yaw in (0.0, 0.4, -0.4):
-        nu = (-(row[1] + row[2] * yaw) / row[0], 1.0, yaw)
-        assert_lawful(simulated(vehicle, model, nu=nu, chi=(joint, 0.1, 0.0, -0.1), duration=0.5))
+        assert_lawful(simulated(usual(), model, duration=0.5, **vanishing_rate(yaw)))
 
 
 @pytest.mark.parametrize("model", MODELS)
