@@ -38,7 +38,8 @@ MECANUM = ("joints", "kinds", "mecanum", "moving_rows")
 PROFILE = ("joints", "mecanum", "moving_rows", "profile", "weight")
 SPRINGS = tuple(("contact", law, "contact_springs") for law in ("contact_regularised", "contact_coulomb"))
 ROWS = ("joints", "kinds", "rows")  # rollers in two rows, and wheels of several kinds in one
-OTHER_KINDS = ("joints", "mecanum", "moving_rows", "rows")  # beside friction of the ground: an absent one has the paper's numbers
+# Beside friction of the ground: an absent one has the paper's numbers.
+OTHER_KINDS = ("joints", "mecanum", "moving_rows", "rows")
 CHOICES: dict[str, tuple[tuple[str, ...], ...]] = {
     "locked": ((*SMOOTH, *STICKING), (*SMOOTH, *ROWS), MECANUM, PROFILE),
     "massless": (
