@@ -1,7 +1,7 @@
 """Rollers whose meridian is an arc: the wheel's centre rises and falls while it rolls over them."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -9,13 +9,10 @@ from omniroll.errors import InvalidValueError
 from omniroll.vehicles import parts, wheel_kind
 from omniroll.vocabulary import STANDARD_GRAVITY
 
-if TYPE_CHECKING:
-    from omniroll.vehicles.vehicle import Vehicle
-
 NODES = 32  # of Gauss and Legendre, which give means over a pitch to rounding
 
 
-def check(vehicle: "Vehicle") -> None:
+def check(vehicle: Any) -> None:
     """Raise InvalidValueError for a meridian_radius whose rollers' axes touch the ground at the joint."""
     for angle in sorted({abs(angle) for angle in vehicle.roller_angle}):
         if ride(vehicle, np.pi / vehicle.rollers_per_wheel, angle)["contact"] <= 0:
@@ -23,7 +20,7 @@ def check(vehicle: "Vehicle") -> None:
             raise InvalidValueError("meridian_radius", vehicle.meridian_radius, bound)
 
 
-def ride(vehicle: "Vehicle", turn: float, axis_angle: float) -> dict[str, float]:
+def ride(vehicle: Any, turn: float, axis_angle: float) -> dict[str, float]:
     """Of a wheel at `turn` in rad from its roller's middle, all in m.
 
     axis_angle  in rad, of its rollers
@@ -39,14 +36,14 @@ def ride(vehicle: "Vehicle", turn: float, axis_angle: float) -> dict[str, float]
     return dict(zip(("height", "slope", "bend", "contact", "side"), found, strict=True))
 
 
-def rate_on_ground(vehicle: "Vehicle", gravity: float = STANDARD_GRAVITY) -> float:
+def rate_on_ground(vehicle: Any, gravity: float = STANDARD_GRAVITY) -> float:
     """In rad/s, the rate beyond which a wheel that turns steadily leaves the ground in the middle of its rollers."""
     middles = [ride(vehicle, 0.0, abs(angle)) for angle in set(vehicle.roller_angle)]
     fall = max(middle["height"] - middle["bend"] for middle in middles)  # times the square of the rate: acceleration
     return math.sqrt(gravity / fall) if fall > 0 else math.inf
 
 
-def mean_radii(vehicle: "Vehicle") -> np.ndarray:
+def mean_radii(vehicle: Any) -> np.ndarray:
     """(N,) in m, the way ahead of each wheel per angle that it turns, in the mean over a pitch: wheel_radius, unless
     the vehicle has a meridian_radius. Controllers and odometry know this one."""
     if vehicle.meridian_radius is None:
@@ -55,7 +52,7 @@ def mean_radii(vehicle: "Vehicle") -> np.ndarray:
     return np.array([mean_of[angle] for angle in vehicle.roller_angle])
 
 
-def _mean(vehicle: "Vehicle", axis_angle: float) -> tuple[float, float]:
+def _mean(vehicle: Any, axis_angle: float) -> tuple[float, float]:
     """The means of H and of H cos(chi) over a pitch."""
     joint = np.pi / vehicle.rollers_per_wheel
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
@@ -63,7 +60,7 @@ def _mean(vehicle: "Vehicle", axis_angle: float) -> tuple[float, float]:
     return float(weights @ heights) / 2, float(weights @ (heights * np.cos(joint * nodes))) / 2
 
 
-def riding(vehicle: "Vehicle") -> dict[str, float]:
+def riding(vehicle: Any) -> dict[str, float]:
     """How the wheels of a vehicle with a meridian_radius roll, in m.
 
     highest, lowest    heights of a wheel's centre over the ground
