@@ -32,6 +32,7 @@ SHEET = {
 KINDS = {
     "two rows": omniroll.robot("open-base").vehicle.replace(rows=2, row_offset=-0.0055),
     "mecanum": omniroll.robot("mecanum-trio").vehicle,
+    "profile": VEHICLE.replace(meridian_radius=VEHICLE.wheel_radius - VEHICLE.roller_axis_radius),
     "layout": VEHICLE.replace(
         wheel_places=((0.15, 0.01), (-0.07, 0.14), (-0.08, -0.12)), center_of_mass=(0.005, -0.01)
     ),
@@ -145,10 +146,10 @@ def batch(**arguments: Any) -> Any:
     return omniroll.Batch(**arguments).accelerations(**split)
 
 
-def acting(kind: type, beside: Any = None, **arguments: Any) -> Any:
+def acting(kind: type, beside: Any = None, on: omniroll.Vehicle = VEHICLE, **arguments: Any) -> Any:
     """An effect, which may be refused only where it meets a vehicle, with another one beside it."""
     effects = [kind(**arguments)] if beside is None else [beside, kind(**arguments)]
-    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.01, effects=effects, control=False, memory=1e6)
+    return omniroll.simulate(on, nu=(1, 0, 1), duration=0.01, effects=effects, control=False, memory=1e6)
 
 
 @cache
@@ -229,6 +230,7 @@ CALLS = (
     Call("Springs", partial(acting, omniroll.Springs, beside=omniroll.Contact(law="coulomb", friction=0.4)), {
         "height": 0.05, "deflection": 1e-4, "damping_ratio": 0.3, "most_tilt": 0.1, "normal_gravity": 9.80665}),
     Call("Slope", partial(acting, omniroll.Slope), {"angle": 0.1, "direction": 0.0, "gravity": 9.8}),
+    Call("Weight", partial(acting, omniroll.Weight, on=KINDS["profile"]), {"gravity": 9.8}),
     Call("Contact", partial(acting, omniroll.Contact), {
         "coefficient": 100.0, "law": "viscous", "friction": None, "speed": None, "load": None, "normal_gravity": None,
         "wheel_rates": None, "contact_spins": None}),
