@@ -11,7 +11,7 @@ WORDS = {  # of the entries of an account, for people
     "roller_loss": "rollers' bearings",
     "ground_loss": "slip on the ground",
     "slope_work": "work of gravity",
-    "weight_work": "weight on rising wheels",
+    "weight_work": "work of the weight",
     "spring_energy": "springs and weight",
     "damper_loss": "dampers",
     "residual": "residual",
