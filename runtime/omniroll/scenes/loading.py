@@ -28,6 +28,7 @@ from omniroll.scenes.vehicles import vehicle_of
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INSTRUMENTS, KINDS_OF_ERROR, WITH_ERRORS
 
+ONE_ROW = {"rows": 1, "row_offset": 0.0}  # of a vehicle
 OPTIONS = {  # argument of simulate: the table and key that it comes from
     "nu": ("start", "nu"),
     "chi": ("start", "chi"),
@@ -132,7 +133,7 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
     said = replay_logs(tables, path.parent, findings)
     whole = vehicle
     if vehicle is not None and vehicle.rows > 1 and any(vehicle.roller_angle):  # no motion: what else the scene says is
-        vehicle = vehicle.with_wheels_of_the_paper()  # checked all the same
+        vehicle = vehicle.replace(**ONE_ROW)  # checked all the same
     said += speeds_as_nu(tables, vehicle, findings)
     options = {
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
@@ -140,7 +141,7 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
     effects = effects_of(tables, findings)
     if whole is not None:
         placed = with_layout(whole, tables, findings)
-        whole, vehicle = placed, placed if vehicle is whole else placed.with_wheels_of_the_paper()
+        whole, vehicle = placed, placed if vehicle is whole else placed.replace(**ONE_ROW)
     stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
     if stand_in is not None:
         check_together(effects, stand_in, findings)
