@@ -11,9 +11,9 @@ rollers of a wheel. `model` is what prepare() returns.
 from types import SimpleNamespace
 
 from .elementary import circle_ratio, cos, number, sin
-from .free_profile import contact_axial, energy, impact, mass_matrix, nu_from_wheels_at, rides, wheel_accelerations, wheel_rates, wheel_speeds, wheel_torques_at
+from .free_profile import axial_speeds, contact_axial, energy, impact, mass_matrix, nu_from_wheels_at, spins_from_axial, wheel_accelerations, wheel_rates, wheel_speeds, wheel_torques_at
 from .massless import pose_rates
-from .free import axial_speeds, momenta, spins_from_axial
+from .free import momenta
 
 
 def lift_energy(model, chi):
@@ -24,24 +24,30 @@ def lift_energy(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       lift_energy [J]: potential energy of the loads that the wheels carry.
-    Operations: per wheel 3 add, 6 mul, 1 sincos. Intermediates: 4.
+    Operations: per wheel 5 add, 9 mul, 2 sincos. Intermediates: 7.
     """
-    arc_radius = model.arc_radius
-    arc_reach = model.arc_reach
     lift = 0
     for i in range(model.wheels):
+        arc_radius = model.arc_radius[i]
+        arc_reach = model.arc_reach[i]
+        arc_lead = model.arc_lead[i]
+        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
-        half_sine = sin(chi_i/2)
+        t1 = (arc_middle + chi_i)/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine
+        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
         lift = lift + load_of_wheel*ride_height
     lift_energy = lift
     return lift_energy
 
 
 def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
-            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, meridian_radius, wheel_loads):
+            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, arc_radii, arc_asides,
+            arc_alongs, wheel_loads):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, axle_direction, free_yaw_constant, joint,
@@ -55,7 +61,9 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_radius [m]: wheel centre to the ground.
     roller_axis_radius [m]: wheel centre to a roller's axis.
     wheel_angles[N] [rad]: directions of the wheel axles.
-    meridian_radius [m]: radius of the arc that is a roller's meridian.
+    arc_radii[N] [m]: radius of the arc that carries.
+    arc_asides[N] [m]: distance of its centre from the roller's axis.
+    arc_alongs[N] [m]: place of its centre along the roller's axis from the roller's middle.
     wheel_loads[N] [N]: loads that the wheels carry up and down.
     Returns the model:
       B [kg m^2]: roller inertia.
@@ -75,12 +83,15 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       m0_33 [kg m^2]: constant part of the mass matrix.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
-      arc_radius [m]: radius of the arc that is a roller's meridian.
-      arc_reach [m]: distance of the arc's centre from the wheel's, in the middle of the roller.
-      arc_tip [m]: rho at the joint, but for sag.
+      arc_radius[N] [m]: radius of the arc that carries.
+      arc_reach[N] [m]: distance of the arc's centre from the wheel's, along the radius to the roller's
+      middle.
+      arc_lead[N] [m]: how far the arc's centre is from the roller's middle, in the wheel's plane.
+      arc_tip[N] [m]: rho at the joint, but for sag.
+      arc_middle[N] [rad]: angle from the roller's middle from which chi is counted.
       load_of_wheel[N] [N]: load that a wheel carries up and down.
-    Operations: once 4 add, 18 mul, 5 div, 1 sincos; per wheel 2 sincos; per free-roller slot 4 add, 12 mul, 5
-    sincos. Intermediates: 27.
+    Operations: once 1 add, 17 mul, 5 div, 1 sincos; per wheel 3 add, 1 mul, 2 sincos; per free-roller slot 4
+    add, 12 mul, 5 sincos. Intermediates: 27.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -88,6 +99,11 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_kappa = [None] * (rollers_per_wheel - 1)
     model.cos_alpha = [None] * wheels
     model.sin_alpha = [None] * wheels
+    model.arc_radius = [None] * wheels
+    model.arc_reach = [None] * wheels
+    model.arc_lead = [None] * wheels
+    model.arc_tip = [None] * wheels
+    model.arc_middle = [None] * wheels
     model.load_of_wheel = [None] * wheels
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
@@ -100,7 +116,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     R = platform_radius
     l = wheel_radius
     r = roller_axis_radius
-    arc_radius = meridian_radius
     inverse_yaw_scale = 1/Lambda
     R_over_l = R/l
     mass_R2 = M*R*R
@@ -110,31 +125,39 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     pi_per_n = pi/n
     t1 = pi_per_n/2
     joint_sine = sin(t1)
-    gap = l - r
-    arc_reach = l - arc_radius
-    arc_tip = gap - 2*arc_radius*joint_sine*joint_sine
+    t2 = 2*joint_sine*joint_sine
     for i in range(wheels):
         alpha = wheel_angles[i]
+        arc_radius = arc_radii[i]
+        arc_aside = arc_asides[i]
+        arc_along = arc_alongs[i]
         load_of_wheel = wheel_loads[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
+        arc_reach = r + arc_aside
+        arc_tip = arc_radius - t2*arc_radius + arc_aside
+        model.arc_radius[i] = arc_radius
+        model.arc_reach[i] = arc_reach
+        model.arc_lead[i] = arc_along
+        model.arc_tip[i] = arc_tip
+        model.arc_middle[i] = 0
         model.load_of_wheel[i] = load_of_wheel
     m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw
     joint_quarter = pi_per_n/4
     joint_half = t1
-    t2 = 2*n
-    t4 = 3*n
+    t3 = 2*n
+    t5 = 3*n
     for j in range(rollers_per_wheel - 1):
         slot = number(j + 1, like)
         twice_slot = 2*slot
-        sin_kappa_high = t2 - twice_slot
+        sin_kappa_high = t3 - twice_slot
         sin_kappa_middle = n - twice_slot
         sin_kappa = (4*sin(joint_quarter*twice_slot)*sin(joint_quarter*sin_kappa_high)*sin(joint_half*sin_kappa_middle))
-        t3 = 2*twice_slot
-        cos_kappa_low = n - t3
-        cos_kappa_high = t4 - t3
+        t4 = 2*twice_slot
+        cos_kappa_low = n - t4
+        cos_kappa_high = t5 - t4
         cos_kappa = 2*sin(joint_quarter*cos_kappa_low)*sin(joint_quarter*cos_kappa_high)
         model.cos_kappa[j] = cos_kappa
         model.sin_kappa[j] = sin_kappa
@@ -151,9 +174,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.m0_11 = mass_R2
     model.m0_22 = mass_R2
     model.m0_33 = m0_33
-    model.arc_radius = arc_radius
-    model.arc_reach = arc_reach
-    model.arc_tip = arc_tip
     return model
 
 
@@ -170,7 +190,7 @@ def forces(model, nu, chi, momenta):
     rollers.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 7 mul; per wheel 28 add, 65 mul, 2 div, 2 sincos. Intermediates: 55.
+    Operations: once 6 mul; per wheel 31 add, 68 mul, 2 div, 2 sincos. Intermediates: 54.
     """
     force = [None] * 3
     B = model.B
@@ -181,9 +201,6 @@ def forces(model, nu, chi, momenta):
     coriolis = model.coriolis
     J = model.J
     joint_sine = model.joint_sine
-    arc_radius = model.arc_radius
-    arc_reach = model.arc_reach
-    arc_tip = model.arc_tip
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
@@ -192,17 +209,21 @@ def forces(model, nu, chi, momenta):
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
     f3 = 0
-    t2 = 2*arc_radius
-    t4 = inverse_yaw_scale*R_over_l
+    t3 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        arc_radius = model.arc_radius[i]
+        arc_reach = model.arc_reach[i]
+        arc_lead = model.arc_lead[i]
+        arc_tip = model.arc_tip[i]
+        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = chi_i/2
+        t1 = (arc_middle + chi_i)/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -210,21 +231,21 @@ def forces(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine
+        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine
+        rise = -arc_reach*sine - arc_lead*cosine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
-        rho = arc_tip + t2*width
+        rho = 2*arc_radius*width + arc_tip
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
-        t3 = -R_over_l_ride_share
-        acting_2 = t3*cos_alpha
-        turn_3 = -t4*ride_share
-        roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = roll - t5
+        t2 = -R_over_l_ride_share
+        acting_2 = t2*cos_alpha
+        turn_3 = -t3*ride_share
+        roll = t2*(nu_2*cos_alpha - nu_1*sin_alpha)
+        t4 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t4
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -244,7 +265,7 @@ def forces(model, nu, chi, momenta):
         inertia_2 = B*row_2
         inertia_3 = B*row_3
         couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
-        couple_rate = t5*couple
+        couple_rate = t4*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
@@ -278,7 +299,7 @@ def forward_dynamics(model, nu, chi, momenta):
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 22 mul, 4 div; per wheel 40 add, 85 mul, 2 div, 2 sincos. Intermediates: 75.
+    Operations: once 10 add, 21 mul, 4 div; per wheel 43 add, 88 mul, 2 div, 2 sincos. Intermediates: 74.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -292,9 +313,6 @@ def forward_dynamics(model, nu, chi, momenta):
     m0_11 = model.m0_11
     m0_22 = model.m0_22
     m0_33 = model.m0_33
-    arc_radius = model.arc_radius
-    arc_reach = model.arc_reach
-    arc_tip = model.arc_tip
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
@@ -309,17 +327,21 @@ def forward_dynamics(model, nu, chi, momenta):
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
     f3 = 0
-    t2 = 2*arc_radius
-    t4 = inverse_yaw_scale*R_over_l
+    t3 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        arc_radius = model.arc_radius[i]
+        arc_reach = model.arc_reach[i]
+        arc_lead = model.arc_lead[i]
+        arc_tip = model.arc_tip[i]
+        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = chi_i/2
+        t1 = (arc_middle + chi_i)/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -327,21 +349,21 @@ def forward_dynamics(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine
+        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine
+        rise = -arc_reach*sine - arc_lead*cosine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
-        rho = arc_tip + t2*width
+        rho = 2*arc_radius*width + arc_tip
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
-        t3 = -R_over_l_ride_share
-        acting_2 = t3*cos_alpha
-        turn_3 = -t4*ride_share
-        roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = roll - t5
+        t2 = -R_over_l_ride_share
+        acting_2 = t2*cos_alpha
+        turn_3 = -t3*ride_share
+        roll = t2*(nu_2*cos_alpha - nu_1*sin_alpha)
+        t4 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t4
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -374,7 +396,7 @@ def forward_dynamics(model, nu, chi, momenta):
         m22 = m22 + J*acting_2*acting_2
         m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
-        couple_rate = t5*couple
+        couple_rate = t4*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
@@ -422,7 +444,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 16 mul; per wheel 40 add, 85 mul, 2 div, 2 sincos. Intermediates: 62.
+    Operations: once 9 add, 15 mul; per wheel 43 add, 88 mul, 2 div, 2 sincos. Intermediates: 61.
     """
     force = [None] * 3
     B = model.B
@@ -436,9 +458,6 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     m0_11 = model.m0_11
     m0_22 = model.m0_22
     m0_33 = model.m0_33
-    arc_radius = model.arc_radius
-    arc_reach = model.arc_reach
-    arc_tip = model.arc_tip
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
@@ -456,17 +475,21 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
     f3 = 0
-    t2 = 2*arc_radius
-    t4 = inverse_yaw_scale*R_over_l
+    t3 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        arc_radius = model.arc_radius[i]
+        arc_reach = model.arc_reach[i]
+        arc_lead = model.arc_lead[i]
+        arc_tip = model.arc_tip[i]
+        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = chi_i/2
+        t1 = (arc_middle + chi_i)/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -474,21 +497,21 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine
+        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine
+        rise = -arc_reach*sine - arc_lead*cosine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
-        rho = arc_tip + t2*width
+        rho = 2*arc_radius*width + arc_tip
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
-        t3 = -R_over_l_ride_share
-        acting_2 = t3*cos_alpha
-        turn_3 = -t4*ride_share
-        roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = roll - t5
+        t2 = -R_over_l_ride_share
+        acting_2 = t2*cos_alpha
+        turn_3 = -t3*ride_share
+        roll = t2*(nu_2*cos_alpha - nu_1*sin_alpha)
+        t4 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t4
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -521,7 +544,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
         couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
-        couple_rate = t5*couple
+        couple_rate = t4*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
@@ -556,8 +579,8 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 23 mul, 4 div; per wheel 45 add, 102 mul, 3 div, 4 sincos; per free roller 3 add,
-    4 mul. Intermediates: 92.
+    Operations: once 10 add, 22 mul, 4 div; per wheel 50 add, 106 mul, 3 div, 4 sincos; per free roller 3 add,
+    4 mul. Intermediates: 91.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -572,9 +595,6 @@ def accelerations(model, nu, chi, spins):
     m0_11 = model.m0_11
     m0_22 = model.m0_22
     m0_33 = model.m0_33
-    arc_radius = model.arc_radius
-    arc_reach = model.arc_reach
-    arc_tip = model.arc_tip
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
@@ -589,15 +609,19 @@ def accelerations(model, nu, chi, spins):
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
     f3 = 0
-    t2 = 2*arc_radius
-    t4 = inverse_yaw_scale*R_over_l
+    t3 = inverse_yaw_scale*R_over_l
     R_over_l_yaw_rate = R_over_l*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        arc_radius = model.arc_radius[i]
+        arc_reach = model.arc_reach[i]
+        arc_lead = model.arc_lead[i]
+        arc_tip = model.arc_tip[i]
+        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
-        t1 = chi_i/2
+        t1 = (arc_middle + chi_i)/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -605,21 +629,21 @@ def accelerations(model, nu, chi, spins):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine
+        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine
+        rise = -arc_reach*sine - arc_lead*cosine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
-        rho = arc_tip + t2*width
+        rho = 2*arc_radius*width + arc_tip
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
-        t3 = -R_over_l_ride_share
-        acting_2 = t3*cos_alpha
-        turn_3 = -t4*ride_share
-        roll = t3*(nu_2*cos_alpha - nu_1*sin_alpha)
-        t5 = R_over_l_yaw_rate*ride_share
-        wheel_rate = roll - t5
+        t2 = -R_over_l_ride_share
+        acting_2 = t2*cos_alpha
+        turn_3 = -t3*ride_share
+        roll = t2*(nu_2*cos_alpha - nu_1*sin_alpha)
+        t4 = R_over_l_yaw_rate*ride_share
+        wheel_rate = roll - t4
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
         inverse_rho = 1/rho
@@ -659,7 +683,7 @@ def accelerations(model, nu, chi, spins):
         m22 = m22 + J*acting_2*acting_2
         m23 = m23 + J*acting_2*turn_3
         m33 = m33 + J*turn_3*turn_3
-        couple_rate = t5*couple
+        couple_rate = t4*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
         f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
@@ -689,22 +713,26 @@ def accelerations(model, nu, chi, spins):
     nu_dot[0] = x_1
     nu_dot[1] = x_2
     nu_dot[2] = x_3
-    t7 = inverse_yaw_scale*x_3
+    t6 = inverse_yaw_scale*x_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        arc_radius = model.arc_radius[i]
+        arc_reach = model.arc_reach[i]
+        arc_lead = model.arc_lead[i]
+        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t6 = chi_i/2
-        half_sine = sin(t6)
-        half_cosine = cos(t6)
+        t5 = (arc_middle + chi_i)/2
+        half_sine = sin(t5)
+        half_cosine = cos(t5)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine
+        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate*ride_share
-        yaw_acceleration = t7
+        yaw_acceleration = t6
         yaw_times_wheel = yaw_rate*wheel_rate
         disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
         disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration

@@ -167,13 +167,12 @@ def natural_yaw_scale(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_radius
     return yaw_scale
 
 
-def ride_of_profile(wheels, rollers_per_wheel, arc_of_meridian, wheel_radius, roller_axis_radius, axis_angle,
-                    wheel_turn):
-    """Height of a wheel whose rollers' meridian is an arc.
+def ride_of_profile(wheels, rollers_per_wheel, arc_of_meridian, roller_axis_radius, axis_angle, wheel_turn):
+    """Height of a wheel that stands on an arc of a roller's meridian.
 
     Equations: section 2.
-    arc_of_meridian [m]: radius of the arc that is a roller's meridian.
-    wheel_radius [m]: wheel centre to the ground.
+    arc_of_meridian[3] [m]: an arc of a roller's meridian: along the axis and from it its centre, and its
+    radius.
     roller_axis_radius [m]: wheel centre to a roller's axis.
     axis_angle [rad]: angle between the rollers' axes and the wheel's plane.
     wheel_turn [rad]: angle of a wheel from the middle of the roller in contact.
@@ -183,17 +182,18 @@ def ride_of_profile(wheels, rollers_per_wheel, arc_of_meridian, wheel_radius, ro
       ride_bend [m]: the height and its second derivative together.
       arc_contact [m]: in the wheel's plane the distance from the roller's axis to the contact point.
       contact_side [m]: how far outward of the roller's middle plane the contact is.
-    Operations: once 13 add, 28 mul, 6 div, 1 sqrt, 4 sincos. Intermediates: 17.
+    Operations: once 13 add, 31 mul, 6 div, 1 sqrt, 4 sincos. Intermediates: 17.
     """
-    of_radius = arc_of_meridian
-    l = wheel_radius
+    of_arc_along = arc_of_meridian[0]
+    of_arc_aside = arc_of_meridian[1]
+    of_arc_radius = arc_of_meridian[2]
     r = roller_axis_radius
     sine = sin(wheel_turn)
     cosine = cos(wheel_turn)
     of_sin_psi = sin(axis_angle)
     of_cos_psi = cos(axis_angle)
-    of_arc_aside = l - of_radius - r
-    of_arc_reach = l - of_radius
+    of_arc_reach = of_arc_aside + r
+    of_arc_lead = of_arc_along*of_cos_psi
     inverse_cosine = 1/cosine
     skew = sine*of_sin_psi*inverse_cosine
     skew_square = skew*skew
@@ -201,15 +201,14 @@ def ride_of_profile(wheels, rollers_per_wheel, arc_of_meridian, wheel_radius, ro
     nearness = 1/skew_root
     leaning = of_arc_aside*skew_square/(1 + skew_root)
     of_sag = nearness*leaning
-    ride_height = of_radius + cosine*(of_arc_reach + leaning)
+    ride_height = of_arc_radius - sine*of_arc_lead + cosine*(of_arc_reach + leaning)
     lean_share = 1 - of_cos_psi*of_cos_psi*nearness
-    of_rise = sine*(of_arc_aside*lean_share - of_arc_reach)
-    of_bend = (of_radius
-        + of_sin_psi*of_sin_psi*of_arc_aside*inverse_cosine*inverse_cosine*inverse_cosine*nearness*nearness*nearness)
+    of_rise = sine*(of_arc_aside*lean_share - of_arc_reach) - cosine*of_arc_lead
+    of_bend = (of_arc_aside*of_sin_psi*of_sin_psi*inverse_cosine*inverse_cosine*inverse_cosine*nearness*nearness*nearness + of_arc_radius)
     ride = ride_height
     ride_slope = of_rise
     ride_bend = of_bend
-    arc_contact = of_radius*cosine + of_arc_aside - of_sag
+    arc_contact = of_arc_aside + of_arc_radius*cosine - of_sag
     contact_side = -of_sin_psi*(r*sine + of_rise)*inverse_cosine/of_cos_psi
     return ride, ride_slope, ride_bend, arc_contact, contact_side
 
