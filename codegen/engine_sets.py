@@ -128,6 +128,7 @@ class EngineSet:
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.rows = effects.function(ROWS) is not None
         self.fields = {field.name for field in effects.fields}
+        self.profile = "arc_middle" in self.fields
         self.pivots = "turns" in self.fields and not self.slips  # whether wheels may stand on their joint
         rows = effects.function(ROWS)
         self.of_rows = {array.name for array in (*rows.inputs, *rows.outputs)} if rows is not None else set()

@@ -213,6 +213,56 @@ def ride_of_profile(wheels, rollers_per_wheel, arc_of_meridian, roller_axis_radi
     return ride, ride_slope, ride_bend, arc_contact, contact_side
 
 
+def tangent_of_arcs(wheels, rollers_per_wheel, arc_before, arc_after):
+    """Square of the common tangent of two arcs; negative where one is inside the other.
+
+    Equations: section 2.
+    arc_before[3] [m]: an arc of a roller's meridian: along the axis and from it its centre, and its radius.
+    arc_after[3] [m]: an arc of a roller's meridian: along the axis and from it its centre, and its radius.
+    Returns:
+      tangent_square [m^2]: its square.
+    Operations: once 5 add, 4 mul. Intermediates: 3.
+    """
+    before_1 = arc_before[0]
+    before_2 = arc_before[1]
+    before_3 = arc_before[2]
+    after_1 = arc_after[0]
+    after_2 = arc_after[1]
+    after_3 = arc_after[2]
+    t1 = before_1 - after_1
+    t2 = before_2 - after_2
+    t3 = before_3 - after_3
+    tangent_square = t1*t1 + t2*t2 - t3*t3
+    return tangent_square
+
+
+def border_of_arcs(wheels, rollers_per_wheel, arc_before, arc_after, tangent):
+    """Inclination of a roller where it passes from one arc of its meridian to the next.
+
+    Equations: section 2.
+    arc_before[3] [m]: an arc of a roller's meridian: along the axis and from it its centre, and its radius.
+    arc_after[3] [m]: an arc of a roller's meridian: along the axis and from it its centre, and its radius.
+    tangent [m]: length of the tangent that two arcs have in common.
+    Returns these, as a tuple:
+      border_sine [1]: sine of a roller's inclination.
+      border_cosine [1]: its cosine.
+    Operations: once 6 add, 8 mul, 1 div. Intermediates: 4.
+    """
+    before_1 = arc_before[0]
+    before_2 = arc_before[1]
+    before_3 = arc_before[2]
+    after_1 = arc_after[0]
+    after_2 = arc_after[1]
+    after_3 = arc_after[2]
+    t1 = before_2 - after_2
+    t2 = before_1 - after_1
+    t3 = before_3 - after_3
+    t4 = 1/(t2*t2 + t1*t1)
+    border_sine = (tangent*t1 + t2*t3)*t4
+    border_cosine = (tangent*t2 - t1*t3)*t4
+    return border_sine, border_cosine
+
+
 def spin_inertia(wheels, rollers_per_wheel, wheel_inertia, gear_ratio, rotor_axial_inertia):
     """Angular momentum of a wheel and a rotor behind its gear, per unit of the wheel's rate.
 

@@ -104,7 +104,7 @@ typedef struct {
     int pauses;                 /* whether the duration is no end but a pause, which changes nothing    */
     double tolerance;           /* of a step: error inside it over |nu|                                 */
     double sweep_tolerance;     /* of the iteration at the nodes: of each step; of all where there are effects  */
-    const double *joint;        /* N: pi/n of each wheel                                                */
+    double *joint;              /* N: pi/n of each wheel; in a call half of the piece that carries it    */
     const long long *rollers;   /* N: rollers of each wheel                                             */
     long long patience;         /* switches without progress in time before the run is stopped           */
 
@@ -120,7 +120,10 @@ typedef struct {
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double pose_carry[3];       /* what the rounding of the pose has left over                          */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
-    long long *contact;         /* N; plus rollers_per_wheel: of a wheel that stands on its joint       */
+    long long *contact;         /* N, as run/pieces.c counts                                            */
+    int piece_count;            /* of each roller; 1 and more of them where it has several arcs            */
+    const double *piece_ends;   /* the wheel's angles between which each carries (count x 2)               */
+    const omniroll_model *const *pieces;    /* for each the vehicle with all wheels on it                   */
 
     double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes; kept between calls */
 

@@ -40,6 +40,7 @@
 #include "bearings/own_events.c"
 #include "ground/least_use.c"
 #include "ground/use_events.c"
+#include "run/pieces.c"
 #include "run/rows.c"
 #include "run/instant.c"
 #include "bearings/own_bearings.c"
@@ -124,6 +125,7 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     lanes_t *const memory = (lanes_t *)run->work;
     lay_out(work, memory, wheels, run->rollers_per_wheel);
     lanes_spread(constants, memory, &work->vehicle);
+    count_from_pieces(run);
     if (SET_CARRIES)
         carry_rows(run, work);
     s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
@@ -184,6 +186,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
             take(run, &work, &s, wheels);
     }
     run->sweep_count += s.sweeps;
+    count_from_rollers(run);
     end_call(&work);
     return status;
 }

@@ -162,13 +162,26 @@ WHEEL_KIND = (  # the paper's wheels have the defaults
         default="0",
         note="Needed with two rows. Positive where the row of roller 0 is the outward one",
     ),
-    derived(
+    Entry(
         "meridian_radius",
         POSITIVE,
+        "m",
+        "radius of the arc that is a roller's meridian",
         optional=True,
         default="none: the wheel stays round",
         note="With it the wheel rises and falls while it rolls. wheel_radius - roller_axis_radius makes the rollers "
         "spheres, more makes them barrels",
+    ),
+    Entry(
+        "roller_profile",
+        Numbers(shapes=(("several", 3),)),
+        "m",
+        "a roller's meridian where it has several arcs, from one end to the other: of each where its centre is along "
+        "the roller's axis, from the middle, and from the axis, and its radius, 0 for an edge",
+        optional=True,
+        default="none: meridian_radius says it, or the wheel stays round",
+        note="Each arc must touch its neighbours' circles or have a tangent with them. A cylinder of length L and "
+        "radius a is [[-L/2, a, 0], [L/2, a, 0]]; points by themselves are edges",
     ),
 )
 OF_THE_VEHICLE = "that of the vehicle"

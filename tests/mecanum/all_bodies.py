@@ -2,9 +2,8 @@
 stand at angles to their disks, or alternate in two rows.
 
 Nothing here comes from the derivation. A roller is the envelope of the spheres on its axis that touch the ground while
-the wheel's centre stays at its height; the contact is the lowest point of these. Or its meridian is an arc (`meridian`:
-its radius), whose centres make a ring: the lowest point is under the ring's lowest. The platform stays level all the
-same. A wheel that stands on its joint (`stands`: their numbers) does not turn; its roller 0 rolls along the axle.
+the wheel's centre stays at its height; the contact is the lowest point of these. Or its meridian is the hull of circles,
+whose centres make rings: the lowest point is under the lowest of a ring. The platform stays level all the same. A wheel that stands on its joint (`stands`: their numbers) does not turn; its roller 0 rolls along the axle.
 Kinetic energy is that of the bodies, derivatives are taken along an imaginary step and are exact to rounding.
 
 Coordinates: x, y, heading, then for each wheel its angle chi and the angles of its n rollers about their axes; roller 0
@@ -26,6 +25,8 @@ class Bodies:
 
     row_offset  how far outward rollers of even numbers stand, and inward the others
     contact     by wheel, the number of the roller that touches the ground, which is roller 0 in the coordinates
+    meridian    of its circles the centre along the roller's axis and from it, and the radius; None: wheels stay round
+    carries     by wheel, the circle that touches the ground; None: the lowest
     """
 
     places: np.ndarray
@@ -39,7 +40,8 @@ class Bodies:
     roller: tuple[float, float, float] = (0.03, 2.5e-6, 4e-6)
     row_offset: float = 0.0
     contact: Sequence[int] | None = None
-    meridian: float | None = None  # radius of the arc
+    meridian: Sequence[tuple[float, float, float]] | None = None
+    carries: Sequence[int] | None = None
 
     @property
     def wheels(self) -> int:
@@ -131,8 +133,9 @@ def _touching(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> np.ndarray:
         touching = middle + along * axis - radius * UP
     else:
         downward = -(UP - axis[2] * axis) / np.sqrt(1 - axis[2] ** 2)  # from the roller's axis
-        aside = own.wheel_radius - own.axis_radius - own.meridian
-        touching = middle + aside * downward - own.meridian * UP
+        points = [middle + s * axis + away * downward - radius * UP for s, away, radius in own.meridian]
+        lowest = int(np.argmin([point[2].real for point in points]))
+        touching = points[lowest if bodies.carries is None else bodies.carries[wheel]]
     jacobian = _moving(bodies, arm, axle, wheel, touching)
     jacobian[:, bodies.place(wheel, j)] = np.cross(axis, touching - middle)
     return jacobian
@@ -170,9 +173,9 @@ def height_of_contact(bodies: Bodies, q: np.ndarray, wheel: int) -> float:
     meridian its height over the wheel's centre, by looking at the whole meridian."""
     axis, middle = _roller(bodies, q, wheel, 0)
     if bodies.meridian is not None:
-        radius, t = bodies.meridian, np.linspace(-1.5, 1.5, 200001)
-        away = bodies.wheel_radius - bodies.axis_radius - radius + radius * np.cos(t)  # from the roller's axis
-        return float(np.min(middle[2] + radius * np.sin(t) * axis[2] - away * np.sqrt(1 - axis[2] ** 2)))
+        centres, t = np.array(bodies.meridian)[:, :, None], np.linspace(-1.5, 1.5, 200001)
+        along, away = centres[:, 0] + centres[:, 2] * np.sin(t), centres[:, 1] + centres[:, 2] * np.cos(t)
+        return float(np.min(middle[2] + along * axis[2] - away * np.sqrt(1 - axis[2] ** 2)))
     s = np.linspace(-1, 1, 200001) * bodies.wheel_radius
     cosine = np.cos(bodies.roller_angles[wheel])
     radius = bodies.wheel_radius - np.sqrt(bodies.axis_radius**2 + (s * cosine) ** 2)

@@ -8,12 +8,13 @@ import pytest
 from omniroll.kernels.kernel import kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.accelerations import call_named
+from omniroll.vehicles import profiles
 from tests.mecanum.all_bodies import accelerations, after_impact, height_of_contact, inertial_force, mass_matrix, pushes
 from tests.mecanum.vehicles import contacts, coordinates, drawn, free_places, own, platform_rates, rolling_rates
 
 MODELS = ("massless", "locked", "free")
 SIZES = [(1, 3, 5), (2, 4, 6), (3, 5, 4), (4, 6, 3), (5, 4, 9)]
-each_kind = pytest.mark.parametrize("kind", ["mecanum", "rows", "profile"])
+each_kind = pytest.mark.parametrize("kind", ["mecanum", "rows", "profile", "arcs"])
 
 
 def in_phase(bound, bodies, stands=()):
@@ -81,9 +82,10 @@ def test_rates_energy_and_accelerations_are_those_of_the_bodies(kind, seed, whee
 @each_kind
 def test_rollers_touch_the_ground_where_the_bodies_do(kind):
     bodies, vehicle, _, chi, _ = drawn(kind, 2, 4, 6, "free")
-    height = kernel(vehicle, "free").call("rides", chi)[0] if kind == "profile" else np.zeros(4)
-    for wheel in range(4):
-        assert abs(height_of_contact(bodies, coordinates(bodies, chi), wheel) + height[wheel]) < 1e-10
+    for wheel, (turn, angle) in enumerate(zip(chi.tolist(), vehicle.roller_angle, strict=True)):
+        arc = next((p.arc for p in profiles.pieces(vehicle, angle) if turn <= p.last), None) if vehicle.has_profile else None
+        height = profiles.ride(arc, vehicle, turn, angle)["height"] if arc else 0.0
+        assert abs(height_of_contact(bodies, coordinates(bodies, chi), wheel) + height) < 1e-10
 
 
 @each_kind

@@ -46,10 +46,22 @@ def random_profile(seed: int, wheels: int, rollers: int, is_massless: bool = Fal
     thick = bodies.wheel_radius - bodies.axis_radius
     least = thick / (1 - np.cos(np.pi / rollers) ** 2) if seed % 2 else 0.3 * thick
     radius = least * draw.uniform(0.3, 0.6)
-    return replace(bodies, meridian=radius)
+    return replace(bodies, meridian=((0.0, thick - radius, radius),))
 
 
-KINDS = {"omni": random_omni, "mecanum": random_bodies, "rows": random_rows, "profile": random_profile}
+def random_arcs(seed: int, wheels: int, rollers: int, is_massless: bool = False) -> Bodies:
+    """Rollers at angles of one size, with an arc in their middle and edges at their ends, sharp or round."""
+    bodies, draw = random_bodies(seed, wheels, rollers, is_massless), np.random.default_rng(seed)
+    thick = bodies.wheel_radius - bodies.axis_radius
+    end, round_by = thick * draw.uniform(0.6, 0.9), thick * (0.0, 0.2)[seed % 2]
+    ends = [(side * end, 0.95 * thick - round_by, round_by) for side in (-1, 1)]
+    hands = draw.choice([-1, 1], wheels) * draw.uniform(0.3, 1.0)
+    return replace(bodies, roller_angles=hands, meridian=(ends[0], (0.0, 0.6 * thick, 0.4 * thick), ends[1]))
+
+
+KINDS = {
+    "omni": random_omni, "mecanum": random_bodies, "rows": random_rows, "profile": random_profile, "arcs": random_arcs,
+}  # fmt: skip
 
 
 def drawn(kind: str, seed: int, wheels: int, rollers: int, model: str):
@@ -71,7 +83,11 @@ def vehicle_of(bodies: Bodies, roller_inertia: float | None = None) -> Vehicle:
     mass = mass_matrix(bodies, np.zeros(bodies.size)).real
     axial = bodies.roller[1] if roller_inertia is None else roller_inertia
     kind = {"rows": 2, "row_offset": bodies.row_offset} if bodies.row_offset else {
-        "roller_angle": tuple(bodies.roller_angles), "meridian_radius": bodies.meridian}  # fmt: skip
+        "roller_angle": tuple(bodies.roller_angles)}  # fmt: skip
+    if bodies.meridian is not None and len(bodies.meridian) == 1:
+        kind |= {"meridian_radius": bodies.meridian[0][2]}
+    elif bodies.meridian is not None:
+        kind |= {"roller_profile": bodies.meridian}
     return Vehicle(
         wheels=bodies.wheels, rollers_per_wheel=bodies.rollers, mass=mass[0, 0], yaw_inertia=mass[2, 2],
         wheel_inertia=mass[bodies.place(0), bodies.place(0)], roller_inertia=axial, platform_radius=0.3,

@@ -250,7 +250,7 @@ static void put_row(omniroll_run_t *run)
     double *row = run->rows + row_size(run)*run->row_count++;
     *row++ = run->elapsed;
     for (int k = 0; k < 3; k++) *row++ = run->nu[k];
-    for (int i = 0; i < run->wheels; i++) *row++ = run->chi[i];
+    for (int i = 0; i < run->wheels; i++) *row++ = angle_on_roller(run, i);
     for (int k = 0; k < 3; k++) *row++ = run->pose[k];
     if (SET_CORE_PARTS)
         for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->core[c];

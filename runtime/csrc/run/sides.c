@@ -1,13 +1,10 @@
-/* Wheels with two rows of rollers, or with rollers at an angle: which of them carries (maxima/effects/rows.mac, joints.mac).
- *
- * Rollers with even numbers stand in the outer row. A wheel that stands on its joint has the number of its roller plus n,
- * that of the wheel with most rollers, as that of its contact, so that all of this is in the numbers that a run keeps anyway;
- * of two rows n is even. */
+/* Wheels with two rows of rollers, with rollers at an angle, or on arcs of them: what carries (maxima/effects/rows.mac,
+ * joints.mac, profile.mac). Rollers with even numbers stand in the outer row; of two rows n is even. */
 
 /* Whether a wheel stands on its joint. */
 ALWAYS_INLINE int pivots(const omniroll_run_t *run, int wheel)
 {
-    return SET_PIVOTS && run->contact[wheel] >= run->rollers_per_wheel;
+    return SET_PIVOTS && run->contact[wheel]/run->rollers_per_wheel % 2;
 }
 
 /* The rate that a row gives. */
@@ -16,16 +13,24 @@ static double rate_by(const double *row, const double *nu)
     return row[0]*nu[0] + row[1]*nu[1] + row[2]*nu[2];
 }
 
-/* The vehicle with the rows that carry times `factor`: -1 gives their neighbours, 0 the wheels' middle. all_turn: wheels that
- * stand turn. */
-static void put_rows(const omniroll_run_t *run, const work_t *work, double factor, int all_turn)
+/* What carries a wheel: what does now, what is next to it at its joint, or nobody knows: the middle of the wheel. */
+enum { HERE = 1, NEXT = -1, IN_MIDDLE = 0 };
+
+/* The vehicle on what carries, and the wheels' angles there. all_turn: wheels that stand turn. */
+static void put_on(const omniroll_run_t *run, const work_t *work, int what, int all_turn, lanes_t *chi)
 {
     lanes_t sides[MOST_WHEELS], turns[MOST_WHEELS];
+    vehicle_t *const vehicle = (vehicle_t *)&work->vehicle;     /* the phase's, in work that a call has for itself */
     for (int i = 0; i < run->wheels; i++) {
-        sides[i] = lanes_of(factor*(run->contact[i]%2 ? -1 : 1));
+        const int outward = run->chi[i] < 0 ? -1 : 1;
+        const int piece = what == HERE ? piece_of(run, i) : what == NEXT ? next_piece(run, i, outward) : run->piece_count/2;
+        sides[i] = lanes_of(what*(run->contact[i]%2 ? -1 : 1));
         turns[i] = lanes_of(all_turn || !pivots(run, i));
+        if (has_pieces(run))
+            set_arc(vehicle, i, run->pieces[piece], middle_of(run, piece));
+        chi[i] = lanes_of(what == HERE ? run->chi[i] : what == NEXT ? -outward*half_of(run, i, piece) : -middle_of(run, piece));
     }
-    set_rows(run->wheels, (vehicle_t *)&work->vehicle, sides, turns);   /* the phase's, in work that a call has for itself */
+    set_rows(run->wheels, vehicle, sides, turns);
 }
 
 /* The wheels' rates for each of nu at these angles: N x 3. */
@@ -40,41 +45,30 @@ static void rows_of_rates(const omniroll_run_t *run, const work_t *work, const l
     }
 }
 
-/* The wheels' angles times `factor`: where they are at their joints, -1 gives the angles on the neighbours. */
-static void angles_times(const omniroll_run_t *run, double factor, lanes_t *chi)
-{
-    for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(factor*run->chi[i]);
-}
-
-/* From now on the rows carry that the contacts' numbers say, and those wheels stand. */
+/* From now on what the contacts' numbers say carries, and those wheels stand. */
 static void carry_rows(omniroll_run_t *run, const work_t *work)
 {
     lanes_t chi[MOST_WHEELS];
-    put_rows(run, work, 1, 0);
-    angles_times(run, 1, chi);
+    put_on(run, work, HERE, 0, chi);
     rows_of_rates(run, work, chi, run->wheel_rows);
 }
 
 /* The wheels' rates as somebody knows them who knows of no rows, nor where on their rollers wheels stand. */
 static void rates_in_the_middle(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, lanes_t *rates)
 {
-    lanes_t middle[MOST_WHEELS];
-    put_rows(run, work, 0, 1);
-    angles_times(run, 0, middle);
-    rolling_wheels(run->wheels, &work->vehicle, nu, middle, rates);
-    put_rows(run, work, 1, 0);
+    lanes_t chi[MOST_WHEELS];
+    put_on(run, work, IN_MIDDLE, 1, chi);
+    rolling_wheels(run->wheels, &work->vehicle, nu, chi, rates);
+    put_on(run, work, HERE, 0, chi);
 }
 
-/* The rows of rates with the roller of each wheel, and with its neighbour. */
+/* The rows of rates with what carries each wheel, and with what is next to it. */
 static void rows_of_both(const omniroll_run_t *run, const work_t *work, double *here, double *there)
 {
     lanes_t chi[MOST_WHEELS];
-    angles_times(run, 1, chi);
-    put_rows(run, work, 1, 1);
+    put_on(run, work, HERE, 1, chi);
     rows_of_rates(run, work, chi, here);
-    angles_times(run, -1, chi);
-    put_rows(run, work, -1, 1);
+    put_on(run, work, NEXT, 1, chi);
     rows_of_rates(run, work, chi, there);
-    put_rows(run, work, 1, 0);
+    put_on(run, work, HERE, 0, chi);
 }

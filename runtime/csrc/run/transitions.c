@@ -65,10 +65,10 @@ static void speeds_of_contacts(const omniroll_run_t *run, const work_t *work, co
 }
 
 /* The impact of the rollers that enter on those that leave, and of wheels whose rate changes, where the law of the run is
- * that; else rollers go where they go alone. A wheel that stops at its joint or goes on keeps its roller, whose axial speed has
- * the wheel's rate in it. */
+ * that; else rollers go where they go alone. A wheel that passes on to another arc of its roller keeps this one, and so does
+ * one that stops at its joint or goes on; an axial speed has the wheel's rate in it. leaves: whether its roller does. */
 static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance,
-                         const change_t *c)
+                         const int *leaves, const change_t *c)
 {
     const int wheels = run->wheels, others = run->rollers_per_wheel - 1;
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], nu_after[3];
@@ -77,9 +77,9 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
         const double left = c->left[i][0];
         const int keeps = SET_CHI_FEEDS_BACK && SET_HAS_MOMENTA && stance[i] && !directions[i];
         double came_with = left, stopped = 0;
-        if (directions[i] && SET_HAS_MOMENTA)
+        if (leaves[i] && SET_HAS_MOMENTA)
             came_with = exchange_places(run->axial + i*others, run->rollers[i] - 1, directions[i], left);
-        else if (directions[i])
+        else if (leaves[i])
             came_with = 0, stopped = left;
         entering[i] = lanes_of(directions[i] || keeps ? came_with - demanded[i][0] : 0);
         leaving[i] = lanes_of(stopped);
@@ -95,8 +95,8 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
 
 static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, change_t *c);
 
-/* stance: where wheels may stand on their joint, what they do there. */
-static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance)
+/* stance: where wheels may stand on their joint, what they do there. leaves: out, whether a wheel's roller leaves it. */
+static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, int *leaves)
 {
     const int wheels = run->wheels;
     change_t c;
@@ -106,10 +106,8 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         c.nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++) {
         c.before[i] = lanes_of(run->chi[i]);
-        if (directions[i]) {
-            run->chi[i] = -directions[i]*run->joint[i];
-            run->contact[i] = (run->contact[i] - directions[i] + run->rollers[i]) % run->rollers[i];
-        } else if (SET_PIVOTS && stance[i])
+        leaves[i] = directions[i] && pass_on(run, i, directions[i]);
+        if (SET_PIVOTS && stance[i] && !directions[i])
             run->chi[i] = copysign(run->joint[i], run->chi[i]);
         c.after[i] = lanes_of(run->chi[i]);
     }
@@ -120,7 +118,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     if (SET_SLIPS)
         exchange_rollers(run, work, directions);
     else if (SET_HAS_IMPACT)
-        meet_rollers(run, work, directions, stance, &c);
+        meet_rollers(run, work, directions, stance, leaves, &c);
     const double nu_before[3] = {c.nu[0][0], c.nu[1][0], c.nu[2][0]};
     if (SET_HOLDS)
         bearings_have_jumped(run, nu_before);
@@ -281,13 +279,13 @@ static void renew_inputs(omniroll_run_t *run);
  * status. */
 static int switch_all(omniroll_run_t *run, const work_t *work)
 {
-    int directions[MOST_WHEELS], stance[MOST_WHEELS];
+    int directions[MOST_WHEELS], stance[MOST_WHEELS], leaves[MOST_WHEELS];
     while (changing_wheels(run, work, directions, stance)) {
         if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
             return OMNIROLL_RUN_FULL;
         if (!has_progress(run, 0))
             return OMNIROLL_RUN_STUCK;
-        apply_switch(run, work, directions, stance);
+        apply_switch(run, work, directions, stance, leaves);
         if (SET_PIVOTS && run->modal_count)
             renew_inputs(run);                  /* guards of drives read the wheels' rates                  */
         settle_modes(run, work);
@@ -296,7 +294,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = run->elapsed;
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
-            *out++ = directions[i] || !SET_PIVOTS ? directions[i] : 2*stance[i];
+            *out++ = leaves[i] ? directions[i] : directions[i] ? 3*directions[i] : SET_PIVOTS ? 2*stance[i] : 0;
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];

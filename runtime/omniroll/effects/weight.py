@@ -34,8 +34,8 @@ class Weight(Effect):
         self._keep_checked(WEIGHT)
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
-        if vehicle.meridian_radius is None:
-            bound = "has no work on wheels that stay round: give the vehicle a meridian_radius, or leave it out"
+        if not vehicle.has_profile:
+            bound = "has no work on wheels that stay round: give the vehicle a meridian_radius or a roller_profile, or leave it out"
             raise InvalidValueError("gravity", self.gravity, bound)
         if any(isinstance(other, Slope) for other in others):
             raise InvalidValueError("gravity", self.gravity, "has loads of level ground: leave the slope out")

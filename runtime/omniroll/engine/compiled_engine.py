@@ -19,6 +19,7 @@ from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine import workspace
 from omniroll.engine.outlook import FIRST, outlook_of
+from omniroll.engine.pieces import Pieces
 from omniroll.engine.recorded import Forgotten, Recorded, wheels_switched
 from omniroll.engine.runs import TOO_MANY_ROWS, Task, assembled, least_speed, shown_state, state_of
 from omniroll.engine.stiffness import TO_CHANGE, blamed, to_and_fro
@@ -32,7 +33,7 @@ from omniroll.kernels.neutral_kernel import NeutralKernel, neutral_kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.slipping import Contacts, given_in_rows
 from omniroll.results.trajectory import Trajectory
-from omniroll.vehicles.checks import joint_angle
+from omniroll.vehicles.checks import joint_angle, joint_angles
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
@@ -308,11 +309,11 @@ class CompiledRun:
 
     def _state(self) -> State:
         """A copy of where the run has come; without the axial speeds."""
-        rates, contact = self.speeds("rates").copy() if self.kernel.slips else None, self.contact.copy()
+        rates = self.speeds("rates").copy() if self.kernel.slips else None
+        carry = Carry.of_numbers(self.contact, self.task.vehicle.rollers_per_wheel)
         if self.kernel.pivots:
-            carry = Carry.of_numbers(contact, self.task.vehicle.rollers_per_wheel)
-            rates, contact = kernel_in_phase(self.kernel, carry).wheel_speeds(self.nu, self.chi), carry.contact
-        return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), contact, rates=rates)
+            rates = kernel_in_phase(self.kernel, carry).wheel_speeds(self.nu, self.chi)
+        return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), carry.contact, rates=rates)
 
     def speeds(self, name: str) -> np.ndarray:
         """(N,) rates or contact_omega where wheels may slip: where the engine has them."""
@@ -380,13 +381,16 @@ class CompiledRun:
     def _fill(self) -> None:
         task, space, step = self.task, self.space, max(self.tolerance, FINEST_STEP)
         state = task.state
-        for name in ("nu", "chi", "pose", "contact"):
+        for name in ("nu", "pose", "contact"):
             getattr(space, name)[...] = getattr(state, name)
         self.nu, self.chi, self.pose, self.contact = space.nu, space.chi, space.pose, space.contact
         self.inputs, self.guards, self.passed, self.signals = space.inputs, space.guards, space.passed, space.signals
         self.axial = space.axial
         self._put_free_speeds(state)
         run = self.run
+        self.pieces = Pieces(self.kernel, self.module.ffi)
+        self.pieces.put_into(run)
+        self.put_angles(state.chi)
         run.impact = int(task.switching == "impact")
         run.start_time, run.duration = task.start_time, task.duration
         run.tolerance = step
@@ -394,6 +398,12 @@ class CompiledRun:
         run.speed, run.next_time = least_speed(task, step), math.inf
         if self.columns.states:
             space.part_sizes[:] = self.columns.part_sizes
+
+    def put_angles(self, chi: np.ndarray) -> None:
+        """The wheels' angles (N,) in rad from the middles of their rollers, |chi| <= pi/n."""
+        self.chi[...] = chi
+        self.space.joint[...] = joint_angles(self.task.vehicle)
+        self.contact[...] = self.pieces.contact_numbers(self.contact, self.nu, chi)
 
     def _put_free_speeds(self, state: State) -> None:
         """Speeds that do not follow from nu: of free rollers, and where wheels may slip of these and of contacts."""

@@ -12,6 +12,7 @@ from omniroll.engine.runs import Places, Task
 from omniroll.engine.what_acts import WhatActs
 from omniroll.engine.workspace import NODES, Columns, Workspace
 from omniroll.kernels.kernel import JOINTS, Kernel
+from omniroll.kernels.phases import Carry
 
 
 def wheels_switched(space: Workspace, switches: int) -> int:
@@ -79,7 +80,7 @@ class Recorded:
 
     @property
     def _numbers(self) -> np.ndarray:
-        """(T, N) as the engine has them: n more of wheels that stand on their joint."""
+        """(T, N) as the engine has them (phases.py)."""
         return self.rows[:, self.columns.end : self.columns.end + self.task.vehicle.wheels].astype(int)
 
     @property
@@ -88,8 +89,9 @@ class Recorded:
 
     @property
     def pivots(self) -> np.ndarray | None:
-        rollers = self.task.vehicle.rollers_per_wheel
-        return (self._numbers >= rollers).astype(int) if JOINTS in self.task.kernel.effects else None
+        if JOINTS not in self.task.kernel.effects:
+            return None
+        return Carry.of_numbers(self._numbers, self.task.vehicle.rollers_per_wheel).pivots
 
     @property
     def modes(self) -> np.ndarray | None:

@@ -84,7 +84,8 @@ class Rows:
     dense        a function that gives the (..., d + 1, 6 + N + E) Bernstein coefficients of y on some steps
     step_rows    (S,) the row at which a step starts
     directions   (K, N) +1, -1, or 0 for a wheel that did not switch; 2 for one that stops at its joint, -2 for one that
-                 goes on from there to the side from which it came
+                 goes on from there to the side from which it came; +3, -3 for one that passes on to the next arc of
+                 its roller
     switch_rows  (K,) the row after a switch
     drive        (T, D, N) inputs of the drives, or None
     pivots       (T, N) 1 for a wheel with two rows or of mecanum that stands on its joint; None of others

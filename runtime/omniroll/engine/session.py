@@ -280,7 +280,7 @@ class Session:
     @property
     def contact(self) -> np.ndarray:
         """(N,) int, the physical roller in contact, 0..n-1."""
-        return self._carry.contact if self._task.kernel.pivots else self._contact
+        return self._carry.contact
 
     # Outputs: computed when they are read
 
@@ -328,7 +328,7 @@ class Session:
 
     @property
     def _carry(self) -> Carry:
-        """What carries a vehicle with two rows of rollers now."""
+        """What carries the vehicle now."""
         return Carry.of_numbers(self._contact, self.vehicle.rollers_per_wheel)
 
     @property

@@ -78,7 +78,7 @@ class Sessions:
         self.elapsed[which] = 0.0
         for k, own in zip(which.tolist(), chi, strict=True):
             self.runs[k].go_to_start()
-            self.runs[k].chi[:] = own
+            self.runs[k].put_angles(own)
             self._point_to(k)
         self._read()
 

@@ -92,7 +92,8 @@ class SteppedRun(CompiledRun):
                 self.status = self.call(self.struct, self.model)
             if self.run.switch_count:
                 self.switched += self.run.switch_count
-                self.passes += self.space.switches[: self.run.switch_count, 2:].sum(axis=0).astype(np.int64)
+                directions = self.space.switches[: self.run.switch_count, 2:].astype(np.int64)
+                self.passes += np.where(np.abs(directions) == 1, directions, 0).sum(axis=0)
             if self.status == FULL:
                 self._look_ahead_from(elapsed, steps)
             self._show()

@@ -26,7 +26,9 @@ from omniroll.codegen.along import SECOND
 from omniroll.codegen.derivatives import REQUEST
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
+from omniroll.kernels.by_state import OF_ARCS, arc_constants, call_on_pieces, has_pieces, piece_numbers
 from omniroll.validation import choice
+from omniroll.vehicles import profiles
 from omniroll.vehicles.checks import refuse_unmodelled
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import KERNEL_ARGUMENTS, ROLLER_MODELS, documented
@@ -63,7 +65,7 @@ OF_THE_VEHICLE = (
     *BY_WHEEL,
     "weightless",
     "driven",
-    "meridian_radius",
+    *OF_ARCS,
     "wheel_loads",
 )  # constants of these
 IN_THE_MIDDLE = 0.0  # of sides: wheels as if they had one row in their middle, as controllers know them
@@ -176,7 +178,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     refuse_unmodelled(vehicle)
     of_vehicle = ["layout"] * vehicle.has_layout + ["rows"] * (vehicle.rows > 1)
     of_vehicle += [MECANUM] * any(vehicle.roller_angle) + [KINDS] * vehicle.has_kinds
-    of_vehicle += [PROFILE] * (vehicle.meridian_radius is not None)
+    of_vehicle += [PROFILE] * vehicle.has_profile
     if not effects and not of_vehicle:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
@@ -189,7 +191,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     found = tuple(effect for effect in optional_effects() if effect in present)
     _refuse_beside_wheels(vehicle, found)
     if MOVING_ROWS in found and is_sharp(vehicle, roller_model):
-        field = "meridian_radius" if vehicle.meridian_radius else "roller_angle"
+        field = profiles.field_of(vehicle) or "roller_angle"
         bound = (
             "takes no rollers with sharp tips under this roller model: make roller_axis_radius less, or take massless"
         )
@@ -203,14 +205,14 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
 
 BESIDE = {  # effects that a vehicle's wheels bring, the field that does, and what to take instead
     MECANUM: ("roller_angle", "omni-wheels (roller_angle = 0)"),
-    PROFILE: ("meridian_radius", "rollers that keep the wheel round (no meridian_radius)"),
+    PROFILE: ("", "rollers that keep the wheel round (no meridian_radius or roller_profile)"),
     KINDS: ("wheel_kinds", "wheels that are all alike"),
 }
 
 
 def _refuse_beside_wheels(vehicle: Vehicle, effects: Sequence[str]) -> None:
     """Raise InvalidValueError for what is not derived for mecanum wheels, profiles or wheels of several kinds."""
-    own = (any(vehicle.roller_angle), vehicle.meridian_radius is not None, vehicle.has_kinds)
+    own = (any(vehicle.roller_angle), vehicle.has_profile, vehicle.has_kinds)
     for (name, (field, instead)), has in zip(BESIDE.items(), own, strict=True):
         entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]} if has else {}
         excluded = entries[name]["excludes"] if has else ()
@@ -218,6 +220,7 @@ def _refuse_beside_wheels(vehicle: Vehicle, effects: Sequence[str]) -> None:
         beside = [entries[other]["meaning"] for other in excluded if other in present]
         if beside:
             bound = f"is not derived beside this: {beside[0]}; leave that out, or take {instead}"
+            field = field or profiles.field_of(vehicle)
             raise InvalidValueError(field, getattr(vehicle, field), bound)
 
 
@@ -233,7 +236,7 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
     if MECANUM in effects:
         own |= {"roller_angle": vehicle.roller_angle}
     if PROFILE in effects:
-        own |= {"meridian_radius": vehicle.meridian_radius}
+        own |= arc_constants(vehicle, piece_numbers(vehicle, np.zeros(vehicle.wheels)))
     if "weight" in effects:
         own |= {"wheel_loads": 0.0}
     if KINDS in effects:
@@ -294,6 +297,8 @@ class Kernel:
         self.has_phases = self.pivots or "rows" in self.effects  # whether constants go by what carries
         self.rows_move = MOVING_ROWS in self.effects  # whether the wheels' rates go by their angles
         self.rollers_stick = "contact_spin_rates" in self.signatures
+        if PROFILE in self.effects and has_pieces(vehicle) and OF_ARCS[0] not in dict(constants):
+            self.call = partial(call_on_pieces, self)  # type: ignore[method-assign]
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     def _found_signatures(self) -> dict[str, Signature]:
@@ -333,6 +338,14 @@ class Kernel:
 
     def call(self, name: str, *values: ArrayLike):
         """The generated function `name` of `values`: its output or a tuple of its outputs; leading axes broadcast."""
+        raise NotImplementedError
+
+    def with_constants(self, changes: Mapping[str, tuple[float, ...]]) -> "Kernel":
+        """The kernel with other constants of the effects, by name."""
+        kept = ((name, value) for name, value in self.given if name not in changes)
+        return self._made_with((*kept, *changes.items()))
+
+    def _made_with(self, constants: Constants) -> "Kernel":
         raise NotImplementedError
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
@@ -518,7 +531,7 @@ class Kernel:
             raise InvalidValueError("name", name, f"is no function of this kernel: {', '.join(self.signatures)}")
         return self.signatures[name]
 
-    def _inputs(self, name: str, values: Sequence[ArrayLike]) -> tuple[Argument, ...]:
+    def checked_inputs(self, name: str, values: Sequence[ArrayLike]) -> tuple[Argument, ...]:
         """What a function takes. Raises InvalidValueError for another number of values."""
         inputs = self._signature(name).inputs
         if len(values) != len(inputs):
@@ -528,7 +541,7 @@ class Kernel:
 
     def _broadcast(self, name: str, values: Sequence[ArrayLike], dtype: type) -> tuple[tuple, list[np.ndarray]]:
         """Leading shape, and the inputs with it: contiguous arrays of one number type."""
-        inputs = self._inputs(name, values)
+        inputs = self.checked_inputs(name, values)
         arrays = [argument.array(value, dtype) for argument, value in zip(inputs, values, strict=True)]
         leads = [
             array.shape[: array.ndim - len(argument.shape)] for argument, array in zip(inputs, arrays, strict=True)
@@ -558,6 +571,9 @@ class PythonKernel(Kernel):
     def _given_constants(self) -> list:
         """What `prepare` takes, components first."""
         return [value.tolist() for value in self.constants]
+
+    def _made_with(self, constants: Constants) -> Kernel:
+        return type(self)(self.vehicle, self.roller_model, self.effects, constants)
 
     def call(self, name: str, *values: ArrayLike):
         signature = self._signature(name)
@@ -694,6 +710,9 @@ class CompiledKernel(Kernel):
     def _number(self, array: np.ndarray):
         """One number as cffi takes it; a long double keeps its digits."""
         return self._pointer(array.reshape(1))[0] if self.number_type == "long_double" else float(array)
+
+    def _made_with(self, constants: Constants) -> Kernel:
+        return CompiledKernel(self.vehicle, self.roller_model, self.number_type, self.effects, constants)
 
     def call(self, name: str, *values: ArrayLike):
         bound = self._bound.get(name) if isinstance(name, str) else None

@@ -68,12 +68,15 @@ class NeutralKernel(Kernel):
     def form(self, name: str) -> str:
         return self.inner.form(name)
 
+    def _made_with(self, constants: Constants) -> Kernel:
+        return NeutralKernel(self.vehicle, self.roller_model, self.effects, constants, self._general)
+
     def call(self, name: str, *values: ArrayLike):
         signature, whole = self._signature(name), self.inner.signatures[name]
         if len(signature.inputs) == len(whole.inputs):
             found = self.inner.call(name, *values)
         else:
-            given = dict(zip((argument.name for argument in self._inputs(name, values)), values, strict=True))
+            given = dict(zip((argument.name for argument in self.checked_inputs(name, values)), values, strict=True))
             arguments = (given.get(a.name, neutral(a.name, a.shape)) for a in whole.inputs)
             found = self.inner.call(name, *arguments)
         if len(signature.outputs) == len(whole.outputs):

@@ -13,11 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.kernels.kernel import Kernel, kernel
-from omniroll.kernels.neutral_kernel import PREBUILT, NeutralKernel, kernel_by
-
-OF_A_PHASE = ("sides", "turns")
-
+from omniroll.kernels.by_state import call_by_patterns
+from omniroll.kernels.kernel import Kernel
 
 class Carry(NamedTuple):
     """What carries a vehicle whose wheels may stand on their joint.
@@ -31,8 +28,9 @@ class Carry(NamedTuple):
 
     @classmethod
     def of_numbers(cls, numbers: np.ndarray, rollers_per_wheel: int) -> "Carry":
-        """From the contacts' numbers as the compiled engine has them: n more of wheels that stand."""
-        return cls(numbers % rollers_per_wheel, (numbers >= rollers_per_wheel).astype(int))
+        """From the contacts' numbers as the compiled engine has them: the roller's, n more of wheels that stand, and
+        2 n more for each piece before the one that carries."""
+        return cls(numbers % rollers_per_wheel, numbers // rollers_per_wheel % 2)
 
     def at(self, some: Any) -> "Carry":
         """Some of the states."""
@@ -49,32 +47,19 @@ def kernel_in_phase(bound: Kernel, carry: Carry) -> Kernel:
 
 @lru_cache(maxsize=512)
 def _in_phase(bound: Kernel, sides: tuple[float, ...], turns: tuple[float, ...]) -> Kernel:
-    others = tuple(entry for entry in bound.given if entry[0] not in OF_A_PHASE)
-    constants = (*others, *((("sides", sides),) if sides else ()), ("turns", turns))
-    arguments = bound.vehicle, bound.roller_model
-    if isinstance(bound, NeutralKernel):
-        return kernel_by(PREBUILT, *arguments, bound.effects, constants)
-    return kernel(*arguments, bound.backend, effects=bound.effects, constants=constants)
+    return bound.with_constants(({"sides": sides} if sides else {}) | {"turns": turns})
 
 
 def call_in_phases(bound: Kernel, name: str, *values: ArrayLike, carry: Carry) -> Any:
     """A generated function of states each with what carries in it; `values` have its leading axes, or none."""
     if not bound.has_phases:
         return bound.call(name, *values)
-    lead, wheels, signature = carry.contact.shape[:-1], bound.wheels, bound.signatures[name]
-    pairs = zip(values, signature.inputs, strict=True)
-    flat = [np.broadcast_to(value, (*lead, *a.shape)).reshape(-1, *a.shape) for value, a in pairs]
+    wheels = bound.wheels
     sides = carry.contact % 2 if "rows" in bound.effects else np.zeros_like(carry.contact)
-    numbers = np.concatenate([sides, carry.pivots], axis=-1).reshape(-1, 2 * wheels)
-    patterns, which = np.unique(numbers, axis=0, return_inverse=True)
-    found = [np.empty((len(numbers), *a.shape)) for a in signature.outputs]
-    for k, pattern in enumerate(patterns):
-        own = kernel_in_phase(bound, Carry(pattern[:wheels], pattern[wheels:]))
-        parts = own.call(name, *(value[which == k] for value in flat))
-        for whole, part in zip(found, parts if len(found) > 1 else (parts,), strict=True):
-            whole[which == k] = part
-    shaped = tuple(whole.reshape((*lead, *whole.shape[1:])) for whole in found)
-    return shaped if len(shaped) > 1 else shaped[0]
+    numbers = np.concatenate([sides, carry.pivots], axis=-1)
+    return call_by_patterns(
+        bound, name, values, numbers, lambda own: kernel_in_phase(bound, Carry(own[:wheels], own[wheels:]))
+    )
 
 
 def in_phases(bound: Kernel, carry: Carry) -> Kernel:

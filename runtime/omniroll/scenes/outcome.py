@@ -108,12 +108,11 @@ class Outcome:
         stood = None if self.stream else self.trajectory.times_on_joints()
         return {} if stood is None else {"times_on_joints": stood.tolist()}
 
-
     def _off_ground(self) -> dict[str, Any]:
         """Of wheels that turn so fast that they leave the ground on their rollers, which the model leaves out: the
         fastest rate, and the one up to which they stay, in rad/s."""
         vehicle = self.scene.vehicle
-        if self.stream or vehicle.meridian_radius is None:
+        if self.stream or not vehicle.has_profile:
             return {}
         run, limit = self.trajectory, profiles.rate_on_ground(vehicle)
         fastest = float(np.abs(run.kernel.wheel_speeds(run.nu, run.chi)).max())

@@ -37,11 +37,11 @@ def wheels_explained(scene: Scene) -> dict[str, Any]:
 
 def _forms(scene: Scene) -> list[tuple[str, float, str, str]]:
     vehicle = scene.vehicle
-    if vehicle.meridian_radius is not None:
+    if vehicle.has_profile:
         found = _of_profile(vehicle)
     else:
         found = [("forward_radius", vehicle.wheel_radius, "m", "way ahead per angle of the wheels: exact, no ripple")]
-    if any(vehicle.roller_angle) and vehicle.meridian_radius is None:
+    if any(vehicle.roller_angle) and not vehicle.has_profile:
         rolling = _rolling(vehicle)
         angle = math.tan(wheel_kind.size_of(vehicle.roller_angle))
         sideways = vehicle.wheel_radius * rolling["strafe_factor"] / angle
@@ -111,7 +111,7 @@ def _rolling(vehicle: Vehicle) -> dict[str, float]:
 
 def contact_shift(vehicle: Vehicle) -> float:
     """How far the contact is from the wheel's middle at the joint, in m, by the rollers' angle and their rows."""
-    if vehicle.meridian_radius is not None:
+    if vehicle.has_profile:
         return profiles.riding(vehicle)["contact_shift"]
     slanted = _rolling(vehicle)["contact_shift"] if any(vehicle.roller_angle) else 0.0
     return abs(vehicle.row_offset) + slanted

@@ -27,16 +27,16 @@ def refuse_two_rows(vehicle: Vehicle, name: str, value: object, instead: str) ->
 
 
 def refuse_moving_rows(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
-    """Raise InvalidValueError for what mecanum wheels and those with a meridian_radius do not have."""
+    """Raise InvalidValueError for what mecanum wheels and those whose rollers have a profile do not have."""
     if vehicle.rows_move:
-        wheels = "mecanum wheels" if any(vehicle.roller_angle) else "a meridian_radius"
+        wheels = "mecanum wheels" if any(vehicle.roller_angle) else "a roller_profile or meridian_radius"
         raise InvalidValueError(name, value, f"does not go with {wheels}: {instead}")
 
 
 def refuse_profile(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
-    """Raise InvalidValueError for what wheels with a meridian_radius do not have."""
-    if vehicle.meridian_radius is not None:
-        raise InvalidValueError(name, value, f"does not go with a meridian_radius: {instead}")
+    """Raise InvalidValueError for what wheels whose rollers have a profile do not have."""
+    if vehicle.has_profile:
+        raise InvalidValueError(name, value, f"does not go with a roller_profile or meridian_radius: {instead}")
 
 
 def refuse_kinds(vehicle: Vehicle, name: str, value: object, instead: str) -> None:

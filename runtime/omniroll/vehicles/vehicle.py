@@ -52,6 +52,7 @@ class Vehicle:
     rows: int = 1
     row_offset: float = 0.0
     meridian_radius: float | None = None
+    roller_profile: tuple[tuple[float, float, float], ...] | None = None
     wheel_kinds: tuple[str, ...] | None = None
     kinds: Mapping[str, Mapping[str, Any]] | kinds_of_wheels.Kinds = ()
     origins: tuple[Origin, ...] = field(default=(), compare=False, repr=False)
@@ -77,7 +78,7 @@ class Vehicle:
             put("wheel_places", tuple(map(tuple, _in_range("wheel_places", places).tolist())))
         center = validation.real_array("center_of_mass", self.center_of_mass, (2,))
         put("center_of_mass", tuple(_in_range("center_of_mass", center).tolist()))
-        if self.meridian_radius is not None:
+        if self.has_profile:
             profiles.check(self)
         whole = {name: getattr(self, name) for name in kinds_of_wheels.LARGEST_OF_THE_VEHICLE}
         kinds, names = kinds_of_wheels.checked(self.kinds, self.wheel_kinds, self.wheels, whole)
@@ -151,6 +152,7 @@ class Vehicle:
         rows: int = 1,
         row_offset: float = 0.0,
         meridian_radius: float | None = None,
+        roller_profile: Sequence[Sequence[float]] | None = None,
     ) -> "Vehicle":
         """A vehicle from a platform, and for each wheel a hub, n rollers and a motor's rotor; SI units.
 
@@ -170,7 +172,7 @@ class Vehicle:
         wheels = vocabulary.WHEELS.checked(wheels)
         rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
         kind = {"roller_angle": roller_angle, "rows": rows, "row_offset": row_offset}
-        kind |= {"meridian_radius": meridian_radius}
+        kind |= {"meridian_radius": meridian_radius, "roller_profile": roller_profile}
         kind = wheel_kind.checked(wheels, rollers_per_wheel, **kind)
         axis_angle = wheel_kind.size_of(kind["roller_angle"])
         sheet = completed(wheels, rollers_per_wheel, given, axis_angle)
@@ -262,7 +264,12 @@ class Vehicle:
     @property
     def rows_move(self) -> bool:
         """Whether the wheels' rates for a motion go by their angles: of mecanum wheels, and of profiles."""
-        return any(self.roller_angle) or self.meridian_radius is not None
+        return any(self.roller_angle) or self.has_profile
+
+    @property
+    def has_profile(self) -> bool:
+        """Whether the rollers have a meridian of their own, so that the wheels rise and fall."""
+        return self.meridian_radius is not None or self.roller_profile is not None
 
     def with_wheels_of_the_paper(self) -> "Vehicle":
         """The vehicle as if its rollers lay so; itself where they do."""
@@ -320,7 +327,14 @@ def _sharpness(vehicle: Vehicle) -> float:
     expression = generated_data.load("bounds").get("sharpness")
     if expression is None:
         return 0.0
-    return max(generated_data.evaluate(expression, values) for values in _symbols_by_wheel(vehicle))
+    bounds = generated_data.load("bounds")["bounds"]
+    of_axis = [bound["positive"] for bound in bounds if bound["field"] == "roller_axis_radius"]
+    tip = next(expression for expression in of_axis if isinstance(expression, list))  # rho at the joint
+    found = []
+    for values in _symbols_by_wheel(vehicle):
+        least = profiles.least_contact(vehicle) if vehicle.has_profile else generated_data.evaluate(tip, values)
+        found.append(generated_data.evaluate(expression, values | {"least_rho": least}))
+    return max(found)
 
 
 def _in_range(field: str, places: np.ndarray) -> np.ndarray:

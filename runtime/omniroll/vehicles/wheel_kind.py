@@ -17,13 +17,14 @@ ENTRIES = vocabulary.by_name(vocabulary.WHEEL_KIND)
 
 def of_the_paper(wheels: int) -> dict[str, Any]:
     """The numbers of the paper's wheels."""
-    return {"roller_angle": (0.0,) * wheels, "rows": 1, "row_offset": 0.0, "meridian_radius": None}
+    return {"roller_angle": (0.0,) * wheels, "rows": 1, "row_offset": 0.0, "meridian_radius": None,
+            "roller_profile": None}  # fmt: skip
 
 
 def checked(wheels: int, rollers_per_wheel: int, **given: Any) -> dict[str, Any]:
     """The numbers that say of what kind the wheels are, roller_angle by wheel. Raises InvalidValueError."""
     found = {name: entry.checked(given[name]) for name, entry in ENTRIES.items()}
-    angles, rows, offset, _ = found.values()
+    angles, rows, offset = (found[name] for name in ("roller_angle", "rows", "row_offset"))
     if isinstance(angles, tuple):
         validation.real_array("roller_angle", angles, (wheels,))
     if rows == 1 and offset:
