@@ -12,7 +12,7 @@ switch, and with "second_derivatives" those of the derivatives.
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from .expressions import Canonical, Order, Symbol, symbols
+from .expressions import Canonical, Expression, Order, Symbol, symbols
 from .programs import CONSTANTS, Array, Element, Function, Loop, Step, steps, without_dead_steps
 from .tangents import Body, Column, Rules, Tangents, in_order, slope_name
 
@@ -48,9 +48,15 @@ class Along:
     is_fixed: bool = False
 
     @classmethod
-    def of(cls, rules: Rules, functions: Iterable[Function], is_fixed: bool = False) -> "Along":
-        """Where a rule may read what one of these functions computes."""
+    def of(
+        cls, rules: Rules, functions: Iterable[Function], values: Mapping[str, Expression], is_fixed: bool = False
+    ) -> "Along":
+        """Where a rule may read what one of these functions computes, with the values that symbols have."""
+        put = Canonical().substituted
         known = {step.name: step for f in functions for step in steps(f.body) if step.kind == "let"}
+        for name, step in known.items():
+            if symbols(step.expression) & values.keys():
+                known[name] = replace(step, expression=put(step.expression, values))
         return cls(rules, known, is_fixed)
 
     def functions(

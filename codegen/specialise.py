@@ -161,12 +161,13 @@ def specialised(
     if known:
         fields = tuple(field for field in fields if field.name not in known)
         functions = [_function(replace(f, fields=fields), present, known, beside) for f in functions]
-    derivatives = registry.derivatives.at(neutral | known)
+    values = neutral | known
+    derivatives = registry.derivatives.at(values)
     if ALONG in present:
-        functions, fields = Along.of(derivatives.rules, base.functions).functions(functions, fields)
+        functions, fields = Along.of(derivatives.rules, base.functions, values).functions(functions, fields)
     else:
         functions, fields = derivatives.added(functions, fields, present)
-        functions += Along.of(derivatives.rules, base.functions, is_fixed=True).beside(functions, present)
+        functions += Along.of(derivatives.rules, base.functions, values, is_fixed=True).beside(functions, present)
     return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
 
 

@@ -59,6 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
     scene = load_scene(arguments.scene)
     if scene.slips:
         raise InvalidValueError("SCENE", arguments.scene.name, "must not have [contact]: the integrators compared roll")
+    if scene.vehicle.has_kinds or not scene.vehicle.has_wheels_of_the_paper:
+        bound = "must have omni-wheels of one kind, round and with one row of rollers: the reference knows no others"
+        raise InvalidValueError("SCENE", arguments.scene.name, bound)
     seconds = _duration(arguments.duration, scene.options["duration"])
     if arguments.error is not None and not 0 < arguments.error < math.inf:
         raise InvalidValueError("--error", arguments.error, "must be positive")

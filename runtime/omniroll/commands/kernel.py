@@ -7,6 +7,7 @@ from pathlib import Path
 from shtab import DIRECTORY, FILE
 
 from omniroll.errors import InvalidValueError
+from omniroll.kernels.by_state import has_pieces
 from omniroll.kernels.kernel import ROLLER_MODELS, Kernel
 from omniroll.validation import choice
 
@@ -51,6 +52,9 @@ def run(arguments: argparse.Namespace) -> int:
     kernel = None if arguments.scene in ROLLER_MODELS else scene_kernel(Path(arguments.scene))
     if kernel is None and arguments.constants:
         raise InvalidValueError("SCENE", arguments.scene, "is a roller model; --constants needs a scene with a vehicle")
+    if arguments.constants and has_pieces(kernel.vehicle):
+        bound = "has rollers of several arcs, and constants are those of one: call prepare for each, with its arc"
+        raise InvalidValueError("SCENE", arguments.scene, bound)
     base, effects = (arguments.scene, ()) if kernel is None else (kernel.base, kernel.effects)
     if arguments.derivatives is not None:
         effects = with_derivatives(base, effects, arguments.derivatives)

@@ -280,7 +280,7 @@ class Session:
     @property
     def contact(self) -> np.ndarray:
         """(N,) int, the physical roller in contact, 0..n-1."""
-        return self._carry.contact
+        return self._carry.contact if self._task.kernel.has_phases or self._run.pieces.several else self._contact
 
     # Outputs: computed when they are read
 

@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from omniroll.errors import InvalidValueError
-from omniroll.vehicles import parts, wheel_kind
-from omniroll.vehicles.checks import refuse_kinds, refuse_profile
+from omniroll.vehicles import parts, profiles, wheel_kind
+from omniroll.vehicles.checks import refuse_kinds
 from omniroll.vehicles.vehicle import Vehicle
 
 SAME = 1e-12  # relative difference below which parts add up to a vehicle
@@ -50,7 +50,9 @@ def bodies_of(vehicle: Vehicle) -> Bodies:
     Raises InvalidValueError where no platform is left beside wheels with such inertias.
     """
     refuse_kinds(vehicle, "vehicle", vehicle.wheel_kinds, "bodies of an export are known of wheels that are all alike")
-    refuse_profile(vehicle, "vehicle", vehicle.meridian_radius, "bodies of an export keep their wheels round")
+    if vehicle.has_profile:
+        field = profiles.field_of(vehicle)
+        raise InvalidValueError(field, getattr(vehicle, field), "cannot be exported: bodies keep their wheels round")
     known = {origin.name: origin.value for origin in vehicle.origins}
     names = [name for name in asdict(_NOTHING) if name != "platform_place"]
     if set(names) <= set(known) and vehicle.rotor is None and not any(_wheels_centre(vehicle)):

@@ -9,6 +9,7 @@ from omniroll.effects.motor import Motor
 from omniroll.engine.compiled_engine import kernel_of
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
+from omniroll.kernels.by_state import has_pieces
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.acting import MAKERS
 from omniroll.scenes.allowance import Allowance, working_clock
@@ -22,6 +23,7 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, STATE, Entry, by_name
 
 JOINTS = "joints of rollers: the contact passes to the next one"
+ARCS = "borders between the arcs of a roller: the wheel passes to the next one"
 PIVOTS = "joints on which wheels stand that the rollers on both sides push back: one of them takes the wheel from there"
 ALLOWED = 5.0  # s of work for estimates and prices together, so that all is said within 10 s
 UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
@@ -121,7 +123,8 @@ def _origin_of_field(entry: Entry, vehicle: Vehicle, table: dict[str, Any]) -> O
 def events_of(task: Task) -> list[str]:
     """The events that steps end on, in words."""
     pivots = [PIVOTS] * task.kernel.pivots
-    return [JOINTS, *pivots, *(event for effect in task.effects.effects for event in effect.events())]
+    arcs = [ARCS] * has_pieces(task.vehicle)
+    return [JOINTS, *arcs, *pivots, *(event for effect in task.effects.effects for event in effect.events())]
 
 
 def effects_on(scene: Scene, task: Task) -> set[str]:

@@ -212,7 +212,10 @@ def _stand_in(vehicle_table: dict[str, Any]) -> Vehicle | None:
     known = sizes(vehicle_table)
     if "N" not in known or known.get("n-1", 0) < 3:
         return None
-    return Vehicle.paper(known["N"], known["n-1"] + 1)
+    found = Vehicle.paper(known["N"], known["n-1"] + 1)
+    if {"meridian_radius", "roller_profile"} & set(vehicle_table):
+        return found.replace(meridian_radius=found.wheel_radius - found.roller_axis_radius)
+    return found
 
 
 def _check_instruments(tables: dict[str, Any], findings: Findings) -> None:

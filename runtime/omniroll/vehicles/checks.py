@@ -33,12 +33,6 @@ def refuse_moving_rows(vehicle: Vehicle, name: str, value: object, instead: str)
         raise InvalidValueError(name, value, f"does not go with {wheels}: {instead}")
 
 
-def refuse_profile(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
-    """Raise InvalidValueError for what wheels whose rollers have a profile do not have."""
-    if vehicle.has_profile:
-        raise InvalidValueError(name, value, f"does not go with a roller_profile or meridian_radius: {instead}")
-
-
 def refuse_kinds(vehicle: Vehicle, name: str, value: object, instead: str) -> None:
     """Raise InvalidValueError for what wheels of several kinds do not have."""
     if vehicle.has_kinds:

@@ -14,6 +14,7 @@ from omniroll.vocabulary import STANDARD_GRAVITY
 NODES = 32  # of Gauss and Legendre, which give means over an arc to rounding
 SAME = 1e-9  # of a roller's radius, that two lengths of a profile may differ by rounding
 ROUNDED = 1e-6  # of the distance of two arcs: where one touches the other from inside, numbers of seven digits do
+FITS = 1e-2  # of a roller's radius in the middle, that wheel_radius - roller_axis_radius may have otherwise
 NARROW = 1e-9  # of the joint's angle: an arc that carries over less does not
 
 Arc = tuple[float, float, float]  # along the roller's axis from its middle and from it its centre; its radius; in m
@@ -73,10 +74,10 @@ def _check_arcs(vehicle: Any) -> None:
     if len({abs(angle) for angle in vehicle.roller_angle}) > 1:
         refuse("takes rollers whose angles have one size, whatever their signs")
     angle = abs(vehicle.roller_angle[0])
-    high = ride(pieces(vehicle, angle)[len(pieces(vehicle, angle)) // 2].arc, vehicle, 0.0, angle)["height"]
-    if abs(high - vehicle.wheel_radius) > ROUNDED * thick:
-        bound = f"has the radius {high - vehicle.roller_axis_radius!r} in the roller's middle, not the"
-        refuse(f"{bound} {thick!r} of wheel_radius - roller_axis_radius")
+    middle = next(piece for piece in pieces(vehicle, angle) if piece.last >= 0)
+    radius = ride(middle.arc, vehicle, 0.0, angle)["height"] - vehicle.roller_axis_radius
+    if abs(radius - thick) > FITS * thick:
+        refuse(f"has the radius {radius:.6g} in the roller's middle, wheel_radius - roller_axis_radius is {thick:.6g}")
 
 
 def arcs_of(vehicle: Any) -> tuple[Arc, ...]:
