@@ -40,11 +40,13 @@ class Along:
 
     rules     of slopes
     known     steps by name that a rule may read and the function lacks, since it does not need them itself
+    values    that symbols have in these
     is_fixed  whether the model stays as it is
     """
 
     rules: Rules
     known: Mapping[str, Step]
+    values: Mapping[str, Expression]
     is_fixed: bool = False
 
     @classmethod
@@ -52,12 +54,8 @@ class Along:
         cls, rules: Rules, functions: Iterable[Function], values: Mapping[str, Expression], is_fixed: bool = False
     ) -> "Along":
         """Where a rule may read what one of these functions computes, with the values that symbols have."""
-        put = Canonical().substituted
         known = {step.name: step for f in functions for step in steps(f.body) if step.kind == "let"}
-        for name, step in known.items():
-            if symbols(step.expression) & values.keys():
-                known[name] = replace(step, expression=put(step.expression, values))
-        return cls(rules, known, is_fixed)
+        return cls(rules, known, values, is_fixed)
 
     def functions(
         self, functions: Sequence[Function], fields: tuple[Array, ...]
@@ -110,5 +108,7 @@ class Along:
     def _need(self, names: set[str], there: set[str], needed: dict[str, Step]) -> None:
         for name in sorted(names - needed.keys()):
             step = self.known[name]
+            if symbols(step.expression) & self.values.keys():
+                step = replace(step, expression=Canonical().substituted(step.expression, self.values))
             self._need(symbols(step.expression) - there, there, needed)
             needed[name] = step

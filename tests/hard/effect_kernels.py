@@ -105,15 +105,18 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
 
 def of_other_wheels(draw: Draw, vehicle: dict[str, np.ndarray], wheels: int) -> dict[str, np.ndarray]:
     """Of two rows; of rollers at an angle, up to which the wheel keeps inertia; of several kinds, with wheels up to
-    twice as large as the vehicle's; of meridians about points on either side of the roller's axis. Every third wheel
-    stands."""
+    twice as large as the vehicle's; of arcs about points on either side of the roller's axis and of its middle. Every
+    third wheel stands."""
     carried = 5 * vehicle["roller_inertia"]
     larger = draw.rng.uniform(1, 2, (draw.count, wheels))
     weightless = draw.rng.integers(0, 2, (draw.count, wheels)).astype(float)
     steepest = np.minimum(np.arcsin(np.sqrt(np.minimum(0.9 * vehicle["wheel_inertia"] / carried, 1))), 1.5)
-    thick = vehicle["wheel_radius"] - vehicle["roller_axis_radius"]
+    thick = per_state(vehicle["wheel_radius"] - vehicle["roller_axis_radius"], (wheels,))
+    radii = thick * draw.rng.uniform(0, 1.3, (draw.count, wheels))
     return {
-        "meridian_radius": thick * draw.rng.uniform(0.7, 1.3, draw.count),
+        "arc_radii": radii,
+        "arc_asides": thick * draw.rng.uniform(0.85, 1, (draw.count, wheels)) - radii,
+        "arc_alongs": thick * draw.rng.uniform(-0.5, 0.5, (draw.count, wheels)),
         "wheel_loads": per_state(vehicle["mass"], (wheels,)) * draw.rng.uniform(0, 10, (draw.count, wheels)),
         "roller_angle": per_state(steepest, (wheels,)) * draw.rng.uniform(-1, 1, (draw.count, wheels)),
         "row_offset": vehicle["wheel_radius"] * draw.signed(1e-3, 1),
