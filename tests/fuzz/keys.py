@@ -24,7 +24,8 @@ def scenes_with(value: Any) -> Iterator[tuple[str, str]]:
     for table, key in NUMBERS:
         found = sorted(shipped(), key=lambda tables: (key.name not in tables.get(table, {}), table not in tables))  # noqa: B023 (used at once)
         vehicle = found[0]["vehicle"]
-        sizes = {"N": vehicle.get("wheels", 3), "n-1": vehicle.get("rollers_per_wheel", 5) - 1, "K": 2, "W": 2}
+        sizes = {"N": vehicle.get("wheels", 3), "n-1": vehicle.get("rollers_per_wheel", 5) - 1}
+        sizes |= {"K": 2, "W": 2, "several": 2}
         for shape in key.kind.shapes if isinstance(key.kind, Numbers) else ((),):
             changed = found[0].get(table, {}) | {key.name: _filled(value, [sizes.get(size, size) for size in shape])}
             yield f"[{table}] {key.name}", written(found[0] | {table: changed})

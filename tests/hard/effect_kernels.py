@@ -115,7 +115,7 @@ def of_other_wheels(draw: Draw, vehicle: dict[str, np.ndarray], wheels: int) -> 
     radii = thick * draw.rng.uniform(0, 1.3, (draw.count, wheels))
     return {
         "arc_radii": radii,
-        "arc_asides": thick * draw.rng.uniform(0.85, 1, (draw.count, wheels)) - radii,
+        "arc_asides": thick - radii,
         "arc_alongs": thick * draw.rng.uniform(-0.5, 0.5, (draw.count, wheels)),
         "wheel_loads": per_state(vehicle["mass"], (wheels,)) * draw.rng.uniform(0, 10, (draw.count, wheels)),
         "roller_angle": per_state(steepest, (wheels,)) * draw.rng.uniform(-1, 1, (draw.count, wheels)),

@@ -25,7 +25,7 @@ ALWAYS_INLINE int piece_of(const omniroll_run_t *run, int wheel)
 /* The piece that is next to a wheel's on this side, be it of the next roller. */
 static int next_piece(const omniroll_run_t *run, int wheel, int direction)
 {
-    return (piece_of(run, wheel) + direction + run->piece_count) % run->piece_count;
+    return has_pieces(run) ? (piece_of(run, wheel) + direction + run->piece_count) % run->piece_count : 0;
 }
 
 static double middle_of(const omniroll_run_t *run, int piece)

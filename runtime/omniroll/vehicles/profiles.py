@@ -81,9 +81,12 @@ def _check_arcs(vehicle: Any) -> None:
 
 
 def arcs_of(vehicle: Any) -> tuple[Arc, ...]:
-    """The arcs of a roller's meridian from one end to the other, of a vehicle that has some."""
+    """The arcs of a roller's meridian from one end to the other; of a vehicle without a profile the one of a roller that
+    keeps an omni-wheel round."""
     if vehicle.roller_profile is not None:
         return vehicle.roller_profile
+    if vehicle.meridian_radius is None:
+        return ((0.0, -vehicle.roller_axis_radius, vehicle.wheel_radius),)
     return ((0.0, vehicle.roller_radius - vehicle.meridian_radius, vehicle.meridian_radius),)
 
 
