@@ -44,6 +44,7 @@ COUNT_OF = {"N": "wheels"}
 GIVEN_TO_EACH = "free_bearing"  # torques of each free roller's bearing: a set that takes these has no steps
 OWN_COUNTS = "tip_i"  # of wheels with numbers of rollers of their own, whose joints these templates do not know
 CHANGES = "row_constants"  # a set with it has other constants after a switch, which the templates of steps have not
+ON_ROLLER = ("chi", "arc_middle")  # a wheel's angle, and the one from which that is counted: their sum is on the roller
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ class LanesFunction(CFunction):
 
     @cached_property
     def short(self) -> set[str]:
-        """The names of values that depend on a wheel's angle alone."""
-        names = {"chi"}
+        """The names of values that depend on a wheel's angle on its roller alone."""
+        names = {*ON_ROLLER}
         for step in steps(self.function.body):
             if step.kind == "let" and symbols(step.expression) and symbols(step.expression) <= names:
                 names.add(step.name)

@@ -8,7 +8,7 @@
  *
  * Of massless.c: pose_rates.
  *
- * Of free.c: momenta.
+ * Of free.c: axial_speeds, spins_from_axial, momenta.
  */
 
 /* Rates of the wheels alone; of the paper's they do not depend on the wheels' angles. Equations: (2.2).
@@ -30,15 +30,10 @@ void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu,
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
@@ -68,11 +63,9 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -80,10 +73,10 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
@@ -115,28 +108,23 @@ void omniroll_nu_from_wheels_at(const omniroll_model *model, const omniroll_real
     omniroll_real f1 = OMNIROLL_NUMBER(0);
     omniroll_real f2 = OMNIROLL_NUMBER(0);
     omniroll_real f3 = OMNIROLL_NUMBER(0);
-    const omniroll_real t2 = inverse_yaw_scale*R_over_l;
+    const omniroll_real t1 = inverse_yaw_scale*R_over_l;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
         const omniroll_real chi_dot_i = chi_dot[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real acting_2 = -R_over_l_ride_share*cos_alpha;
-        const omniroll_real turn_3 = -t2*ride_share;
+        const omniroll_real turn_3 = -t1*ride_share;
         m11 += acting_1*acting_1;
         m12 += acting_1*acting_2;
         m13 += acting_1*turn_3;
@@ -188,27 +176,22 @@ void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real 
     omniroll_real f1 = force_1;
     omniroll_real f2 = force_2;
     omniroll_real f3 = force_3;
-    const omniroll_real t2 = inverse_yaw_scale*R_over_l;
+    const omniroll_real t1 = inverse_yaw_scale*R_over_l;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
         const omniroll_real acting_2 = -R_over_l_ride_share*cos_alpha;
-        const omniroll_real turn_3 = -t2*ride_share;
+        const omniroll_real turn_3 = -t1*ride_share;
         m11 += acting_1*acting_1;
         m12 += acting_1*acting_2;
         m13 += acting_1*turn_3;
@@ -234,21 +217,16 @@ void omniroll_wheel_torques_at(const omniroll_model *model, const omniroll_real 
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t3 = (arc_middle + chi_i)/2;
-        const omniroll_real half_sine = omniroll_sin(t3);
-        const omniroll_real half_cosine = omniroll_cos(t3);
-        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real t4 = R_over_l*ride_share;
-        const omniroll_real acting_1 = t4*sin_alpha;
-        const omniroll_real acting_2 = -t4*cos_alpha;
-        const omniroll_real turn_3 = -t2*ride_share;
+        const omniroll_real t2 = R_over_l*ride_share;
+        const omniroll_real acting_1 = t2*sin_alpha;
+        const omniroll_real acting_2 = -t2*cos_alpha;
+        const omniroll_real turn_3 = -t1*ride_share;
         torques[i] = x_1*acting_1 + x_2*acting_2 + x_3*turn_3;
     }
 }
@@ -277,18 +255,16 @@ void omniroll_wheel_accelerations(const omniroll_model *model, const omniroll_re
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
@@ -337,7 +313,6 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
         const omniroll_real alpha = vehicle->wheel_angles[i];
         const omniroll_real arc_radius = vehicle->arc_radii[i];
         const omniroll_real arc_aside = vehicle->arc_asides[i];
-        const omniroll_real arc_along = vehicle->arc_alongs[i];
         const omniroll_real cos_alpha = omniroll_cos(alpha);
         const omniroll_real sin_alpha = omniroll_sin(alpha);
         wheel[i].cos_alpha = cos_alpha;
@@ -346,9 +321,7 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
         const omniroll_real arc_tip = arc_radius - t2*arc_radius + arc_aside;
         wheel[i].arc_radius = arc_radius;
         wheel[i].arc_reach = arc_reach;
-        wheel[i].arc_lead = arc_along;
         wheel[i].arc_tip = arc_tip;
-        wheel[i].arc_middle = OMNIROLL_NUMBER(0);
     }
     const omniroll_real m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
     const omniroll_real joint_quarter = pi_per_n/4;
@@ -411,11 +384,9 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -423,10 +394,10 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;
@@ -498,13 +469,11 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -512,10 +481,10 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -602,13 +571,11 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -616,10 +583,10 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -736,13 +703,11 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -750,10 +715,10 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -855,11 +820,9 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -867,10 +830,10 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -954,15 +917,13 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t5 = (arc_middle + chi_i)/2;
+        const omniroll_real t5 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t5);
         const omniroll_real half_cosine = omniroll_cos(t5);
         const omniroll_real sine = 2*half_sine*half_cosine;
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
@@ -1009,11 +970,9 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -1021,10 +980,10 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate*ride_share;
@@ -1064,19 +1023,16 @@ void omniroll_contact_axial(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
-        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real axle_speed = yaw_rate*rise + along;
@@ -1084,64 +1040,6 @@ void omniroll_contact_axial(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real rolling = axle_speed*inverse_rho;
         const omniroll_real axial = yaw_rate*sine + rolling;
         contact_axial[i] = axial;
-    }
-}
-
-/* Absolute axial speeds of the free rollers. Equations: (3.4). Steps: yaw, angle
- * (maxima/forms/rolling.mac); free_angle, axial_of_spin (maxima/forms/free_rollers.mac). */
-void omniroll_axial_speeds(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                           const omniroll_real *spins, omniroll_real *axial)
-{
-    const int wheels = model->wheels;
-    const int slots = model->rollers_per_wheel - 1;
-    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
-    const omniroll_real nu_3 = nu[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
-    for (int i = 0; i < wheels; i++) {
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
-        const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
-        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        for (int j = 0; j < slots; j++) {
-            const omniroll_real cos_kappa = model->roller[j].cos_kappa;
-            const omniroll_real sin_kappa = model->roller[j].sin_kappa;
-            const omniroll_real free_spin = spins[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_axial = free_spin + yaw_rate*free_sine;
-            axial[slots*i + j] = free_axial;
-        }
-    }
-}
-
-/* Spins of the free rollers from their axial speeds. Equations: (3.4). Steps: yaw, angle
- * (maxima/forms/rolling.mac); free_angle, spin_of_axial (maxima/forms/free_rollers.mac). */
-void omniroll_spins_from_axial(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                               const omniroll_real *axial, omniroll_real *spins)
-{
-    const int wheels = model->wheels;
-    const int slots = model->rollers_per_wheel - 1;
-    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
-    const omniroll_real nu_3 = nu[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
-    for (int i = 0; i < wheels; i++) {
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
-        const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
-        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        for (int j = 0; j < slots; j++) {
-            const omniroll_real cos_kappa = model->roller[j].cos_kappa;
-            const omniroll_real sin_kappa = model->roller[j].sin_kappa;
-            const omniroll_real free_axial = axial[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_spin = free_axial - yaw_rate*free_sine;
-            spins[slots*i + j] = free_spin;
-        }
     }
 }
 
@@ -1183,13 +1081,11 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
         const omniroll_real entering_i = entering[i];
         const omniroll_real turn_excess_i = turn_excess[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -1197,10 +1093,10 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
         const omniroll_real R_over_l_ride_share = R_over_l*ride_share;
         const omniroll_real acting_1 = R_over_l_ride_share*sin_alpha;

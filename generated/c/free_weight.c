@@ -7,11 +7,11 @@
  * compile: `omniroll kernel` writes a header and a source file for a set from them.
  *
  * Of free_profile.c: wheel_speeds, wheel_rates, nu_from_wheels_at, wheel_torques_at, wheel_accelerations,
- * mass_matrix, energy, contact_axial, axial_speeds, spins_from_axial, impact.
+ * mass_matrix, energy, contact_axial, impact.
  *
  * Of massless.c: pose_rates.
  *
- * Of free.c: momenta.
+ * Of free.c: axial_speeds, spins_from_axial, momenta.
  */
 
 /* Potential energy of the loads that the wheels carry up and down. Equations: section 2. Steps: no_lift,
@@ -23,16 +23,11 @@ void omniroll_lift_energy(const omniroll_model *model, const omniroll_real *chi,
     for (int i = 0; i < wheels; i++) {
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real half_sine = omniroll_sin(chi_i/2);
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         lift += load_of_wheel*ride_height;
     }
     *lift_energy = lift;
@@ -71,7 +66,6 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
         const omniroll_real alpha = vehicle->wheel_angles[i];
         const omniroll_real arc_radius = vehicle->arc_radii[i];
         const omniroll_real arc_aside = vehicle->arc_asides[i];
-        const omniroll_real arc_along = vehicle->arc_alongs[i];
         const omniroll_real load_of_wheel = vehicle->wheel_loads[i];
         const omniroll_real cos_alpha = omniroll_cos(alpha);
         const omniroll_real sin_alpha = omniroll_sin(alpha);
@@ -81,9 +75,7 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
         const omniroll_real arc_tip = arc_radius - t2*arc_radius + arc_aside;
         wheel[i].arc_radius = arc_radius;
         wheel[i].arc_reach = arc_reach;
-        wheel[i].arc_lead = arc_along;
         wheel[i].arc_tip = arc_tip;
-        wheel[i].arc_middle = OMNIROLL_NUMBER(0);
         wheel[i].load_of_wheel = load_of_wheel;
     }
     const omniroll_real m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
@@ -151,14 +143,12 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -166,10 +156,10 @@ void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -262,14 +252,12 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -277,10 +265,10 @@ void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -403,14 +391,12 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
         const omniroll_real momentum_cos = momenta[2*i];
         const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -418,10 +404,10 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -529,12 +515,10 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
         const omniroll_real arc_tip = model->wheel[i].arc_tip;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real load_of_wheel = model->wheel[i].load_of_wheel;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t1 = (arc_middle + chi_i)/2;
+        const omniroll_real t1 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t1);
         const omniroll_real half_cosine = omniroll_cos(t1);
         const omniroll_real sine = 2*half_sine*half_cosine;
@@ -542,10 +526,10 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real below = joint_sine - half_sine;
         const omniroll_real above = joint_sine + half_sine;
         const omniroll_real width = below*above;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
-        const omniroll_real rise = -arc_reach*sine - arc_lead*cosine;
+        const omniroll_real rise = -arc_reach*sine;
         const omniroll_real rise_share = inverse_ride*rise;
         const omniroll_real rise_change = arc_radius - ride_height;
         const omniroll_real rho = 2*arc_radius*width + arc_tip;
@@ -634,15 +618,13 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real arc_radius = model->wheel[i].arc_radius;
         const omniroll_real arc_reach = model->wheel[i].arc_reach;
-        const omniroll_real arc_lead = model->wheel[i].arc_lead;
-        const omniroll_real arc_middle = model->wheel[i].arc_middle;
         const omniroll_real chi_i = chi[i];
-        const omniroll_real t5 = (arc_middle + chi_i)/2;
+        const omniroll_real t5 = chi_i/2;
         const omniroll_real half_sine = omniroll_sin(t5);
         const omniroll_real half_cosine = omniroll_cos(t5);
         const omniroll_real sine = 2*half_sine*half_cosine;
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real ride_height = arc_radius + arc_reach*cosine - arc_lead*sine;
+        const omniroll_real ride_height = arc_radius + arc_reach*cosine;
         const omniroll_real inverse_ride = 1/ride_height;
         const omniroll_real ride_share = l*inverse_ride;
         const omniroll_real roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha);

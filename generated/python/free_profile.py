@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 from .elementary import circle_ratio, cos, number, sin
 from .massless import pose_rates
-from .free import momenta
+from .free import axial_speeds, momenta, spins_from_axial
 
 
 def wheel_speeds(model, nu, chi):
@@ -23,7 +23,7 @@ def wheel_speeds(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       chi_dot[N] [rad/s]: wheel rates.
-    Operations: once 2 mul; per wheel 6 add, 14 mul, 1 div, 2 sincos. Intermediates: 12.
+    Operations: once 2 mul; per wheel 4 add, 11 mul, 1 div, 1 sincos. Intermediates: 9.
     """
     chi_dot = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -39,15 +39,10 @@ def wheel_speeds(model, nu, chi):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
-        sine = 2*half_sine*half_cosine
+        half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
@@ -66,7 +61,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 2 mul; per wheel 12 add, 24 mul, 2 div, 2 sincos. Intermediates: 21.
+    Operations: once 2 mul; per wheel 9 add, 22 mul, 2 div, 2 sincos. Intermediates: 21.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -85,11 +80,9 @@ def wheel_rates(model, nu, chi):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -97,10 +90,10 @@ def wheel_rates(model, nu, chi):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rho = 2*arc_radius*width + arc_tip
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate*ride_share
@@ -122,7 +115,7 @@ def nu_from_wheels_at(model, chi, chi_dot):
     chi_dot[N] [rad/s]: wheel rates.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 16 mul, 4 div; per wheel 13 add, 22 mul, 1 div, 2 sincos. Intermediates: 35.
+    Operations: once 10 add, 16 mul, 4 div; per wheel 11 add, 19 mul, 1 div, 1 sincos. Intermediates: 32.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -137,28 +130,23 @@ def nu_from_wheels_at(model, chi, chi_dot):
     f1 = 0
     f2 = 0
     f3 = 0
-    t2 = inverse_yaw_scale*R_over_l
+    t1 = inverse_yaw_scale*R_over_l
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
         chi_dot_i = chi_dot[i]
-        t1 = (arc_middle + chi_i)/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
-        sine = 2*half_sine*half_cosine
+        half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
         acting_2 = -R_over_l_ride_share*cos_alpha
-        turn_3 = -t2*ride_share
+        turn_3 = -t1*ride_share
         m11 = m11 + acting_1*acting_1
         m12 = m12 + acting_1*acting_2
         m13 = m13 + acting_1*turn_3
@@ -197,7 +185,7 @@ def wheel_torques_at(model, chi, force):
     force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
     Returns:
       torques[N] [N m]: torques about the wheel axles.
-    Operations: once 10 add, 16 mul, 4 div; per wheel 16 add, 35 mul, 2 div, 4 sincos. Intermediates: 47.
+    Operations: once 10 add, 16 mul, 4 div; per wheel 12 add, 29 mul, 2 div, 2 sincos. Intermediates: 41.
     """
     torques = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -215,27 +203,22 @@ def wheel_torques_at(model, chi, force):
     f1 = force_1
     f2 = force_2
     f3 = force_3
-    t2 = inverse_yaw_scale*R_over_l
+    t1 = inverse_yaw_scale*R_over_l
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
-        sine = 2*half_sine*half_cosine
+        half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
         acting_2 = -R_over_l_ride_share*cos_alpha
-        turn_3 = -t2*ride_share
+        turn_3 = -t1*ride_share
         m11 = m11 + acting_1*acting_1
         m12 = m12 + acting_1*acting_2
         m13 = m13 + acting_1*turn_3
@@ -260,21 +243,16 @@ def wheel_torques_at(model, chi, force):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t3 = (arc_middle + chi_i)/2
-        half_sine = sin(t3)
-        half_cosine = cos(t3)
-        sine = 2*half_sine*half_cosine
+        half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        t4 = R_over_l*ride_share
-        acting_1 = t4*sin_alpha
-        acting_2 = -t4*cos_alpha
-        turn_3 = -t2*ride_share
+        t2 = R_over_l*ride_share
+        acting_1 = t2*sin_alpha
+        acting_2 = -t2*cos_alpha
+        turn_3 = -t1*ride_share
         torques[i] = x_1*acting_1 + x_2*acting_2 + x_3*turn_3
     return torques
 
@@ -289,7 +267,7 @@ def wheel_accelerations(model, nu, chi, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       chi_ddot[N] [rad/s^2]: accelerations of the wheels.
-    Operations: once 3 mul; per wheel 10 add, 26 mul, 1 div, 2 sincos. Intermediates: 22.
+    Operations: once 3 mul; per wheel 7 add, 24 mul, 1 div, 2 sincos. Intermediates: 22.
     """
     chi_ddot = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -309,18 +287,16 @@ def wheel_accelerations(model, nu, chi, nu_dot):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
@@ -336,8 +312,7 @@ def wheel_accelerations(model, nu, chi, nu_dot):
 
 
 def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
-            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, arc_radii, arc_asides,
-            arc_alongs):
+            platform_radius, wheel_radius, roller_axis_radius, wheel_angles, arc_radii, arc_asides):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, axle_direction, free_yaw_constant, joint,
@@ -353,7 +328,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_angles[N] [rad]: directions of the wheel axles.
     arc_radii[N] [m]: radius of the arc that carries.
     arc_asides[N] [m]: distance of its centre from the roller's axis.
-    arc_alongs[N] [m]: place of its centre along the roller's axis from the roller's middle.
     Returns the model:
       B [kg m^2]: roller inertia.
       cos_kappa[n-1] [1]: cosine of a free roller's place on its disk.
@@ -375,9 +349,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       arc_radius[N] [m]: radius of the arc that carries.
       arc_reach[N] [m]: distance of the arc's centre from the wheel's, along the radius to the roller's
       middle.
-      arc_lead[N] [m]: how far the arc's centre is from the roller's middle, in the wheel's plane.
       arc_tip[N] [m]: rho at the joint, but for sag.
-      arc_middle[N] [rad]: angle from the roller's middle from which chi is counted.
     Operations: once 1 add, 17 mul, 5 div, 1 sincos; per wheel 3 add, 1 mul, 2 sincos; per free-roller slot 4
     add, 12 mul, 5 sincos. Intermediates: 27.
     """
@@ -389,9 +361,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_alpha = [None] * wheels
     model.arc_radius = [None] * wheels
     model.arc_reach = [None] * wheels
-    model.arc_lead = [None] * wheels
     model.arc_tip = [None] * wheels
-    model.arc_middle = [None] * wheels
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
     pi = circle_ratio(like)
@@ -417,7 +387,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         alpha = wheel_angles[i]
         arc_radius = arc_radii[i]
         arc_aside = arc_asides[i]
-        arc_along = arc_alongs[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         model.cos_alpha[i] = cos_alpha
@@ -426,9 +395,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         arc_tip = arc_radius - t2*arc_radius + arc_aside
         model.arc_radius[i] = arc_radius
         model.arc_reach[i] = arc_reach
-        model.arc_lead[i] = arc_along
         model.arc_tip[i] = arc_tip
-        model.arc_middle[i] = 0
     m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw
     joint_quarter = pi_per_n/4
     joint_half = t1
@@ -471,7 +438,7 @@ def mass_matrix(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
-    Operations: once 1 mul; per wheel 21 add, 47 mul, 2 div, 2 sincos. Intermediates: 35.
+    Operations: once 1 mul; per wheel 18 add, 45 mul, 2 div, 2 sincos. Intermediates: 35.
     """
     matrix = [[None] * 3 for _ in range(3)]
     B = model.B
@@ -496,11 +463,9 @@ def mass_matrix(model, chi):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -508,10 +473,10 @@ def mass_matrix(model, chi):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rho = 2*arc_radius*width + arc_tip
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha
@@ -564,7 +529,7 @@ def forces(model, nu, chi, momenta):
     rollers.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 6 mul; per wheel 28 add, 63 mul, 2 div, 2 sincos. Intermediates: 52.
+    Operations: once 6 mul; per wheel 25 add, 61 mul, 2 div, 2 sincos. Intermediates: 52.
     """
     force = [None] * 3
     B = model.B
@@ -590,13 +555,11 @@ def forces(model, nu, chi, momenta):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -604,10 +567,10 @@ def forces(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -666,7 +629,7 @@ def forward_dynamics(model, nu, chi, momenta):
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 21 mul, 4 div; per wheel 40 add, 83 mul, 2 div, 2 sincos. Intermediates: 72.
+    Operations: once 10 add, 21 mul, 4 div; per wheel 37 add, 81 mul, 2 div, 2 sincos. Intermediates: 72.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -701,13 +664,11 @@ def forward_dynamics(model, nu, chi, momenta):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -715,10 +676,10 @@ def forward_dynamics(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -804,7 +765,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 15 mul; per wheel 40 add, 83 mul, 2 div, 2 sincos. Intermediates: 59.
+    Operations: once 9 add, 15 mul; per wheel 37 add, 81 mul, 2 div, 2 sincos. Intermediates: 59.
     """
     force = [None] * 3
     B = model.B
@@ -842,13 +803,11 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -856,10 +815,10 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -932,7 +891,7 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 22 mul, 4 div; per wheel 47 add, 101 mul, 3 div, 4 sincos; per free roller 3 add,
+    Operations: once 10 add, 22 mul, 4 div; per wheel 42 add, 98 mul, 3 div, 4 sincos; per free roller 3 add,
     4 mul. Intermediates: 89.
     """
     nu_dot = [None] * 3
@@ -969,11 +928,9 @@ def accelerations(model, nu, chi, spins):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -981,10 +938,10 @@ def accelerations(model, nu, chi, spins):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -1066,15 +1023,13 @@ def accelerations(model, nu, chi, spins):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t5 = (arc_middle + chi_i)/2
+        t5 = chi_i/2
         half_sine = sin(t5)
         half_cosine = cos(t5)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
@@ -1102,7 +1057,7 @@ def energy(model, nu, chi, spins):
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
     Returns:
       energy [J]: kinetic energy.
-    Operations: once 2 add, 9 mul; per wheel 15 add, 31 mul, 2 div, 2 sincos; per free roller 3 add, 6 mul.
+    Operations: once 2 add, 9 mul; per wheel 12 add, 29 mul, 2 div, 2 sincos; per free roller 3 add, 6 mul.
     Intermediates: 25.
     """
     B = model.B
@@ -1125,11 +1080,9 @@ def energy(model, nu, chi, spins):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -1137,10 +1090,10 @@ def energy(model, nu, chi, spins):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rho = 2*arc_radius*width + arc_tip
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate*ride_share
@@ -1169,7 +1122,7 @@ def contact_axial(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact.
-    Operations: once 1 mul; per wheel 9 add, 17 mul, 1 div, 2 sincos. Intermediates: 16.
+    Operations: once 1 mul; per wheel 6 add, 13 mul, 1 div, 2 sincos. Intermediates: 15.
     """
     contact_axial = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -1184,19 +1137,16 @@ def contact_axial(model, nu, chi):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
-        cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rho = 2*arc_radius*width + arc_tip
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         axle_speed = yaw_rate*rise + along
@@ -1205,74 +1155,6 @@ def contact_axial(model, nu, chi):
         axial = yaw_rate*sine + rolling
         contact_axial[i] = axial
     return contact_axial
-
-
-def axial_speeds(model, nu, chi, spins):
-    """Absolute axial speeds of the free rollers.
-
-    Equations: (3.4). Steps: yaw, angle (maxima/forms/rolling.mac); free_angle, axial_of_spin
-    (maxima/forms/free_rollers.mac).
-    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    chi[N] [rad]: wheel angles from the middle of the roller in contact.
-    spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
-    Returns:
-      axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
-    Operations: once 1 mul; per wheel 2 add, 6 mul, 2 sincos; per free roller 2 add, 3 mul. Intermediates: 8.
-    """
-    axial = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
-    inverse_yaw_scale = model.inverse_yaw_scale
-    nu_3 = nu[2]
-    yaw_rate = inverse_yaw_scale*nu_3
-    for i in range(model.wheels):
-        arc_middle = model.arc_middle[i]
-        chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
-        sine = 2*half_sine*half_cosine
-        cosine = 1 - 2*half_sine*half_sine
-        for j in range(model.rollers_per_wheel - 1):
-            cos_kappa = model.cos_kappa[j]
-            sin_kappa = model.sin_kappa[j]
-            free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_axial = free_spin + yaw_rate*free_sine
-            axial[i][j] = free_axial
-    return axial
-
-
-def spins_from_axial(model, nu, chi, axial):
-    """Spins of the free rollers from their axial speeds.
-
-    Equations: (3.4). Steps: yaw, angle (maxima/forms/rolling.mac); free_angle, spin_of_axial
-    (maxima/forms/free_rollers.mac).
-    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    chi[N] [rad]: wheel angles from the middle of the roller in contact.
-    axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
-    Returns:
-      spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
-    Operations: once 1 mul; per wheel 2 add, 6 mul, 2 sincos; per free roller 2 add, 3 mul. Intermediates: 8.
-    """
-    spins = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
-    inverse_yaw_scale = model.inverse_yaw_scale
-    nu_3 = nu[2]
-    yaw_rate = inverse_yaw_scale*nu_3
-    for i in range(model.wheels):
-        arc_middle = model.arc_middle[i]
-        chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
-        sine = 2*half_sine*half_cosine
-        cosine = 1 - 2*half_sine*half_sine
-        for j in range(model.rollers_per_wheel - 1):
-            cos_kappa = model.cos_kappa[j]
-            sin_kappa = model.sin_kappa[j]
-            free_axial = axial[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_spin = free_axial - yaw_rate*free_sine
-            spins[i][j] = free_spin
-    return spins
 
 
 def impact(model, nu, chi, entering, leaving, turn_excess):
@@ -1291,7 +1173,7 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
     switch is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 13 add, 16 mul, 4 div; per wheel 27 add, 54 mul, 2 div, 2 sincos. Intermediates: 52.
+    Operations: once 13 add, 16 mul, 4 div; per wheel 24 add, 52 mul, 2 div, 2 sincos. Intermediates: 52.
     """
     nu_after = [None] * 3
     B = model.B
@@ -1322,13 +1204,11 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
         entering_i = entering[i]
         turn_excess_i = turn_excess[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -1336,10 +1216,10 @@ def impact(model, nu, chi, entering, leaving, turn_excess):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rho = 2*arc_radius*width + arc_tip
         R_over_l_ride_share = R_over_l*ride_share
         acting_1 = R_over_l_ride_share*sin_alpha

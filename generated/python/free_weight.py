@@ -11,9 +11,9 @@ rollers of a wheel. `model` is what prepare() returns.
 from types import SimpleNamespace
 
 from .elementary import circle_ratio, cos, number, sin
-from .free_profile import axial_speeds, contact_axial, energy, impact, mass_matrix, nu_from_wheels_at, spins_from_axial, wheel_accelerations, wheel_rates, wheel_speeds, wheel_torques_at
+from .free_profile import contact_axial, energy, impact, mass_matrix, nu_from_wheels_at, wheel_accelerations, wheel_rates, wheel_speeds, wheel_torques_at
 from .massless import pose_rates
-from .free import momenta
+from .free import axial_speeds, momenta, spins_from_axial
 
 
 def lift_energy(model, chi):
@@ -24,22 +24,17 @@ def lift_energy(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       lift_energy [J]: potential energy of the loads that the wheels carry.
-    Operations: per wheel 5 add, 9 mul, 2 sincos. Intermediates: 7.
+    Operations: per wheel 3 add, 6 mul, 1 sincos. Intermediates: 4.
     """
     lift = 0
     for i in range(model.wheels):
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
-        sine = 2*half_sine*half_cosine
+        half_sine = sin(chi_i/2)
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         lift = lift + load_of_wheel*ride_height
     lift_energy = lift
     return lift_energy
@@ -47,7 +42,7 @@ def lift_energy(model, chi):
 
 def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
             platform_radius, wheel_radius, roller_axis_radius, wheel_angles, arc_radii, arc_asides,
-            arc_alongs, wheel_loads):
+            wheel_loads):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, axle_direction, free_yaw_constant, joint,
@@ -63,7 +58,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_angles[N] [rad]: directions of the wheel axles.
     arc_radii[N] [m]: radius of the arc that carries.
     arc_asides[N] [m]: distance of its centre from the roller's axis.
-    arc_alongs[N] [m]: place of its centre along the roller's axis from the roller's middle.
     wheel_loads[N] [N]: loads that the wheels carry up and down.
     Returns the model:
       B [kg m^2]: roller inertia.
@@ -86,9 +80,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       arc_radius[N] [m]: radius of the arc that carries.
       arc_reach[N] [m]: distance of the arc's centre from the wheel's, along the radius to the roller's
       middle.
-      arc_lead[N] [m]: how far the arc's centre is from the roller's middle, in the wheel's plane.
       arc_tip[N] [m]: rho at the joint, but for sag.
-      arc_middle[N] [rad]: angle from the roller's middle from which chi is counted.
       load_of_wheel[N] [N]: load that a wheel carries up and down.
     Operations: once 1 add, 17 mul, 5 div, 1 sincos; per wheel 3 add, 1 mul, 2 sincos; per free-roller slot 4
     add, 12 mul, 5 sincos. Intermediates: 27.
@@ -101,9 +93,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_alpha = [None] * wheels
     model.arc_radius = [None] * wheels
     model.arc_reach = [None] * wheels
-    model.arc_lead = [None] * wheels
     model.arc_tip = [None] * wheels
-    model.arc_middle = [None] * wheels
     model.load_of_wheel = [None] * wheels
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
@@ -130,7 +120,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         alpha = wheel_angles[i]
         arc_radius = arc_radii[i]
         arc_aside = arc_asides[i]
-        arc_along = arc_alongs[i]
         load_of_wheel = wheel_loads[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
@@ -140,9 +129,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         arc_tip = arc_radius - t2*arc_radius + arc_aside
         model.arc_radius[i] = arc_radius
         model.arc_reach[i] = arc_reach
-        model.arc_lead[i] = arc_along
         model.arc_tip[i] = arc_tip
-        model.arc_middle[i] = 0
         model.load_of_wheel[i] = load_of_wheel
     m0_33 = inverse_yaw_scale*inverse_yaw_scale*bare_yaw
     joint_quarter = pi_per_n/4
@@ -190,7 +177,7 @@ def forces(model, nu, chi, momenta):
     rollers.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 6 mul; per wheel 31 add, 68 mul, 2 div, 2 sincos. Intermediates: 54.
+    Operations: once 6 mul; per wheel 28 add, 66 mul, 2 div, 2 sincos. Intermediates: 54.
     """
     force = [None] * 3
     B = model.B
@@ -216,14 +203,12 @@ def forces(model, nu, chi, momenta):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -231,10 +216,10 @@ def forces(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -299,7 +284,7 @@ def forward_dynamics(model, nu, chi, momenta):
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 21 mul, 4 div; per wheel 43 add, 88 mul, 2 div, 2 sincos. Intermediates: 74.
+    Operations: once 10 add, 21 mul, 4 div; per wheel 40 add, 86 mul, 2 div, 2 sincos. Intermediates: 74.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -334,14 +319,12 @@ def forward_dynamics(model, nu, chi, momenta):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -349,10 +332,10 @@ def forward_dynamics(model, nu, chi, momenta):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -444,7 +427,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 15 mul; per wheel 43 add, 88 mul, 2 div, 2 sincos. Intermediates: 61.
+    Operations: once 9 add, 15 mul; per wheel 40 add, 86 mul, 2 div, 2 sincos. Intermediates: 61.
     """
     force = [None] * 3
     B = model.B
@@ -482,14 +465,12 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
         momentum_cos = momenta[i][0]
         momentum_sin = momenta[i][1]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -497,10 +478,10 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -579,7 +560,7 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 22 mul, 4 div; per wheel 50 add, 106 mul, 3 div, 4 sincos; per free roller 3 add,
+    Operations: once 10 add, 22 mul, 4 div; per wheel 45 add, 103 mul, 3 div, 4 sincos; per free roller 3 add,
     4 mul. Intermediates: 91.
     """
     nu_dot = [None] * 3
@@ -616,12 +597,10 @@ def accelerations(model, nu, chi, spins):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
         arc_tip = model.arc_tip[i]
-        arc_middle = model.arc_middle[i]
         load_of_wheel = model.load_of_wheel[i]
         chi_i = chi[i]
-        t1 = (arc_middle + chi_i)/2
+        t1 = chi_i/2
         half_sine = sin(t1)
         half_cosine = cos(t1)
         sine = 2*half_sine*half_cosine
@@ -629,10 +608,10 @@ def accelerations(model, nu, chi, spins):
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
-        rise = -arc_reach*sine - arc_lead*cosine
+        rise = -arc_reach*sine
         rise_share = inverse_ride*rise
         rise_change = arc_radius - ride_height
         rho = 2*arc_radius*width + arc_tip
@@ -719,15 +698,13 @@ def accelerations(model, nu, chi, spins):
         sin_alpha = model.sin_alpha[i]
         arc_radius = model.arc_radius[i]
         arc_reach = model.arc_reach[i]
-        arc_lead = model.arc_lead[i]
-        arc_middle = model.arc_middle[i]
         chi_i = chi[i]
-        t5 = (arc_middle + chi_i)/2
+        t5 = chi_i/2
         half_sine = sin(t5)
         half_cosine = cos(t5)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
-        ride_height = arc_radius + arc_reach*cosine - arc_lead*sine
+        ride_height = arc_radius + arc_reach*cosine
         inverse_ride = 1/ride_height
         ride_share = l*inverse_ride
         roll = R_over_l*ride_share*(nu_1*sin_alpha - nu_2*cos_alpha)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.kernels.by_state import has_pieces, kernel_on_pieces, piece_numbers, pieces_of
-from omniroll.kernels.kernel import PROFILE, Kernel
+from omniroll.kernels.kernel import Kernel
 
 
 class Pieces:
@@ -17,7 +17,7 @@ class Pieces:
 
     def __init__(self, bound: Kernel, ffi: Any):
         self.bound = bound
-        self.several = PROFILE in bound.effects and has_pieces(bound.vehicle)
+        self.several = has_pieces(bound.vehicle)
         found = pieces_of(bound.vehicle) if self.several else ()
         self.count, self.ends = max(1, len(found)), np.array([piece[1:] for piece in found]).ravel()
         self.kernels = [kernel_on_pieces(bound, (k,) * bound.wheels) for k in range(len(found))]

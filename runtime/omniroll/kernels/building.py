@@ -35,7 +35,7 @@ VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
 DAMPED, SMOOTH, STICKING = ("roller_viscous",), ("roller_viscous", "roller_coulomb"), ("roller_sticking",)
 GROUND, STICKY_GROUND = ("contact", "contact_viscous", "contact_regularised"), ("contact", "contact_coulomb")
 MECANUM = ("joints", "kinds", "mecanum", "moving_rows")
-PROFILE = ("joints", "mecanum", "moving_rows", "profile", "weight")
+PROFILE = ("joints", "mecanum", "moving_rows", "profile", "arcs", "weight")
 SPRINGS = tuple(("contact", law, "contact_springs") for law in ("contact_regularised", "contact_coulomb"))
 ROWS = ("joints", "kinds", "rows")  # rollers in two rows, and wheels of several kinds in one
 # Beside friction of the ground: an absent one has the paper's numbers.

@@ -74,6 +74,7 @@ SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate on
 MECANUM = "mecanum"  # the effect that a vehicle with rollers at an angle brings
 KINDS = "kinds"  # the effect that wheels of several kinds bring
 PROFILE = "profile"  # the effect that rollers with a meridian of their own bring
+ARCS = "arcs"  # the effect that rollers of several arcs bring
 JOINTS = "joints"  # what mecanum wheels and two rows of rollers need
 MOVING_ROWS = "moving_rows"  # what mecanum wheels and profiles need: rates that go by the wheels' angles
 DERIVATIVES = "derivatives"  # the effect that brings derivatives by state and inputs
@@ -178,7 +179,7 @@ def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> t
     refuse_unmodelled(vehicle)
     of_vehicle = ["layout"] * vehicle.has_layout + ["rows"] * (vehicle.rows > 1)
     of_vehicle += [MECANUM] * any(vehicle.roller_angle) + [KINDS] * vehicle.has_kinds
-    of_vehicle += [PROFILE] * vehicle.has_profile
+    of_vehicle += [PROFILE] * vehicle.has_profile + [ARCS] * has_pieces(vehicle)
     if not effects and not of_vehicle:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
@@ -297,7 +298,7 @@ class Kernel:
         self.has_phases = self.pivots or "rows" in self.effects  # whether constants go by what carries
         self.rows_move = MOVING_ROWS in self.effects  # whether the wheels' rates go by their angles
         self.rollers_stick = "contact_spin_rates" in self.signatures
-        if PROFILE in self.effects and has_pieces(vehicle) and OF_ARCS[0] not in dict(constants):
+        if has_pieces(vehicle) and OF_ARCS[0] not in dict(constants):
             self.call = partial(call_on_pieces, self)  # type: ignore[method-assign]
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
