@@ -87,7 +87,8 @@ EXAMPLE = {
     "axle_damping": "1e-4 1e-4 1e-4", "axle_torque": "1e-3 1e-3 1e-3", "axle_fade_speed": "0.1",
     "roller_damping": "1e-7 1e-7 1e-7", "roller_torque": "1e-6 1e-6 1e-6", "roller_fade_speed": "0.1",
     "gravity": "9.81", "slope_angle": "0.02",
-    "arc_radii": "0.012 0.012 0.012", "torque_constant": "0.02", "resistance": "1.0", "motor_gear_ratio": "10.0", "back_emf": "0.02",
+    "arc_radii": "0.012 0.012 0.012",
+    "torque_constant": "0.02", "resistance": "1.0", "motor_gear_ratio": "10.0", "back_emf": "0.02",
 }  # fmt: skip
 
 

@@ -2,8 +2,9 @@
 stand at angles to their disks, or alternate in two rows.
 
 Nothing here comes from the derivation. A roller is the envelope of the spheres on its axis that touch the ground while
-the wheel's centre stays at its height; the contact is the lowest point of these. Or its meridian is the hull of circles,
-whose centres make rings: the lowest point is under the lowest of a ring. The platform stays level all the same. A wheel that stands on its joint (`stands`: their numbers) does not turn; its roller 0 rolls along the axle.
+the wheel's centre stays at its height; the contact is the lowest point of these. Or its meridian is the hull of
+circles, whose centres make rings: the lowest point is under the lowest of a ring. The platform stays level all the
+same. A wheel that stands on its joint (`stands`: their numbers) does not turn; its roller 0 rolls along the axle.
 Kinetic energy is that of the bodies, derivatives are taken along an imaginary step and are exact to rounding.
 
 Coordinates: x, y, heading, then for each wheel its angle chi and the angles of its n rollers about their axes; roller 0

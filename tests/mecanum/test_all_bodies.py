@@ -83,8 +83,9 @@ def test_rates_energy_and_accelerations_are_those_of_the_bodies(kind, seed, whee
 def test_rollers_touch_the_ground_where_the_bodies_do(kind):
     bodies, vehicle, _, chi, _ = drawn(kind, 2, 4, 6, "free")
     for wheel, (turn, angle) in enumerate(zip(chi.tolist(), vehicle.roller_angle, strict=True)):
-        arc = next((p.arc for p in profiles.pieces(vehicle, angle) if turn <= p.last), None) if vehicle.has_profile else None
-        height = profiles.ride(arc, vehicle, turn, angle)["height"] if arc else 0.0
+        pieces = profiles.pieces(vehicle, angle) if vehicle.has_profile else ()
+        on = [piece.arc for piece in pieces if piece.first < turn < piece.last]
+        height = profiles.ride(on[0], vehicle, turn, angle)["height"] if on else 0
         assert abs(height_of_contact(bodies, coordinates(bodies, chi), wheel) + height) < 1e-10
 
 

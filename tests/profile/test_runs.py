@@ -90,9 +90,8 @@ def test_the_weight_takes_what_the_wheels_rise_by(vehicle, model):
     loads = bound.constants[bound.constant_names.index("wheel_loads")]
     assert loads.sum() == pytest.approx(vehicle.mass * 9.80665, rel=1e-12)
     (arc,) = profiles.arcs_of(vehicle)
-    heights = [[profiles.ride(arc, vehicle, turn, psi)["height"] for turn, psi in zip(chi, vehicle.roller_angle, strict=True)]
-               for chi in found.chi.tolist()]  # fmt: skip
-    lift = np.array(heights) @ loads
+    height = np.vectorize(lambda turn, psi: profiles.ride(arc, vehicle, turn, psi)["height"])
+    lift = height(found.chi, vehicle.roller_angle) @ loads
     switched = np.concatenate([[0.0], np.cumsum(np.diff(found.energy + lift))])
     assert len(found.switches.t) > 20 and np.ptp(lift) > 1e-3 * found.energy[0]
     assert abs(switched[-1] - found.switches.energy_jump.sum()) < 1e-11 * found.energy[0]

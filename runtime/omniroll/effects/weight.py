@@ -35,7 +35,7 @@ class Weight(Effect):
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         if not vehicle.has_profile:
-            bound = "has no work on wheels that stay round: give the vehicle a meridian_radius or a roller_profile, or leave it out"
+            bound = "has no work on wheels that stay round: give meridian_radius or roller_profile, or leave it out"
             raise InvalidValueError("gravity", self.gravity, bound)
         if any(isinstance(other, Slope) for other in others):
             raise InvalidValueError("gravity", self.gravity, "has loads of level ground: leave the slope out")

@@ -1,4 +1,4 @@
-"""What the compiled engine knows of rollers with several arcs: the vehicle on each, and between which angles it carries."""
+"""What the compiled engine knows of rollers with several arcs: the vehicle on each, and at which angles it carries."""
 
 from typing import Any
 

@@ -342,7 +342,10 @@ class Kernel:
         raise NotImplementedError
 
     def with_constants(self, changes: Mapping[str, tuple[float, ...]]) -> "Kernel":
-        """The kernel with other constants of the effects, by name."""
+        """The kernel with other constants of the effects.
+
+        changes  arguments of `prepare` by name
+        """
         kept = ((name, value) for name, value in self.given if name not in changes)
         return self._made_with((*kept, *changes.items()))
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from omniroll.kernels.by_state import call_by_patterns
 from omniroll.kernels.kernel import Kernel
 
+
 class Carry(NamedTuple):
     """What carries a vehicle whose wheels may stand on their joint.
 

@@ -5,7 +5,6 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles import parts, wheel_kind
@@ -77,7 +76,7 @@ def _check_arcs(vehicle: Any) -> None:
     middle = next(piece for piece in pieces(vehicle, angle) if piece.last >= 0)
     radius = ride(middle.arc, vehicle, 0.0, angle)["height"] - vehicle.roller_axis_radius
     if abs(radius - thick) > FITS * thick:
-        refuse(f"has the radius {radius:.6g} in the roller's middle, wheel_radius - roller_axis_radius is {thick:.6g}")
+        refuse(f"has the radius {radius:.6g} in the middle; wheel_radius - roller_axis_radius is {thick:.6g}")
 
 
 def arcs_of(vehicle: Any) -> tuple[Arc, ...]:
@@ -187,15 +186,21 @@ def riding(vehicle: Any) -> dict[str, float]:
     """
     angle = wheel_kind.size_of(vehicle.roller_angle)
     ahead, aside = _mean(vehicle, angle)
-    found = [ride(piece.arc, vehicle, turn, angle) for piece in pieces(vehicle, angle) for turn in _turns(piece, vehicle, angle)]
+    found = [
+        ride(piece.arc, vehicle, turn, angle)
+        for piece in pieces(vehicle, angle)
+        for turn in _turns(piece, vehicle, angle)
+    ]
     heights = [one["height"] for one in found]
-    radii = {"highest": max(heights), "lowest": min(heights), "contact_shift": abs(found[-1]["side"]),
-             "forward_radius": ahead}  # fmt: skip
+    radii = {"highest": max(heights), "lowest": min(heights), "contact_shift": abs(found[-1]["side"])}
+    radii |= {"forward_radius": ahead}
     return radii | ({"sideways_radius": aside / float(np.tan(angle))} if angle else {})
 
 
 def _turns(piece: Piece, vehicle: Any, axis_angle: float) -> tuple[float, ...]:
     """Where a wheel may be highest or lowest on a piece, its last end behind all others."""
+    from scipy.optimize import brentq  # which a vehicle by itself does not need
+
     slope = lambda turn: ride(piece.arc, vehicle, turn, axis_angle)["slope"]  # noqa: E731
     level = (brentq(slope, *piece[1:]),) if slope(piece.first) * slope(piece.last) < 0 else ()
     return (*level, piece.first, piece.last)
