@@ -80,8 +80,8 @@ def _check_arcs(vehicle: Any) -> None:
 
 
 def arcs_of(vehicle: Any) -> tuple[Arc, ...]:
-    """The arcs of a roller's meridian from one end to the other; of a vehicle without a profile the one of a roller that
-    keeps an omni-wheel round."""
+    """The arcs of a roller's meridian from one end to the other; of a vehicle without a profile the one of a roller
+    that keeps an omni-wheel round."""
     if vehicle.roller_profile is not None:
         return vehicle.roller_profile
     if vehicle.meridian_radius is None:
