@@ -146,6 +146,21 @@ def test_a_session_goes_the_same_way(vehicle):
     assert session.energy == pytest.approx(whole.energy[-1], rel=1e-9)
 
 
+@pytest.mark.parametrize("backend", ["python", "compiled"])
+@pytest.mark.parametrize("model", ["massless", "locked"])
+def test_kernels_and_linear_models_know_the_arc_from_the_angles(backend, model):
+    bound, chi = kernel(ROUNDED, model, backend), np.array([0.2, -0.2, 0.02, -0.25])
+    assert len(set(piece_numbers(ROUNDED, chi).tolist())) == 3
+    states = np.array([chi, -chi, 0 * chi])
+    together = bound.forward_dynamics(NU, states)
+    for one, state in zip(together, states, strict=True):
+        np.testing.assert_array_equal(bound.forward_dynamics(NU, state), one)
+        np.testing.assert_array_equal(bound.flow(None)(0.0, np.array([*NU, *state, 0, 0, 0]))[:3], one)
+    slopes = omniroll.linearise(ROUNDED, nu=NU, chi=chi, roller_model=model).A[:3, 3:7]
+    ahead, behind = (bound.forward_dynamics(NU, chi + way * 1e-5 * np.eye(4)) for way in (1, -1))
+    np.testing.assert_allclose(slopes, (ahead - behind).T / 2e-5, rtol=1e-6, atol=1e-6 * np.abs(slopes).max())
+
+
 def test_arcs_that_make_no_meridian_are_refused_in_a_sentence():
     top, wide = THICK, 0.3 * THICK
     for profile, words in (

@@ -20,10 +20,12 @@ def call_by_patterns(
     pairs = zip(values, signature.inputs, strict=True)
     flat = [np.broadcast_to(value, (*lead, *a.shape)).reshape(-1, *a.shape) for value, a in pairs]
     patterns, which = np.unique(numbers.reshape(-1, numbers.shape[-1]), axis=0, return_inverse=True)
-    found = [np.empty((len(which), *a.shape)) for a in signature.outputs]
+    found: list[np.ndarray] = []
     for k, pattern in enumerate(patterns):
         parts = own(pattern).call(name, *(value[which == k] for value in flat))
-        for whole, part in zip(found, parts if len(found) > 1 else (parts,), strict=True):
+        parts = parts if isinstance(parts, tuple) else (parts,)
+        found = found or [np.empty((len(which), *part.shape[1:]), part.dtype) for part in parts]
+        for whole, part in zip(found, parts, strict=True):
             whole[which == k] = part
     shaped = tuple(whole.reshape((*lead, *whole.shape[1:])) for whole in found)
     return shaped if len(shaped) > 1 else shaped[0]
@@ -41,7 +43,7 @@ def pieces_of(vehicle: Any) -> tuple[profiles.Piece, ...]:
 
 def piece_numbers(vehicle: Any, chi: ArrayLike) -> np.ndarray:
     """(..., N) int, which piece carries each wheel; on a border the one ahead."""
-    return np.searchsorted([piece.first for piece in pieces_of(vehicle)[1:]], chi, side="right")
+    return np.searchsorted([piece.first for piece in pieces_of(vehicle)[1:]], np.real(chi), side="right")
 
 
 def arc_constants(vehicle: Any, numbers: Sequence[int] | np.ndarray) -> dict[str, tuple[float, ...]]:
@@ -64,10 +66,22 @@ def call_on_pieces(bound: Any, name: str, *values: ArrayLike) -> Any:
     inputs = [argument.name for argument in bound.checked_inputs(name, values)]
     if "chi" not in inputs:
         return type(bound).call(bound, name, *values)
-    numbers = piece_numbers(bound.vehicle, np.asarray(values[inputs.index("chi")], float))
+    numbers = piece_numbers(bound.vehicle, values[inputs.index("chi")])
     if numbers.ndim == 1:
         return kernel_on_pieces(bound, tuple(numbers.tolist())).call(name, *values)
     shapes = [argument.shape for argument in bound.signatures[name].inputs]
     leads = [np.shape(value)[: np.ndim(value) - len(shape)] for value, shape in zip(values, shapes, strict=True)]
     numbers = np.broadcast_to(numbers, (*np.broadcast_shapes(*leads), bound.wheels))
     return call_by_patterns(bound, name, values, numbers, lambda own: kernel_on_pieces(bound, tuple(own.tolist())))
+
+
+def flow_by_calls(bound: Any, momenta: np.ndarray | None) -> Callable[[float, np.ndarray], np.ndarray]:
+    """The right-hand side f(time, y) -> y' of Kernel.flow, by calls of functions that know which arcs carry."""
+    constants = () if momenta is None else (momenta,)
+
+    def rates(_: float, y: np.ndarray) -> np.ndarray:
+        nu, chi = y[:3], y[3 : 3 + bound.wheels]
+        nu_dot = bound.forward_dynamics(nu, chi, *constants)
+        return np.concatenate([nu_dot, bound.wheel_speeds(nu, chi), bound.pose_rates(nu, y[-1])])
+
+    return rates

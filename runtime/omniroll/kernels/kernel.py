@@ -26,7 +26,14 @@ from omniroll.codegen.along import SECOND
 from omniroll.codegen.derivatives import REQUEST
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
-from omniroll.kernels.by_state import OF_ARCS, arc_constants, call_on_pieces, has_pieces, piece_numbers
+from omniroll.kernels.by_state import (
+    OF_ARCS,
+    arc_constants,
+    call_on_pieces,
+    flow_by_calls,
+    has_pieces,
+    piece_numbers,
+)
 from omniroll.validation import choice
 from omniroll.vehicles import profiles
 from omniroll.vehicles.checks import refuse_unmodelled
@@ -300,6 +307,7 @@ class Kernel:
         self.rollers_stick = "contact_spin_rates" in self.signatures
         if has_pieces(vehicle) and OF_ARCS[0] not in dict(constants):
             self.call = partial(call_on_pieces, self)  # type: ignore[method-assign]
+            self.flow = partial(flow_by_calls, self)  # type: ignore[method-assign]
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     def _found_signatures(self) -> dict[str, Signature]:

@@ -17,6 +17,7 @@ from omniroll import generated_data
 from omniroll.codegen.specialise import is_there
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import sets
+from omniroll.kernels.by_state import flow_by_calls
 from omniroll.kernels.kernel import (
     OF_THE_VEHICLE,
     CompiledKernel,
@@ -86,14 +87,7 @@ class NeutralKernel(Kernel):
         return kept if len(kept) > 1 else kept[0]
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
-        constants = () if momenta is None else (momenta,)
-
-        def rates(_: float, y: np.ndarray) -> np.ndarray:
-            nu, chi = y[:3], y[3 : 3 + self.wheels]
-            nu_dot = self.forward_dynamics(nu, chi, *constants)
-            return np.concatenate([nu_dot, self.wheel_speeds(nu, chi), self.pose_rates(nu, y[-1])])
-
-        return rates
+        return flow_by_calls(self, momenta)
 
     def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
         whole = self.inner.signatures[name]

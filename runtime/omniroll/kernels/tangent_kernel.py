@@ -34,7 +34,7 @@ class TangentKernel(PythonKernel):
     """
 
     def __init__(self, plain: Kernel, tangents: Mapping[str, np.ndarray] | None = None, columns: tuple[int, ...] = ()):
-        self.columns, self.tangents = columns, {} if tangents is None else tangents
+        self.plain, self.columns, self.tangents = plain, columns, {} if tangents is None else tangents
         super().__init__(plain.vehicle, plain.roller_model, plain.effects, plain.given)
 
     def _given_constants(self) -> list:
@@ -48,6 +48,9 @@ class TangentKernel(PythonKernel):
         """(*columns, ...) the argument of `prepare` that has this name, with its tangents."""
         value = super().constant(name)
         return with_tangent(value, np.broadcast_to(self.tangents.get(name, 0.0), (*self.columns, *value.shape)))
+
+    def with_constants(self, changes: Mapping[str, tuple[float, ...]]) -> "TangentKernel":
+        return TangentKernel(self.plain.with_constants(changes), self.tangents, self.columns)
 
     def call(self, name: str, *values: ArrayLike):
         signature = self.signatures[name]

@@ -142,7 +142,7 @@ def scene_of(path: Path, tables: dict[str, Any], lines: Lines) -> Scene:
     if whole is not None:
         placed = with_layout(whole, tables, findings)
         whole, vehicle = placed, placed if vehicle is whole else placed.replace(**ONE_ROW)
-    stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
+    stand_in = vehicle or _stand_in(tables.get("vehicle", {}), findings.keys_in("vehicle"))
     if stand_in is not None:
         check_together(effects, stand_in, findings)
         _check_options(stand_in, options, findings)
@@ -207,13 +207,16 @@ def _check_memory(run_table: dict[str, Any], findings: Findings) -> None:
         findings.add("run", "memory", bound, shown(run_table["memory"]))
 
 
-def _stand_in(vehicle_table: dict[str, Any]) -> Vehicle | None:
-    """A vehicle of as many wheels and rollers as the one that could not be made, to check the start with."""
+def _stand_in(vehicle_table: dict[str, Any], wrong: set[str | None]) -> Vehicle | None:
+    """A vehicle of as many wheels and rollers as the one that could not be made, to check the start with.
+
+    wrong  keys of the table that are not good
+    """
     known = sizes(vehicle_table)
     if "N" not in known or known.get("n-1", 0) < 3:
         return None
     found = Vehicle.paper(known["N"], known["n-1"] + 1)
-    if {"meridian_radius", "roller_profile"} & set(vehicle_table):
+    if {"meridian_radius", "roller_profile"} & (wrong | set(vehicle_table)):
         return found.replace(meridian_radius=found.wheel_radius - found.roller_axis_radius)
     return found
 
