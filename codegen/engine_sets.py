@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from .along import SUFFIX
 from .filling import template
 from .programs import Array, EffectSet, Function
-from .specialise import Registry, State
+from .specialise import Registry, State, where_all_turn
 
 CORE, ACCOUNT = "core", "account"
 # Inputs of the kernel: affine in time between two events.
@@ -48,6 +48,7 @@ ALIASES = {"coulomb_rates": "coulomb_momenta_dot", "bearing_rates": "bearing_mom
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 # What gives nu', with the spins' rates where these are in the core; and the same where bearings stick, whose torques
 # are inputs: of axles, of rollers in contact, and in a function of its own of free rollers too.
+TURNING = "_turning"  # behind the name of a function that is for wheels none of which stands on its joint
 DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
@@ -153,10 +154,11 @@ class EngineSet:
         """Whether the set has functions for sharp tips beside the usual ones."""
         return self.set.function("forward_dynamics_sharp") is not None
 
-    def called(self, function: Function) -> str:
-        """The name of a function in C."""
+    def called(self, function: Function, case: str = "") -> str:
+        """The name of a function in C, in one of its cases."""
         has_form = self.set.function(f"{function.name}_sharp") is not None
-        return f"SOLVED({function.name})" if has_form else f"lanes_{function.name}"
+        name = f"{function.name}{case}"
+        return f"SOLVED({name})" if has_form else f"lanes_{name}"
 
     def function(self, name: str) -> Function:
         found = self.set.function(name)
@@ -405,9 +407,18 @@ MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a se
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    if not all(map(effects.function, MOTION)):
-        return ""
-    return template("engine_set.h", facts=EngineSet(effects, registry))
+    return template("engine_set.h", facts=EngineSet(effects, registry)) if _runs(effects) else ""
+
+
+def _runs(effects: EffectSet) -> bool:
+    """Whether the engine can run a set."""
+    return all(map(effects.function, MOTION))
+
+
+def for_wheels_that_turn(effects: EffectSet, registry: Registry) -> list[Function]:
+    """What the engine calls beside a set's functions where wheels may stand on their joints, and none does."""
+    facts = EngineSet(effects, registry) if _runs(effects) else None
+    return where_all_turn(effects, facts.dynamics, TURNING) if facts is not None and facts.pivots else []
 
 
 def along_set(effects: EffectSet, registry: Registry) -> str:

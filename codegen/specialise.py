@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from .along import ALONG, SECOND, Along
-from .derivatives import REQUEST, Derivatives, putting
-from .expressions import Canonical, Expression, Number, Order, Symbol, symbols
+from .derivatives import REQUEST, SHARP, Derivatives, putting
+from .expressions import Canonical, Expression, Number, Order, Symbol, number, symbols
 from .programs import (
     CONSTANTS,
     Array,
@@ -169,6 +169,16 @@ def specialised(
         functions, fields = derivatives.added(functions, fields, present)
         functions += Along.of(derivatives.rules, base.functions, values, is_fixed=True).beside(functions, present)
     return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
+
+
+def where_all_turn(effects: EffectSet, name: str, case: str) -> list[Function]:
+    """A function of a set whose wheels may stand on their joints, and its form for sharp tips, where none does.
+
+    case  what stands behind its name then
+    """
+    found = [f for f in (effects.function(name), effects.function(f"{name}{SHARP}")) if f is not None]
+    turning = [replace(f, name=f.name.replace(name, f"{name}{case}")) for f in found]
+    return [_function(f, effects.effects, {"turns": number(1)}, {}) for f in turning]
 
 
 def _known_fields(functions: Sequence[Function]) -> dict[str, Expression]:
