@@ -28,7 +28,7 @@ def effect_sets(scale: Scale) -> list[str]:
 
 def every_effect() -> tuple[str, ...]:
     # roller_sticking stands in the place of roller_coulomb; other wheels are by themselves
-    left_out = ("contact", "derivatives", "roller_sticking", "joints", "moving_rows", "weight", *OTHER_WHEELS)
+    left_out = ("contact", "derivatives", "roller_sticking", "joints", "moving_rows", "arcs", "weight", *OTHER_WHEELS)
     return tuple(effect for effect in optional_effects() if not effect.startswith(left_out))
 
 
@@ -38,7 +38,7 @@ def other_wheels() -> list[tuple[str, ...]]:
     entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]}
     chosen = []
     for kind in OTHER_WHEELS:
-        own = {kind} if kind != "profile" else {"mecanum", kind, "weight"}
+        own = {kind} if kind != "profile" else {"mecanum", kind, "arcs", "weight"}
         needed = {needs for name in own for needs in entries[name]["needs"]}
         excluded = {other for name in own for other in entries[name]["excludes"]}
         chosen.append(({*every_effect(), "layout", "joints"} - excluded) | own | needed)
