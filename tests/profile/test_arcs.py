@@ -16,7 +16,7 @@ from omniroll.vehicles import profiles
 from tests.mecanum.all_bodies import after_impact
 from tests.mecanum.vehicles import coordinates, drawn, free_places, platform_rates, rolling_rates
 
-from .test_runs import MODELS, NU, PAPER, THICK, run
+from .test_runs import MODELS, MODELS_AND_LAWS, NU, PAPER, THICK, run
 
 EDGES = [[-0.3 * THICK, THICK, 0], [0.3 * THICK, THICK, 0]]
 CYLINDERS = PAPER.replace(roller_profile=EDGES)
@@ -63,8 +63,7 @@ def test_a_barrel_ends_where_its_edges_begin():
 
 
 @VEHICLES
-@pytest.mark.parametrize("law", ["impact", "smooth"])
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(("model", "law"), MODELS_AND_LAWS)
 def test_energy_changes_at_switches_alone(vehicle, model, law):
     found = run(vehicle, roller_model=model, switching=law, accuracy=1e-13)
     jumps, inside = found.switches.energy_jump, found.switches.direction == 0

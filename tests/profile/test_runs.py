@@ -14,6 +14,7 @@ from omniroll.kernels.kernel import kernel
 from omniroll.vehicles import profiles
 
 MODELS = ("massless", "locked", "free")
+MODELS_AND_LAWS = [*((model, "impact") for model in MODELS), ("free", "smooth")]
 PAPER = Vehicle.paper(4, 9)
 THICK = PAPER.wheel_radius - PAPER.roller_axis_radius
 BALLS = PAPER.replace(meridian_radius=THICK)
@@ -55,8 +56,7 @@ def test_an_arc_that_keeps_the_wheel_round_changes_nothing(model):
 
 
 @pytest.mark.parametrize("vehicle", [BALLS, BARRELS], ids=["spheres", "mecanum barrels"])
-@pytest.mark.parametrize("law", ["impact", "smooth"])
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(("model", "law"), MODELS_AND_LAWS)
 def test_energy_changes_at_switches_alone(vehicle, model, law):
     found = run(vehicle, roller_model=model, switching=law, accuracy=1e-13)
     jumps = found.switches.energy_jump

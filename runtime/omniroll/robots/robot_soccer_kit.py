@@ -28,7 +28,7 @@ ROBOT = Robot(
     },
     remarks=(
         "The rollers are short cylinders, 4 mm of a pitch of 9 mm: between them the wheel stands on two edges, where "
-        "the model has truncated barrels.",
+        "the preset has truncated barrels; roller_profile takes the edges.",
         "The body's centre of mass lies 1.75 mm beside S along both axes; the model has it at S.",
         "The firmware (Rhoban/robot-soccer-kit, 1fab6573) has a wheel radius of 35 mm, 1.4 % more, and a platform "
         "radius of 59.5 mm, 4 % more. Its wheels turn at 16 rad/s at most.",
