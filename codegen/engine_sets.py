@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from .along import SUFFIX
 from .filling import template
 from .programs import Array, EffectSet, Function
-from .specialise import Registry, State, where_all_turn
+from .specialise import Registry, State, without
 
 CORE, ACCOUNT = "core", "account"
 # Inputs of the kernel: affine in time between two events.
@@ -48,10 +48,10 @@ ALIASES = {"coulomb_rates": "coulomb_momenta_dot", "bearing_rates": "bearing_mom
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 # What gives nu', with the spins' rates where these are in the core; and the same where bearings stick, whose torques
 # are inputs: of axles, of rollers in contact, and in a function of its own of free rollers too.
-TURNING = "_turning"  # behind the name of a function that is for wheels none of which stands on its joint
 DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
+TURNING = "_turning"  # behind the name of what gives nu' while no wheel stands on its joint
 STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers come to rest then
 SLIP_SPINS = "slip_spins"  # of rollers in contact, where wheels slip and rollers stick
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
@@ -94,7 +94,7 @@ class EngineSet:
     """The facts of one set of effects, for the template."""
 
     def __init__(self, effects: EffectSet, registry: Registry):
-        self.set = effects
+        self.set, self.turning = effects, TURNING
         rates = {array.name: array for f in effects.functions for array in f.outputs}
         present = registry.integrated(effects)
         self.sprung = effects.function(SPRUNG) is not None
@@ -129,7 +129,7 @@ class EngineSet:
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.rows = effects.function(ROWS) is not None
         self.fields = {field.name for field in effects.fields}
-        self.profile = "arc_middle" in self.fields
+        self.arcs = "arc_middle" in self.fields  # whether rollers have several, of which one carries
         self.pivots = "turns" in self.fields and not self.slips  # whether wheels may stand on their joint
         rows = effects.function(ROWS)
         self.of_rows = {array.name for array in (*rows.inputs, *rows.outputs)} if rows is not None else set()
@@ -418,7 +418,7 @@ def _runs(effects: EffectSet) -> bool:
 def for_wheels_that_turn(effects: EffectSet, registry: Registry) -> list[Function]:
     """What the engine calls beside a set's functions where wheels may stand on their joints, and none does."""
     facts = EngineSet(effects, registry) if _runs(effects) else None
-    return where_all_turn(effects, facts.dynamics, TURNING) if facts is not None and facts.pivots else []
+    return without(effects, registry, "joints", facts.dynamics, TURNING) if facts is not None and facts.pivots else []
 
 
 def along_set(effects: EffectSet, registry: Registry) -> str:

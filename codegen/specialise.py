@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from .along import ALONG, SECOND, Along
 from .derivatives import REQUEST, SHARP, Derivatives, putting
-from .expressions import Canonical, Expression, Number, Order, Symbol, number, symbols
+from .expressions import Canonical, Expression, Number, Order, Symbol, symbols
 from .programs import (
     CONSTANTS,
     Array,
@@ -171,14 +171,14 @@ def specialised(
     return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
 
 
-def where_all_turn(effects: EffectSet, name: str, case: str) -> list[Function]:
-    """A function of a set whose wheels may stand on their joints, and its form for sharp tips, where none does.
+def without(effects: EffectSet, registry: Registry, effect: str, name: str, case: str) -> list[Function]:
+    """A function of a set, and its form for sharp tips, while one of its effects does nothing.
 
     case  what stands behind its name then
     """
     found = [f for f in (effects.function(name), effects.function(f"{name}{SHARP}")) if f is not None]
-    turning = [replace(f, name=f.name.replace(name, f"{name}{case}")) for f in found]
-    return [_function(f, effects.effects, {"turns": number(1)}, {}) for f in turning]
+    renamed = [replace(f, name=f.name.replace(name, f"{name}{case}")) for f in found]
+    return [_function(f, effects.effects, registry.neutral[effect], {}) for f in renamed]
 
 
 def _known_fields(functions: Sequence[Function]) -> dict[str, Expression]:

@@ -9,7 +9,7 @@
 
 ALWAYS_INLINE int has_pieces(const omniroll_run_t *run)
 {
-    return SET_HAS_PROFILE && run->piece_count > 1;
+    return SET_HAS_ARCS && run->piece_count > 1;
 }
 
 ALWAYS_INLINE long long roller_of(const omniroll_run_t *run, int wheel)

@@ -36,7 +36,7 @@ def check(vehicle: Any) -> None:
     if vehicle.roller_profile is not None:
         _check_arcs(vehicle)
     if least_contact(vehicle) <= 0:
-        bound = "is too large: the contact roller's axis must stay above the ground at the joint"
+        bound = "must keep the contact roller's axis above the ground at the joint"
         raise InvalidValueError(field_of(vehicle), getattr(vehicle, field_of(vehicle)), bound)
 
 
