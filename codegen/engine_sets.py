@@ -40,11 +40,14 @@ ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
 HEADING_INPUT = (
     "slip_heading"  # beside the inputs then, for rows alone: the direction in which a contact begins to slip
 )
+PRELOAD = "slip_preload"  # what that is of a wheel that stands on its joint
 MOMENT_INPUTS = ("bearing_cos", "bearing_sin")  # the same: what free rollers' bearings do to the wheels' momenta
 MODES = ("sticks", HEADING_INPUT, *MOMENT_INPUTS)  # inputs that a phase holds
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
+OF_STANDING = ("load", "friction", "next_before", "next_share")  # of a point whose wheels may stand and slip
 # Outputs, and the inputs of other functions that they are.
 ALIASES = {"coulomb_rates": "coulomb_momenta_dot", "bearing_rates": "bearing_momenta_dot"}
+NEXT_SPEEDS, NEXT_SPEEDS_DOT = "next_omega", "next_omega_dot"  # of rollers beside the joint of wheels that stand on it
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 # What gives nu', with the spins' rates where these are in the core; and the same where bearings stick, whose torques
 # are inputs: of axles, of rollers in contact, and in a function of its own of free rollers too.
@@ -114,6 +117,7 @@ class EngineSet:
         own = {array.name for array in dynamics.outputs if self.slips and "n-1" not in array.shape}
         if self.sprung:  # what follows from nu where contacts stick is coupled with it, and no tilt
             own.discard(TILT_ACCELERATION)
+        own.discard(NEXT_SPEEDS_DOT)  # which is friction of its own
         # First what is coupled with nu: the speeds whose rates the dynamics gives.
         self.core = sorted((s for s in present if s.kind == CORE), key=lambda state: state.rate not in own)
         self.coupled = sum(state.rate in own for state in self.core)
@@ -130,7 +134,7 @@ class EngineSet:
         self.rows = effects.function(ROWS) is not None
         self.fields = {field.name for field in effects.fields}
         self.arcs = "arc_middle" in self.fields  # whether rollers have several, of which one carries
-        self.pivots = "turns" in self.fields and not self.slips  # whether wheels may stand on their joint
+        self.pivots = "turns" in self.fields  # whether wheels may stand on their joint
         rows = effects.function(ROWS)
         self.of_rows = {array.name for array in (*rows.inputs, *rows.outputs)} if rows is not None else set()
         self.folds = "row_factors" in self.of_rows
@@ -241,7 +245,7 @@ class EngineSet:
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
         targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
-        targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_AXLES, *OF_SPINS)}
+        targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_AXLES, *OF_SPINS, *OF_STANDING)}
         of_rollers = OF_DISKS if self.disks_stick else OF_STRIPS if self.strips else ()
         targets |= {name: f"at->{name}" for name in of_rollers}
         return self._calls(functions, targets | rates)
@@ -373,9 +377,10 @@ class EngineSet:
     def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
         plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
-        known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS, *OF_STRIPS)}
+        known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS, *OF_STRIPS, *OF_STANDING)}
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
+        known |= {PRELOAD: known[HEADING_INPUT]} if self.grips else {}  # a wheel that stands has no heading
         calls = []
         for function in functions:
             own, arguments = [], [known[array.name] for array in function.inputs]

@@ -172,13 +172,14 @@ def specialised(
 
 
 def without(effects: EffectSet, registry: Registry, effect: str, name: str, case: str) -> list[Function]:
-    """A function of a set, and its form for sharp tips, while one of its effects does nothing.
+    """A function of a set, and its form for sharp tips, while one of its effects does nothing; with the same arguments.
 
     case  what stands behind its name then
     """
     found = [f for f in (effects.function(name), effects.function(f"{name}{SHARP}")) if f is not None]
     renamed = [replace(f, name=f.name.replace(name, f"{name}{case}")) for f in found]
-    return [_function(f, effects.effects, registry.neutral[effect], {}) for f in renamed]
+    own = [_function(f, effects.effects, registry.neutral[effect], {}) for f in renamed]
+    return [replace(f, arguments=whole.arguments) for f, whole in zip(own, renamed, strict=True)]
 
 
 def _known_fields(functions: Sequence[Function]) -> dict[str, Expression]:

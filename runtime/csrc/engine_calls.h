@@ -140,6 +140,7 @@ typedef struct {
     int guard_count;            /* guards: constant and slope, from inputs_elapsed on, weights of nu, and */
     double *guards;             /* the sum of the sizes of the constant's terms (count x 6)             */
     int pivot_guards;           /* of wheels that stand on their joint, behind all others               */
+    int landed_by, landed_wheel;    /* the guard of these on which the last step has landed, or 0           */
     double *wheel_rows;         /* of wheels with two rows: their rates for each of nu, N x 3           */
     int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
     int table_count, sampler_count, modal_count;

@@ -57,6 +57,7 @@
 #include "bearings/modes.c"
 #include "run/sides.c"
 #include "run/transitions.c"
+#include "run/swings.c"
 #include "run/pivots.c"
 #include "run/inputs.c"
 #include "run/distance.c"

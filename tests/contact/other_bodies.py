@@ -15,8 +15,21 @@ from mecanum.vehicles import contacts, coordinates, drawn, free_places, own, pla
 from omniroll import Vehicle
 from omniroll.kernels.kernel import kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
+from omniroll.results.accelerations import call_named
 
 STEP = 1e-30
+
+
+def none_stands(count: int) -> dict[str, np.ndarray]:
+    """What the kernels take of wheels that stand on their joints, where none does."""
+    names = ("next_share", "next_omega", "next_before", "load", "slip_preload")
+    return {name: np.zeros(count) for name in names} | {"friction": np.zeros((count, 2))}
+
+
+def named(bound, name: str, known: dict) -> dict[str, np.ndarray]:
+    """What a function gives, by name."""
+    outputs = bound.signatures[name].outputs
+    return {a.name: np.asarray(v) for a, v in zip(outputs, call_named(bound, name, known), strict=True)}
 
 
 @dataclass
@@ -114,7 +127,8 @@ class Slipping:
         """What the kernels take, by name."""
         axial = self.axial()
         known = {"nu": self.nu, "chi": self.chi, "rates": self.rates[self.wheels], "contact_omega": axial[:, 0]}
-        return known | {"momenta": self.bound().momenta(axial[:, 1:]) if self.model == "free" else None}
+        known |= {"momenta": self.bound().momenta(axial[:, 1:]) if self.model == "free" else None}
+        return known | none_stands(self.count)
 
     def axial(self):
         """(N, n) absolute axial speeds, the roller in contact first."""

@@ -151,7 +151,7 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
-        grip->resting = grip->carries && (grip->resting || size <= slip_rounding(run, i));
+        grip->resting = grip->carries && !pivots(run, i) && (grip->resting || size <= slip_rounding(run, i));
         for (int k = 0; k < 2 && !grip->resting && !grip->keeps && size > 0; k++)
             grip->towards[k] = slip[2*i + k]/size;
         if (SET_FIRST_DIRECTION == 1)
@@ -188,7 +188,8 @@ static void put_modes(omniroll_run_t *run)
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
         run->inputs[SET_MODES_INPUT*run->wheels + i] = grip->sticks;
-        run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
+        if (!pivots(run, i))                    /* else it is from where a creep is counted                 */
+            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
     }
 }
 

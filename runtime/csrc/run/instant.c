@@ -60,6 +60,13 @@ ALWAYS_INLINE void put_corners_now(const omniroll_run_t *run, const work_t *work
     (void)run, (void)work, (void)push;
 }
 
+/* The axial speed of the roller that is next to a wheel's on its side. */
+static double *next_roller(const omniroll_run_t *run, int wheel)
+{
+    const int others = run->rollers_per_wheel - 1;
+    return run->axial + wheel*others + (run->chi[wheel] < 0 ? 0 : (int)run->rollers[wheel] - 2);
+}
+
 ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
 {
     now->point = (point_t){
@@ -96,6 +103,12 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
         forces_now(run, work, now->arrays.ground_push);
         now->point.ground_push = now->arrays.ground_push;
         now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
+    }
+    if (SET_SHARES) {
+        now->point.load = work->load, now->point.friction = work->friction, now->point.next_share = work->next_share;
+        for (int i = 0; i < wheels; i++)
+            work->next_before[i] = lanes_of(SET_NEXT_SPEEDS ? *next_roller(run, i) : 0);
+        now->point.next_before = work->next_before;
     }
     if (SET_STRIPS) {
         corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);

@@ -22,6 +22,12 @@ ALWAYS_INLINE int piece_of(const omniroll_run_t *run, int wheel)
     return has_pieces(run) ? (int)(run->contact[wheel]/(2*run->rollers_per_wheel)) : 0;
 }
 
+/* Whether a wheel stands on its joint. */
+ALWAYS_INLINE int pivots(const omniroll_run_t *run, int wheel)
+{
+    return SET_PIVOTS && run->contact[wheel]/run->rollers_per_wheel % 2;
+}
+
 /* The piece that is next to a wheel's on this side, be it of the next roller. */
 static int next_piece(const omniroll_run_t *run, int wheel, int direction)
 {

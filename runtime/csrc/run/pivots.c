@@ -4,8 +4,6 @@
  * next one, would take it from the joint: both are affine in nu, so that they are guards, behind all others. Each change is
  * met by the law of the run. */
 
-enum { STAYS = 0, STOPS = 1, GOES = -1 };   /* what a wheel does at its joint beside passing on                */
-
 /* The guards of the wheels that stand: two of each, by its roller and by the next one. */
 static void guard_pivots(omniroll_run_t *run, const work_t *work)
 {
@@ -68,7 +66,7 @@ static void change_rows(omniroll_run_t *run, const work_t *work, const int *dire
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->before, c->excess);
     for (int i = 0; i < run->wheels; i++)
         if (SET_PIVOTS && !directions[i])
-            run->contact[i] += stance[i]*run->rollers_per_wheel;
+            run->contact[i] += ((stance[i] == STOPS) - (stance[i] == GOES))*run->rollers_per_wheel;
     carry_rows(run, work);
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->after, demanded);
     for (int i = 0; i < run->wheels; i++)
@@ -79,7 +77,9 @@ static void change_rows(omniroll_run_t *run, const work_t *work, const int *dire
 static int changing_wheels(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
 {
     int count = switching_wheels(run, work, run->elapsed - run->phase_start, directions);
-    if (SET_PIVOTS)
+    if (SET_SHARES)
+        count += swings_change(run, work, directions, stance);
+    else if (SET_PIVOTS)
         count += pivots_change(run, work, directions, stance);
     return count;
 }

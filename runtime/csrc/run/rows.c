@@ -13,6 +13,8 @@ typedef struct {
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
+    lanes_t *next_share;            /* of wheels that stand on their joints, where they may slip: at the last instant */
+    lanes_t *next_before;           /* axial speeds of their next rollers when they came to stand             */
     double *response;               /* of the rates of slips to forces, of contacts that slip               */
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
@@ -142,6 +144,8 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
         lay_out_core(work, &parts, axial, core);
     if (SET_GRIPS)
         lay_out_ground(work, &parts, wheels);
+    if (SET_SHARES)
+        work->next_share = lanes_part(&parts, wheels), work->next_before = lanes_part(&parts, wheels);
     if (SET_IS_COUPLED)
         lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
     if (SET_HOLDS || SET_STANDS)
@@ -169,10 +173,10 @@ ALWAYS_INLINE int sticks(const omniroll_run_t *run, int wheel)
     return SET_STICKS && run->axle_count && run->bearings[wheel].mode == 0;
 }
 
-/* Whether a contact slips on the ground. */
+/* Whether a contact slips on the ground in a direction that is an unknown: those of wheels that stand follow from nu. */
 ALWAYS_INLINE int slides(const omniroll_run_t *run, int contact)
 {
-    return !run->grips[contact].sticks && run->grips[contact].carries;
+    return !run->grips[contact].sticks && run->grips[contact].carries && !pivots(run, contact);
 }
 
 ALWAYS_INLINE int some_slide(const omniroll_run_t *run)

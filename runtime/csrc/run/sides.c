@@ -1,12 +1,6 @@
 /* Wheels with two rows of rollers, with rollers at an angle, or on arcs of them: what carries (maxima/effects/rows.mac,
  * joints.mac, profile.mac). Rollers with even numbers stand in the outer row; of two rows n is even. */
 
-/* Whether a wheel stands on its joint. */
-ALWAYS_INLINE int pivots(const omniroll_run_t *run, int wheel)
-{
-    return SET_PIVOTS && run->contact[wheel]/run->rollers_per_wheel % 2;
-}
-
 /* The rate that a row gives. */
 static double rate_by(const double *row, const double *nu)
 {

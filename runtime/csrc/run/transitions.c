@@ -2,7 +2,11 @@
  * guard is passed. */
 
 #define CHATTER 1e-6                /* of pi/n: where no wheel turns by more, switches are no progress       */
+#define AT_LEAVING (1 - 4*EPS)      /* of pi/n: where a wheel goes on from its joint, where what pushes it begins at nothing */
 #define SLOW_WHEEL 1e-6             /* of the fastest wheel's speed: only slower ones are asked whether they rest */
+
+/* What a wheel does at its joint beside passing on; one that creeps goes on without having stopped. */
+enum { STAYS = 0, STOPS = 1, GOES = -1, CREEPS = 2 };
 
 /* The switching law, rules 4 to 7. directions: +1, -1, or 0 for a wheel that does not switch. */
 
@@ -20,7 +24,7 @@ static double exchange_places(double *axial, int places, int direction, double l
 }
 
 /* Where wheels may slip, no speed changes: the entering roller comes with the axial speed that it has (rule 10). */
-static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int *directions)
+static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const int *changes)
 {
     const int places = run->rollers_per_wheel - 1;
     double *const contact = run->core + contact_speeds_at(run->wheels);
@@ -42,7 +46,7 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
     if (SET_AXLES_STICK || SET_ROLLERS_TURN)
         axles_have_switched(run);
     if (SET_GRIPS)
-        contacts_have_switched(run, directions);
+        contacts_have_switched(run, changes);
     if (SET_STANDS && SET_DISKS_STICK)
         keep_contacts_at_rest(run, rested);
 }
@@ -94,11 +98,14 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
 }
 
 static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, change_t *c);
+static void stop_or_go(omniroll_run_t *run, int wheel, int stance);
+static void rest_where_they_creep(omniroll_run_t *run, const work_t *work, const int *stance);
 
 /* stance: where wheels may stand on their joint, what they do there. leaves: out, whether a wheel's roller leaves it. */
 static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, int *leaves)
 {
     const int wheels = run->wheels;
+    int changes[MOST_WHEELS];       /* of what carries                                                         */
     change_t c;
     if (SET_CORE_PARTS && !SET_SLIPS)
         update_axial(run, work);
@@ -106,9 +113,14 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         c.nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++) {
         c.before[i] = lanes_of(run->chi[i]);
+        if (SET_SHARES)
+            stop_or_go(run, i, stance[i]);
         leaves[i] = directions[i] && pass_on(run, i, directions[i]);
+        changes[i] = directions[i] || (SET_PIVOTS && stance[i]);
         if (SET_PIVOTS && stance[i] && !directions[i])
             run->chi[i] = copysign(run->joint[i], run->chi[i]);
+        if (SET_SHARES && (stance[i] == GOES || stance[i] == CREEPS))
+            run->chi[i] *= AT_LEAVING;
         c.after[i] = lanes_of(run->chi[i]);
     }
     if (SET_HAS_IMPACT && !SET_SLIPS)
@@ -116,9 +128,11 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     if (SET_CARRIES)
         change_rows(run, work, directions, stance, &c);
     if (SET_SLIPS)
-        exchange_rollers(run, work, directions);
+        exchange_rollers(run, work, directions, changes);
     else if (SET_HAS_IMPACT)
         meet_rollers(run, work, directions, stance, leaves, &c);
+    if (SET_SHARES && SET_GRIPS)
+        rest_where_they_creep(run, work, stance);
     const double nu_before[3] = {c.nu[0][0], c.nu[1][0], c.nu[2][0]};
     if (SET_HOLDS)
         bearings_have_jumped(run, nu_before);
@@ -236,17 +250,19 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
 }
 
 static void guard_pivots(omniroll_run_t *run, const work_t *work);
+static int share_has_ended(const omniroll_run_t *run, int guard);
 
 /* Which guards are passed now: those beyond their rounding, and those that are on it, or closer in time than tau to it,
  * and rise. Returns how many there are of the effects. */
 static int guards_passed(omniroll_run_t *run, const work_t *work)
 {
-    if (SET_PIVOTS)
+    if (SET_PIVOTS && !SET_SHARES)
         guard_pivots(run, work);
     const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
     int count = 0, near = run->at_event;
     double noise;
     for (int k = 0; k < all_guards(run); k++) {
+        near |= SET_SHARES && share_has_ended(run, k);
         near |= guard_value(run, run->guards + guard_size(run->wheels)*k, &noise) >= -LANDED*noise;
         run->passed[k] = 0;
     }
@@ -266,7 +282,8 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
                 rate += *weight*work->core_dot[guarded_at(run->wheels, part) + i][0];
         for (int i = 0; SET_CHI_FEEDS_BACK && !SET_SLIPS && i < run->wheels; i++)
             rate += guard[6 + i]*chi_ddot[i][0];
-        run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));
+        run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate))
+            || (SET_SHARES && share_has_ended(run, k));
         count += k < run->guard_count && run->passed[k];
     }
     return count;
@@ -294,7 +311,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = run->elapsed;
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
-            *out++ = leaves[i] ? directions[i] : directions[i] ? 3*directions[i] : SET_PIVOTS ? 2*stance[i] : 0;
+            *out++ = leaves[i] ? directions[i] : directions[i] ? 3*directions[i] : SET_PIVOTS ? stance[i] == STOPS ? 2 : -2*(stance[i] != STAYS) : 0;
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];

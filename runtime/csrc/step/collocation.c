@@ -228,6 +228,12 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
             at->ground_yield[i] = s->yield[i].lanes[b];
         point.ground_yield = at->ground_yield;
     }
+    if (SET_SHARES) {
+        for (int i = 0; i < wheels; i++)
+            at->next_share[i] = s->next_share[i].lanes[b];
+        point.load = s->load, point.friction = s->friction, point.next_share = at->next_share;
+        point.next_before = s->next_before;
+    }
     return point;
 }
 
@@ -248,6 +254,8 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
 {
     if (SET_GRIPS)
         keep_contacts(s, wheels, b, at);
+    for (int i = 0; SET_SHARES && i < wheels; i++)
+        s->next_share[i].lanes[b] = at->next_share[i];
     if (SET_HOLDS)
         for (int k = 0; s->held && k < 3; k++)
             s->force[k].lanes[b] = at->held_force[k];

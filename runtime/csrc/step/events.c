@@ -70,6 +70,13 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 {
     const double *weights = s->guard.weights + 3*guard;
     nodes_t rate;
+    if (SET_SHARES && s->guard.share[guard]) {
+        const int bound = s->guard.share[guard];
+        rate = times(gauss_slope, s->next_share + wheel_of_share(bound));
+        for (int b = 0; b < BLOCKS; b++)
+            rate.lanes[b] *= (bound < 0 ? -1 : 1)/s->h;
+        return rate;
+    }
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] = s->guard.slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
             + weights[2]*s->rate_nu[2].lanes[b]);

@@ -126,10 +126,16 @@ typedef struct {
     nodes_t found[6];                           /* rates that the last sweep has found                       */
 } sprung_t;
 
-/* Guards at the start of a step. */
+/* Guards at the start of a step. share: the wheel of whose load's part this is a bound, and on which side; or 0. */
 typedef struct {
+    int share[MOST_GUARDS];
     double start[MOST_GUARDS], noise[MOST_GUARDS], slope[MOST_GUARDS], weights[3*MOST_GUARDS];   /* weights: of nu */
 } guards_t;
+
+ALWAYS_INLINE int wheel_of_share(int bound)
+{
+    return (bound < 0 ? -bound : bound) - 1;
+}
 
 typedef struct {
     int wheels;
@@ -187,6 +193,8 @@ typedef struct {
     double end_slip[2*MOST_WHEELS];
     double turn_noise;                          /* of what contacts that stick take, by directions of slow slips  */
     int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
+    const lanes_t *next_before;
+    nodes_t next_share[MOST_WHEELS];            /* of wheels that stand on their joints and may slip */
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
     approach_t approach;
     nodes_t rate_account[MOST_ACCOUNTS];
@@ -260,7 +268,7 @@ typedef struct {
     lanes_t input[MOST_INPUTS*MOST_WHEELS];
     lanes_t held_force[3];
     lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
-    lanes_t ground_yield[MOST_WHEELS];
+    lanes_t ground_yield[MOST_WHEELS], next_share[MOST_WHEELS];
 } arrays_t;
 
 #endif

@@ -41,6 +41,7 @@ ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int 
         const double *const guard = run->guards + guard_size(wheels)*k;
         s->guard.start[k] = guard_value(run, guard, &s->guard.noise[k]);
         s->guard.slope[k] = guard[1];
+        s->guard.share[k] = SET_SHARES ? bound_of_share(run, k) : 0;
         for (int m = 0; m < 3; m++)
             s->guard.weights[3*k + m] = guard[2 + m];
     }
@@ -66,6 +67,8 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
         begin_core_of_step(run, work, s);
     if (SET_SLIPS || SET_CHI_FEEDS_BACK)
         s->guard_rows = run->guards;
+    if (SET_SHARES)
+        s->next_before = work->next_before;
     if (SET_IS_COUPLED)
         s->coupled = &work->coupled_speeds;
     if (SET_GRIPS) {
@@ -616,6 +619,8 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         if (!SET_GRIPS && asks_damping(s, wheels))
             damp(run, work, s, wheels);
     }
+    if (SET_SHARES)
+        joints_have_moved(run, s);
     if (SET_STICKS && !SET_STANDS)
         bearings_have_moved(run, work, s);
     if (SET_STANDS)

@@ -13,6 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from omniroll import generated_data
+from omniroll.effects import registry
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.effect import Called, Effect, Modal, Sampler, Signal, Table
 from omniroll.effects.friction import Bearing, Grip
@@ -21,7 +22,7 @@ from omniroll.effects.kept import kept
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Flow, Kernel
+from omniroll.kernels.kernel import JOINTS, Flow, Kernel
 from omniroll.kernels.neutral_kernel import kernel_by
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
@@ -29,6 +30,7 @@ from omniroll.vehicles.vehicle import Vehicle
 # Inputs of the kernel that drives give, and the torques of bearings that may stick: a trajectory's columns.
 BEARINGS = ("bearing_torque", "contact_bearing")  # of axles, of rollers in contact
 DRIVES = ("torque", "damping", *BEARINGS)
+NEXT_SPEEDS = "next_omega"  # of rollers beside the joints on which wheels stand that may slip
 MOMENTS = ("bearing_cos", "bearing_sin")  # what the free rollers' bearings add to the rates of momenta, in rows
 # Where rows have MOMENTS beside them: where rollers stick and the ground's forces depend on the accelerations.
 ON_ACCELERATIONS = {"contact_coulomb"}
@@ -110,9 +112,11 @@ class EffectSet:
         return tuple(doubt for effect in self.effects for doubt in effect.doubts(equipped, self.effects))
 
     @kept
-    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
-        """What is integrated; effects that name the same quantity share it."""
-        states = (q for e in self._with_contact(last=False) for q in e.quantities(roller_model, self.names()))
+    def quantities(self, bound: Kernel) -> tuple[Quantity, ...]:
+        """What is integrated, last what wheels on joints ask for; effects that name the same quantity share it."""
+        names, model = self.names(), bound.roller_model
+        states = [q for e in self._with_contact(last=False) for q in e.quantities(model, names)]
+        states += registry.quantities([JOINTS], model, [*bound.effects, *names]) if JOINTS in bound.effects else ()
         return tuple({quantity.name: quantity for quantity in states}.values())
 
     @kept
@@ -147,7 +151,7 @@ class EffectSet:
     @kept
     def state_vector(self, bound: Kernel) -> StateVector:
         """Where each quantity stands in the states of a run with these effects."""
-        return StateVector(bound, self.quantities(bound.roller_model))
+        return StateVector(bound, self.quantities(bound))
 
     @kept
     def plan(self, bound: Kernel, start_time: float) -> "Plan":
@@ -196,7 +200,12 @@ class EffectSet:
     ) -> np.ndarray:
         """The free rollers' axial speeds (..., N, n-1) later in a phase; constant where no effect says otherwise."""
         later = (effect.axial_later(bound, axial, before, after, elapsed) for effect in self.effects)
-        return next((speeds for speeds in later if speeds is not None), axial)
+        found = next((speeds for speeds in later if speeds is not None), axial)
+        if NEXT_SPEEDS not in after:
+            return found
+        gained, places = after[NEXT_SPEEDS] - before[NEXT_SPEEDS], found.shape[-1]  # 0 of wheels that turn
+        entering = np.where(after["chi"] < 0, 0, places - 1)[..., None] == np.arange(places)
+        return found + np.where(entering, gained[..., None], 0.0)
 
     @kept
     def drives(self) -> tuple[str, ...]:

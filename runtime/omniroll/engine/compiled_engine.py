@@ -71,7 +71,7 @@ def check_can_run(task: Task) -> None:
         return
     plan = task.effects.plan(task.kernel, task.start_time)
     known = names_of(bound, "states") if bound.effects else ()
-    integrated = task.effects.quantities(task.kernel.roller_model) if bound.effects else ()
+    integrated = task.effects.quantities(task.kernel) if bound.effects else ()
     if plan.asks and task.kernel.pivots:
         names = ", ".join(type(effect).__name__ for effect in task.effects.effects)
         bound = "has guards in Python, which do not go with mecanum wheels and two rows of rollers: take omni-wheels"
@@ -126,7 +126,7 @@ class CompiledRun:
         self.task, self.kernel, self.tolerance = task, kernel_of(task), tolerance
         self.module = engine_of(self.kernel)
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
-        self.columns = columns(self.kernel, task.effects.quantities(self.kernel.roller_model))
+        self.columns = columns(self.kernel, task.effects.quantities(self.kernel))
         self.space = self._workspace()
         self.struct = self.space.begin()
         self.run, self.status, self.ended, self.is_named = self.struct[0], None, "", False
@@ -311,7 +311,7 @@ class CompiledRun:
         """A copy of where the run has come; without the axial speeds."""
         rates = self.speeds("rates").copy() if self.kernel.slips else None
         carry = Carry.of_numbers(self.contact, self.task.vehicle.rollers_per_wheel)
-        if self.kernel.pivots:
+        if self.kernel.pivots and rates is None:
             rates = kernel_in_phase(self.kernel, carry).wheel_speeds(self.nu, self.chi)
         return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), carry.contact, rates=rates)
 

@@ -348,7 +348,8 @@ class Session:
             return None
         task = self._task
         states = self._run.integrated(self._run.space.core)
-        return Contacts(self._phase_kernel, states, task.effects.grip(task.kernel.vehicle), self._beside)
+        stands = self._carry.pivots
+        return Contacts(self._phase_kernel, states, task.effects.grip(task.kernel.vehicle), self._beside, stands)
 
     def _beside(self) -> dict[str, np.ndarray]:
         """What the forces of contacts that stick ask for beside the state."""

@@ -15,6 +15,7 @@ from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.differences import slopes
 from omniroll.engine.runs import STATE, Task, flow_at_start
 from omniroll.errors import OmnirollError
+from omniroll.kernels.phases import Carry
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.state import State
 
@@ -43,7 +44,9 @@ def blamed(task: Task, end: Mapping[str, Any]) -> str:
 
     end  nu, chi, pose, contact and axial, as a run gives them at its end
     """
-    state = State(*(np.array(end[name]) for name in STATE), task.state.axial)
+    known = {name: np.array(end[name]) for name in STATE}
+    known["contact"] = Carry.of_numbers(known["contact"], task.vehicle.rollers_per_wheel).contact
+    state = State(*known.values(), task.state.axial)
     if end.get("axial") is not None:
         state = state.with_free_axial(np.array(end["axial"]))
     speeds = end.get("speeds", {})

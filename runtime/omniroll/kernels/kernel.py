@@ -301,7 +301,7 @@ class Kernel:
         self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
         self.sprung = "sprung_dynamics" in self.signatures  # whether they may stick on the ground, under springs
         self.grips = self.sprung or "ground_dynamics" in self.signatures  # or under given loads
-        self.pivots = JOINTS in self.effects and not self.slips  # whether wheels may stand on their joint
+        self.pivots = JOINTS in self.effects  # whether wheels may stand on their joint
         self.has_phases = self.pivots or "rows" in self.effects  # whether constants go by what carries
         self.rows_move = MOVING_ROWS in self.effects  # whether the wheels' rates go by their angles
         self.rollers_stick = "contact_spin_rates" in self.signatures

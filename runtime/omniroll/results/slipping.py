@@ -73,6 +73,7 @@ class Contacts:
     states  what the effects integrate, by name: rates (..., N), and contact_omega (..., N) of free rollers; or spins
             of massless rollers, contact_spin (..., N), where they are known
     grip    the friction of contacts that stick and slip; None under other laws
+    stands  (..., N) of 1 and 0, or None: wheels that stand on their joint
     given   makes what their forces ask for beside: by name, heading, axial of the free rollers (None: there are none),
             and what a trajectory's rows have of the drives and of the contacts' modes
     """
@@ -83,10 +84,12 @@ class Contacts:
         states: Mapping[str, np.ndarray],
         grip: Grip | None = None,
         given: Callable[[], Mapping[str, np.ndarray]] = dict,
+        stands: np.ndarray | None = None,
     ):
         self.kernel, self.states, self.rates = kernel, states, states["rates"]
         self.axial = (states["contact_omega"],) if kernel.has_spins else ()
         self.grip, self.given = grip, given
+        self.stands = np.broadcast_to(False if stands is None else stands > 0, self.rates.shape)
 
     def spins(self, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
         """(..., N) in rad/s, of the rollers in contact relative to their disks."""
@@ -112,6 +115,11 @@ class Contacts:
     def _massless_stick(self) -> bool:
         """Whether massless rollers may stick: their modes are given beside."""
         return "slip_contact_loss" in self.kernel.signatures
+
+    @property
+    def _shares(self) -> bool:
+        """Whether wheels may stand on their joint: then two rollers share their load."""
+        return self.kernel.pivots
 
     def _state(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
         return self._upright | dict(self.states) | {"nu": nu, "chi": chi}
@@ -143,8 +151,10 @@ class Contacts:
         if self.grip is None:
             known = dict(zip(self.kernel.constant_names, self.kernel.constants, strict=True)).get("contact_load")
             loads = None if known is None else np.broadcast_to(known, self.rates.shape)
-            more = self._massless_stick or self.tilts
+            more = self._massless_stick or self.tilts or self._shares
             values = self._beside(nu, chi) if more else self._state(nu, chi)
+            if self._shares:
+                values |= self._called("slip_dynamics", values)
             found = self._called("slip_forces", values)
             if self.tilts:
                 loads = self._called("support_state", values)["support_loads"]
@@ -181,6 +191,10 @@ class Contacts:
         values = self._beside(nu, chi)
         sticks = np.broadcast_to(values["sticks"] > 0.5, self.rates.shape)
         values["ground_push"], values["ground_yield"] = np.zeros((*sticks.shape, 2)), np.zeros(sticks.shape)
+        if self._shares:
+            friction = np.broadcast_to(self.grip.sliding, values["ground_push"].shape)
+            values |= {"load": self._loads(values), "friction": friction, "next_share": np.zeros(sticks.shape)}
+            values["slip_preload"] = np.where(self.stands, values["slip_heading"], 0.0)
         slip = self._called("slip_forces", values)["slip"]
         slip[sticks] = 0.0
         heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
@@ -193,7 +207,7 @@ class Contacts:
             slips &= values["contact_sticks"] > 0.5
         towards, loads = np.where(slips[..., None], slip, heading), self._loads(values)
         force = self.grip.sliding_forces(self.kernel, towards, loads)
-        values["ground_push"] = np.where((sticks | (loads == 0))[..., None], 0.0, force)
+        values["ground_push"] = np.where((sticks | self.stands | (loads == 0))[..., None], 0.0, force)
         if self._massless_stick:
             values |= {"slips": ~sticks & (loads > 0), "slip_direction": towards}
             self._take(values)
@@ -223,6 +237,7 @@ class Contacts:
     def _beside(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
         """The inputs of the accelerations but the forces on contacts that slip."""
         none = {name: np.zeros_like(self.rates) for name in ("sticks", "axle_sticks")}
+        none |= {"next_before": self.states["next_omega"]} if "next_omega" in self.states else {}  # axial has it
         values = none | self._state(nu, chi) | dict(self.given()) | dict(self.states)
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])

@@ -464,8 +464,9 @@ class Trajectory(MadeOnDemand):
         omniroll.results.slipping."""
         if not self.effects.slips:
             return None
-        kernel = in_phases(self._effect_kernel, Carry(self.contact, self.pivots).at(row))
-        return Contacts(kernel, self._state_vector.views(y), self.effects.grip(kernel.vehicle), beside)
+        carry = Carry(self.contact, self.pivots).at(row)
+        kernel = in_phases(self._effect_kernel, carry)
+        return Contacts(kernel, self._state_vector.views(y), self.effects.grip(kernel.vehicle), beside, carry.pivots)
 
     @cached_property
     def contacts(self) -> "Contacts | None":
@@ -543,7 +544,7 @@ class Trajectory(MadeOnDemand):
 
     def quantity(self, name: str) -> np.ndarray:
         """(T, ...) what an effect has integrated, by name: drive_work, axle_loss, roller_loss in J, ..."""
-        names = [quantity.name for quantity in self.effects.quantities(self.roller_model)]
+        names = [quantity.name for quantity in self.effects.quantities(self._effect_kernel)]
         validation.choice("name", name, names)
         return self._state_vector.view(self._rows(np.arange(len(self))), name)
 
@@ -559,7 +560,7 @@ class Trajectory(MadeOnDemand):
         """The same in states (K, 6 + N + E)."""
         accounts = {
             quantity.name: quantity.account * self._state_vector.view(y, quantity.name).reshape(len(y), -1).sum(axis=1)
-            for quantity in self.effects.quantities(self.roller_model)
+            for quantity in self.effects.quantities(self._effect_kernel)
             if quantity.account
         }
         for entry, name in self.effects.potentials().items():
