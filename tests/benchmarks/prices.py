@@ -1,11 +1,21 @@
 """Question 11: what effects cost, in instructions of the engine."""
 
+from collections.abc import Sequence
+
 from costs.counting import LEVEL
-from costs.prices import EVERY, LENGTHS, prices, prices_of_events
+from costs.prices import EVERY, LENGTHS, PROMISED, Price, prices, prices_of_events
 
 from .common import Answer, Target
 
 OVER, PHASES, EVENTS = 1.5, 3, 1.5
+
+
+def promised(found: Sequence[Price], name: str) -> Target:
+    """What an evaluation with other wheels costs."""
+    beside, most = PROMISED[name]
+    of = {price.effect: price.of_evaluation for price in found}
+    cost = of[name] / of[beside]
+    return Target(f"an evaluation of {name}: <= {most} of {beside}", f"{cost:.3f}", cost <= most)
 
 
 def answer() -> Answer:
@@ -32,6 +42,7 @@ def answer() -> Answer:
             f"{longest.of_phase:.2f} ({longest.effect})",
             longest.of_phase <= PHASES,
         ),
+        *(promised(found, name) for name in PROMISED),
         *(
             Target(f"{name}: <= {EVENTS} phases of the bare vehicle", f"{price:.2f}", price <= EVENTS)
             for name, price in events.items()

@@ -70,7 +70,8 @@ static double *next_roller(const omniroll_run_t *run, int wheel)
 ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
 {
     now->point = (point_t){
-        .vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta};
+        .vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta,
+        .all_turn = all_turn(wheels, &work->vehicle)};
     for (int k = 0; k < 3; k++)
         now->arrays.nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++)

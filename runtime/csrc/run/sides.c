@@ -30,12 +30,14 @@ static void put_on(const omniroll_run_t *run, const work_t *work, int what, int 
 /* The wheels' rates for each of nu at these angles: N x 3. */
 static void rows_of_rates(const omniroll_run_t *run, const work_t *work, const lanes_t *chi, double *rows)
 {
-    for (int k = 0; k < 3; k++) {
-        const lanes_t nu[3] = {lanes_of(k == 0), lanes_of(k == 1), lanes_of(k == 2)};
-        lanes_t rates[MOST_WHEELS];
+    for (int first = 0; first < 3; first += LANES) {    /* each in a lane                                    */
+        lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(0)}, rates[MOST_WHEELS];
+        for (int k = first; k < 3 && k < first + LANES; k++)
+            nu[k][k - first] = 1;
         rolling_wheels(run->wheels, &work->vehicle, nu, chi, rates);
-        for (int i = 0; i < run->wheels; i++)
-            rows[3*i + k] = rates[i][0];
+        for (int k = first; k < 3 && k < first + LANES; k++)
+            for (int i = 0; i < run->wheels; i++)
+                rows[3*i + k] = rates[i][k - first];
     }
 }
 

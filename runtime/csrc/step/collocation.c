@@ -191,7 +191,8 @@ ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
  * asked. */
 ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
 {
-    point_t point = {.vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta};
+    point_t point = {
+        .vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta, .all_turn = s->all_turn};
     for (int k = 0; k < 3; k++)
         at->nu[k] = s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)

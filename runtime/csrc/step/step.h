@@ -193,6 +193,7 @@ typedef struct {
     double end_slip[2*MOST_WHEELS];
     double turn_noise;                          /* of what contacts that stick take, by directions of slow slips  */
     int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
+    int all_turn;                               /* whether no wheel stands on its joint         */
     const lanes_t *next_before;
     nodes_t next_share[MOST_WHEELS];            /* of wheels that stand on their joints and may slip */
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */

@@ -67,6 +67,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
         begin_core_of_step(run, work, s);
     if (SET_SLIPS || SET_CHI_FEEDS_BACK)
         s->guard_rows = run->guards;
+    s->all_turn = all_turn(wheels, &work->vehicle);
     if (SET_SHARES)
         s->next_before = work->next_before;
     if (SET_IS_COUPLED)
