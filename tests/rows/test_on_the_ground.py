@@ -77,7 +77,7 @@ def test_two_rollers_share_the_load_so_that_the_wheel_stays(model, law, is_mecan
     mixed, one, other = (
         forces(bound, given, law) for bound, given in ((both, state), (here, state), (there, state_there))
     )
-    close = {"rtol": 1e-11, "atol": 1e-11} if law != "coulomb" else {"rtol": 1e-4, "atol": 1e-3}
+    close = {"rtol": 1e-11, "atol": 1e-11} if law != "coulomb" else {"rtol": 1e-6, "atol": 1e-5}
     share = one["rates_dot"][0] / (one["rates_dot"][0] - other["rates_dot"][0])
     np.testing.assert_allclose(mixed["next_share"][0], share, **close)
     share = mixed["next_share"][0]

@@ -4,11 +4,43 @@
  * next one, would take it from the joint: both are affine in nu, so that they are guards, behind all others. Each change is
  * met by the law of the run. */
 
+/* What a guard is passed by: the roller in contact takes a wheel from its joint, or the next one; a swing turns (swings.c). */
+enum { NOTHING, TO_HERE, TO_NEXT, BY_TURN };
+
+/* One more guard behind all others; zeros. */
+static double *add_pivot_guard(omniroll_run_t *run, int by, int wheel)
+{
+    const int place = all_guards(run), size = guard_size(run->wheels);
+    double *const guard = run->guards + size*place;
+    memset(guard, 0, (size_t)size*sizeof *guard);
+    run->leads_to[2*place] = by, run->leads_to[2*place + 1] = wheel;
+    run->pivot_guards++;
+    return guard;
+}
+
+/* Wheels whose guards are passed go on from their joints, on the roller that takes them most. Returns how many. */
+static int go_on_from_joints(const omniroll_run_t *run, int *directions, int *stance)
+{
+    double noise, most[MOST_WHEELS];
+    int count = 0;
+    for (int i = 0; i < run->wheels; i++)
+        most[i] = -INFINITY;
+    for (int k = all_guards(run) - run->pivot_guards; k < all_guards(run); k++) {
+        const int by = (int)run->leads_to[2*k], wheel = (int)run->leads_to[2*k + 1];
+        const double value = guard_value(run, run->guards + guard_size(run->wheels)*k, &noise);
+        if (by == BY_TURN || !run->passed[k] || value <= most[wheel])
+            continue;
+        count += stance[wheel] == STAYS;
+        stance[wheel] = GOES, most[wheel] = value;
+        directions[wheel] = by == TO_HERE ? 0 : run->chi[wheel] < 0 ? -1 : 1;
+    }
+    return count;
+}
+
 /* The guards of the wheels that stand: two of each, by its roller and by the next one. */
 static void guard_pivots(omniroll_run_t *run, const work_t *work)
 {
     double rows[2][3*MOST_WHEELS];
-    const int size = guard_size(run->wheels);
     int count = 0;
     for (int i = 0; i < run->wheels; i++)
         count += pivots(run, i);
@@ -19,23 +51,19 @@ static void guard_pivots(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++)
         for (int next = 0; pivots(run, i) && next < 2; next++) {
             const double outward = run->chi[i] < 0 ? -1 : 1;
-            const int place = all_guards(run);
-            double *const guard = run->guards + size*place;
-            memset(guard, 0, (size_t)size*sizeof *guard);
+            double *const guard = add_pivot_guard(run, TO_HERE + next, i);
             for (int k = 0; k < 3; k++)
                 guard[2 + k] = (next ? outward : -outward)*rows[next][3*i + k];
-            run->leads_to[2*place] = next, run->leads_to[2*place + 1] = i;
-            run->pivot_guards++;
         }
 }
 
 /* Wheels that stop at their joint, which then do not pass on, and wheels that go on from there. Returns how many do. */
 static int pivots_change(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
 {
-    double here[3*MOST_WHEELS], there[3*MOST_WHEELS], noise, most[MOST_WHEELS];
+    double here[3*MOST_WHEELS], there[3*MOST_WHEELS];
     int count = 0, some = 0;
     for (int i = 0; i < run->wheels; i++) {
-        stance[i] = STAYS, most[i] = -INFINITY;
+        stance[i] = STAYS;
         some |= directions[i] || pivots(run, i);
     }
     if (!some)
@@ -46,16 +74,7 @@ static int pivots_change(omniroll_run_t *run, const work_t *work, int *direction
             stance[i] = STOPS, directions[i] = 0;
     }
     guards_passed(run, work);
-    for (int k = all_guards(run) - run->pivot_guards; k < all_guards(run); k++) {
-        const int wheel = (int)run->leads_to[2*k + 1];
-        const double value = guard_value(run, run->guards + guard_size(run->wheels)*k, &noise);
-        if (!run->passed[k] || value <= most[wheel])
-            continue;
-        count += stance[wheel] == STAYS;
-        stance[wheel] = GOES, most[wheel] = value;
-        directions[wheel] = !run->leads_to[2*k] ? 0 : run->chi[wheel] < 0 ? -1 : 1;
-    }
-    return count;
+    return count + go_on_from_joints(run, directions, stance);
 }
 
 /* Rows change: of wheels that pass on, whose contact has its number already, and of those that stop or go on. excess: the
@@ -71,15 +90,4 @@ static void change_rows(omniroll_run_t *run, const work_t *work, const int *dire
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->after, demanded);
     for (int i = 0; i < run->wheels; i++)
         c->excess[i] -= demanded[i];
-}
-
-/* What happens at joints at this instant: wheels that pass on, and wheels that stop there or go on. Returns how many. */
-static int changing_wheels(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
-{
-    int count = switching_wheels(run, work, run->elapsed - run->phase_start, directions);
-    if (SET_SHARES)
-        count += swings_change(run, work, directions, stance);
-    else if (SET_PIVOTS)
-        count += pivots_change(run, work, directions, stance);
-    return count;
 }

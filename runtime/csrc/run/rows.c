@@ -14,7 +14,7 @@ typedef struct {
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
     lanes_t *next_share;            /* of wheels that stand on their joints, where they may slip: at the last instant */
-    lanes_t *next_before;           /* axial speeds of their next rollers when they came to stand             */
+    lanes_t *next_before;           /* axial speeds of their next rollers, as work->momenta have them          */
     double *response;               /* of the rates of slips to forces, of contacts that slip               */
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;

@@ -14,8 +14,6 @@
 #define SHARE_NOISE 64              /* roundings of a part of a load                                           */
 #define SHARE_ENDS 1e-10            /* of a load: parts that end together                                      */
 
-enum { NOTHING, TO_HERE, TO_NEXT, BY_TURN };    /* guards: a roller has all of the load; a swing turns         */
-
 /* The bound of a load's part that a guard is, for step.h. */
 static int bound_of_share(const omniroll_run_t *run, int guard)
 {
@@ -55,17 +53,6 @@ static int swings(const omniroll_run_t *run, int i)
     for (int k = 0; k < run->wheels; k++)
         fastest = fmax(fastest, fabs(rates[k]));
     return !pivots(run, i) && is_near_joint(run, i) && copysign(rates[i], run->chi[i]*rates[i]) < -AT_TURN*fastest;
-}
-
-/* One more guard behind all others; zeros. */
-static double *add_pivot_guard(omniroll_run_t *run, int by, int wheel)
-{
-    const int place = all_guards(run), size = guard_size(run->wheels);
-    double *const guard = run->guards + size*place;
-    memset(guard, 0, (size_t)size*sizeof *guard);
-    run->leads_to[2*place] = by, run->leads_to[2*place + 1] = wheel;
-    run->pivot_guards++;
-    return guard;
 }
 
 /* The guards of wheels that swing, and of those that stand. */
@@ -208,10 +195,9 @@ static int hardly_moves(const omniroll_run_t *run, const work_t *work, int i)
 /* Wheels that stop at their joint, which then do not pass on, and wheels that go on from there. Returns how many do. */
 static int swings_change(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
 {
-    double noise, most[MOST_WHEELS];
     int count = 0, some = run->landed_by != NOTHING;
     for (int i = 0; i < run->wheels; i++) {
-        stance[i] = STAYS, most[i] = -INFINITY;
+        stance[i] = STAYS;
         some |= directions[i] || pivots(run, i) || swings(run, i);
     }
     run->pivot_guards = 0;
@@ -222,15 +208,7 @@ static int swings_change(omniroll_run_t *run, const work_t *work, int *direction
             settle_at_joint(run, work, i, directions, stance);
     guard_swings(run, work);
     guards_passed(run, work);
-    for (int k = all_guards(run) - run->pivot_guards; k < all_guards(run); k++) {
-        const int by = (int)run->leads_to[2*k], wheel = (int)run->leads_to[2*k + 1];
-        const double value = guard_value(run, run->guards + guard_size(run->wheels)*k, &noise);
-        if (by == BY_TURN || !run->passed[k] || value <= most[wheel])
-            continue;
-        count += stance[wheel] == STAYS;
-        stance[wheel] = GOES, most[wheel] = value;
-        directions[wheel] = by == TO_HERE ? 0 : run->chi[wheel] < 0 ? -1 : 1;
-    }
+    count += go_on_from_joints(run, directions, stance);
     if (run->landed_by == BY_TURN && !directions[run->landed_wheel] && stays_on_joint(run, work, run->landed_wheel))
         stance[run->landed_wheel] = STOPS, count++;
     run->landed_by = NOTHING;
@@ -248,4 +226,15 @@ static void stop_or_go(omniroll_run_t *run, int wheel, int stance)
         run->core[rates_at(run->wheels) + wheel] = 0;
     if (SET_NEXT_SPEEDS && stance == STOPS)
         *next = *next_roller(run, wheel);
+}
+
+/* What happens at joints at this instant: wheels that pass on, and wheels that stop there or go on. Returns how many. */
+static int changing_wheels(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
+{
+    int count = switching_wheels(run, work, run->elapsed - run->phase_start, directions);
+    if (SET_SHARES)
+        count += swings_change(run, work, directions, stance);
+    else if (SET_PIVOTS)
+        count += pivots_change(run, work, directions, stance);
+    return count;
 }
