@@ -172,7 +172,7 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
         nu[k] = lanes_of(run->nu[k]);
     wheel_rates_now(run, work, nu, chi_dot);
     for (int i = 0; i < run->wheels; i++) {
-        rates[i] = rests(run, i) ? 0 : chi_dot[i][0];
+        rates[i] = rests(run, i) || pivots(run, i) ? 0 : chi_dot[i][0];   /* sweeps leave roundings of it     */
         fastest = fmax(fastest, fabs(rates[i]));
     }
     for (int i = 0; i < run->wheels; i++)
