@@ -28,6 +28,9 @@ static void joints_have_moved(omniroll_run_t *run, const step_t *s)
     const int guard = s->landing - s->wheels, first = s->guards - run->pivot_guards;
     run->landed_by = guard >= first && guard < s->guards ? (int)run->leads_to[2*guard] : NOTHING;
     run->landed_wheel = run->landed_by != NOTHING ? (int)run->leads_to[2*guard + 1] : 0;
+    for (int i = 0; i < run->wheels; i++)
+        if (pivots(run, i))
+            run->core[rates_at(run->wheels) + i] = 0;   /* sweeps leave roundings of it                    */
 }
 
 /* Whether a part of a load has just come to its bound: that on which the last step has landed, and what ends with it. */

@@ -172,7 +172,7 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
         nu[k] = lanes_of(run->nu[k]);
     wheel_rates_now(run, work, nu, chi_dot);
     for (int i = 0; i < run->wheels; i++) {
-        rates[i] = rests(run, i) || pivots(run, i) ? 0 : chi_dot[i][0];   /* sweeps leave roundings of it     */
+        rates[i] = rests(run, i) || pivots(run, i) ? 0 : chi_dot[i][0];
         fastest = fmax(fastest, fabs(rates[i]));
     }
     for (int i = 0; i < run->wheels; i++)
@@ -292,6 +292,12 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
 static int changing_wheels(omniroll_run_t *run, const work_t *work, int *directions, int *stance);
 static void renew_inputs(omniroll_run_t *run);
 
+/* What rows of switches show of a wheel that passes on to nothing: 2 where it stops at its joint, -2 where it goes on. */
+ALWAYS_INLINE int shown_stance(int stance)
+{
+    return stance == STAYS ? 0 : stance == STOPS ? 2 : -2;
+}
+
 /* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a
  * status. */
 static int switch_all(omniroll_run_t *run, const work_t *work)
@@ -311,7 +317,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = run->elapsed;
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
-            *out++ = leaves[i] ? directions[i] : directions[i] ? 3*directions[i] : SET_PIVOTS ? stance[i] == STOPS ? 2 : -2*(stance[i] != STAYS) : 0;
+            *out++ = leaves[i] ? directions[i] : directions[i] ? 3*directions[i] : SET_PIVOTS ? shown_stance(stance[i]) : 0;
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];

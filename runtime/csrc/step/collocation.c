@@ -359,12 +359,19 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
     return lanes_largest(change)*s->h;
 }
 
+ALWAYS_INLINE int stands_on_joint(const step_t *s, int wheel)
+{
+    return !s->all_turn && !wheel_turns(s->vehicle, wheel);
+}
+
 /* Ends of the step: chi and the wheels' rates there. */
 ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
 {
     for (int i = 0; i < wheels; i++) {
         s->end_chi[i] = s->chi[i] + s->h*weighted(&s->rate_chi[i], &gauss_weight);
         s->end_rate[i] = weighted(&s->rate_chi[i], &gauss_end);
+        if (SET_SHARES && stands_on_joint(s, i))         /* sweeps leave roundings of its rate                      */
+            s->end_chi[i] = s->chi[i], s->end_rate[i] = 0;
     }
 }
 
