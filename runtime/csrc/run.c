@@ -54,7 +54,7 @@
 #include "ground/strips.c"
 #include "ground/standing.c"
 #include "bearings/sticking.c"
-#include "bearings/modes.c"
+#include "run/modes.c"
 #include "run/sides.c"
 #include "run/transitions.c"
 #include "run/pivots.c"

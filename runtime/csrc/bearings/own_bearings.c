@@ -251,20 +251,6 @@ static void find_own_torques(const omniroll_run_t *run, const work_t *work)
             own_bearings(run)[k].torque = work->own.holding[k][0];
 }
 
-/* Those that stick and are asked for more than they take have broken away. Returns how many there are. */
-static int release_own(const omniroll_run_t *run)
-{
-    int count = 0;
-    for (int k = 0; k < run->own_count; k++) {
-        omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        if (!holds_no_more(bearing))
-            continue;
-        bearing->released = bearing->torque > 0 ? -1 : 1;
-        count++;
-    }
-    return count;
-}
-
 /* What the iteration at the nodes of the next step may leave in a rate. */
 ALWAYS_INLINE double left_in_rates(const omniroll_run_t *run)
 {

@@ -61,41 +61,6 @@ static void begin_torques(omniroll_run_t *run, const work_t *work)
 
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
 
-/* Which of those at rest stick. */
-static void decide_own(omniroll_run_t *run, const work_t *work)
-{
-    int overdone = 0;
-    hold_axles(run, work);
-    for (int k = 0; k < count_deciding(run, work); k++)
-        overdone |= own_bearings(run)[k].resting && (own_bearings(run)[k].released || holds_no_more(own_bearings(run) + k));
-    for (int round = 0; overdone && round <= run->own_count; round++) {
-        decide_at_rest(run, work);
-        turn_own(run, work, 1);
-        hold_axles(run, work);
-        overdone = release_own(run);
-    }
-}
-
-/* Which bearings stick in the phase that starts now. */
-static void decide_slipping_bearings(omniroll_run_t *run, const work_t *work)
-{
-    int resting = 0;
-    rest_slipping_bearings(run, work);
-    turn_own(run, work, 1);
-    if (SET_IN_SERIES)              /* before the axles: the ground's force across rollers depends on their modes  */
-        decide_in_series(run, work);
-    for (int k = 0; k < run->own_count; k++)
-        resting |= own_bearings(run)[k].resting;
-    if (resting) {
-        if (SET_HAS_MOMENTA)
-            wheel_momenta(run, work);
-        decide_own(run, work);
-    }
-    if (SET_IN_SERIES)
-        find_own_rates(run, work);
-    begin_torques(run, work);
-}
-
 /* Some time has passed where wheels may slip. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
  * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
 static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)

@@ -120,11 +120,15 @@ static void round_use(const omniroll_run_t *run, const work_t *work)
 }
 
 /* What sticks with the present modes. */
-static void hold(omniroll_run_t *run, const work_t *work, const vector3_t *mass)
+static void hold(omniroll_run_t *run, const work_t *work)
 {
     omniroll_hold_t *const held = &run->hold;
+    vector3_t mass[3];
+    mass_at_this_instant(run, work, mass);
     held->count = bearings_of(run, 1, 1, &work->standing->rows, work->standing->bearing);
-    held->free = directions_allowed(&work->standing->rows, mass, held->directions, held->absent);
+    held->free = directions_allowed(&work->standing->rows, (const vector3_t *)mass, held->directions, held->absent);
+    for (int k = 0; k < 3; k++)
+        held->per_force[k] = held->free < 3 && held->free ? 1/mass[k][k] : 0;
     put_standing(run, work->standing);
     round_use(run, work);
     for (int i = rows_count(run); i < run->bearing_count; i++)
@@ -186,23 +190,14 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     }
 }
 
-/* Whether bearings that stick are asked for more than they take, and with `let_go` have broken away. Returns how many. */
-static int ask_too_much(omniroll_run_t *run, const work_t *work, int let_go)
+/* What rests is about to be decided: its problem, in which all of it sticks. */
+static void begin_deciding_rolling(omniroll_run_t *run, const work_t *work)
 {
-    asked_t now;
-    double forces[MOST_STANDING];
-    int count = 0;
-    asked_now(run, work, &now);
-    const double use = run->hold.count ? use_beyond(work->standing, &now, 1.0*PASSED/USE_ROUNDINGS, forces) : 0;
-    for (int i = rows_count(run); i < run->bearing_count; i++)
-        count += holds_no_more(run->bearings + i);
-    if (use > 0 && let_go)
-        release_used(run, work->standing, &now, use, forces);
-    if (let_go)
-        release_own(run);
-    count += use > 0;
-    run->hold.undecided |= let_go && count > 0;
-    return count;
+    vector3_t force, mass[3];
+    mass_at_this_instant(run, work, mass);
+    find_forces(run, work, force);
+    list_at_rest(run, work);
+    put_problem_of_rolling(run, work, (const vector3_t *)mass, force);
 }
 
 /* The guards of turning bearings: where their rates pass zero. They stand after those of the effects. */
@@ -224,53 +219,6 @@ static void guard_rates(omniroll_run_t *run, const work_t *work)
     }
     if (SET_SPINS_STICK)
         size_own(run, work);
-}
-
-/* Which of the resting bearings stick. */
-static void decide_resting(omniroll_run_t *run, const work_t *work)
-{
-    vector3_t force, mass[3];
-    int released = 0;
-    if (SET_HAS_MOMENTA)
-        wheel_momenta(run, work);
-    mass_at_this_instant(run, work, mass);
-    find_forces(run, work, force);
-    list_at_rest(run, work);
-    put_problem_of_rolling(run, work, (const vector3_t *)mass, force);
-    for (int i = 0; i < run->bearing_count; i++)
-        released |= run->bearings[i].released;
-    hold(run, work, (const vector3_t *)mass);
-    find_held_force(run, work);
-    int overdone = released || ask_too_much(run, work, 0);
-    for (int round = 0; overdone && round <= run->bearing_count; round++) {
-        list_at_rest(run, work);
-        decide_list(run, work);
-        hold(run, work, (const vector3_t *)mass);
-        find_held_force(run, work);
-        overdone = ask_too_much(run, work, 1);
-    }
-    for (int k = 0; k < 3; k++)
-        run->hold.per_force[k] = run->hold.free < 3 && run->hold.free ? 1/mass[k][k] : 0;
-}
-
-/* Which bearings stick in the phase that starts now. */
-static void decide_rolling_bearings(omniroll_run_t *run, const work_t *work)
-{
-    int resting = 0;
-    put_to_rest(run, work);
-    find_nearer(run, work);
-    for (int i = 0; i < run->bearing_count; i++)
-        resting |= run->bearings[i].resting;
-    if (resting)
-        decide_resting(run, work);
-    else {
-        run->hold = (omniroll_hold_t){.speed = run->hold.speed};
-        work->standing->count = 0;
-        turn_bearings(run, work);
-    }
-    guard_rates(run, work);
-    find_torques(run, work);
-    run->hold.undecided = 0;
 }
 
 /* An impact has changed nu. Where rollers stick it has numbered them anew: what rests is seen from the rates. */

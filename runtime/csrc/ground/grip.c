@@ -203,42 +203,6 @@ static void let_go_together(omniroll_run_t *run, const work_t *work)
             run->grips[i].released = HAS_ENDED;
 }
 
-/* The modes of all contacts in the phase that begins now. */
-static void decide_contacts(omniroll_run_t *run, const work_t *work)
-{
-    int released = 0, resting = 0, slipping = 0, too_much = 0;
-    run->ground.knows_rates = 0;
-    find_loads(run, work);
-    find_resting_contacts(run, work);
-    for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
-        grip->sticks = grip->resting;
-        resting |= grip->resting, slipping |= grip->carries && !grip->resting, released |= grip->released;
-    }
-    put_modes(run);
-    if (resting && !released) {
-        rates_at_this_instant(run, work, run->wheels, work->nu_dot);
-        run->ground.knows_rates = 1;
-        for (int i = 0; i < run->wheels; i++)
-            if (run->grips[i].sticks) {
-                const double taken = taken_now(run, work, i);
-                const int beyond = taken > GRIP_PASSED*GRIP_NOISE(taken);
-                run->grips[i].released = beyond ? IS_BEYOND : 0;
-                too_much |= beyond;
-            }
-    }
-    if (resting && released)
-        let_go_together(run, work);
-    if (resting && (released || too_much)) {
-        decide_at_rest(run, work);
-        put_modes(run);
-    }
-    for (int i = 0; i < run->wheels; i++)
-        run->grips[i].released = run->grips[i].released == HAS_ENDED;
-    run->ground.knows_rates &= resting && !slipping && !released && !too_much;
-    run->ground.undecided = 0;
-}
-
 /* Wheels have passed to their next rollers, which come with the spins that they have. */
 static void contacts_have_switched(omniroll_run_t *run, const int *directions)
 {

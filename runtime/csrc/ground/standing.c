@@ -256,30 +256,6 @@ static int hold_what_falls_back(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-/* Whether something that sticks is asked for more than it takes. It is let go. */
-static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
-{
-    const standing_t *const standing = work->standing;
-    int count = 0;
-    for (int i = 0; i < run->wheels; i++)
-        if (run->grips[i].sticks) {
-            const double taken = taken_now(run, work, i);
-            const int passed = taken > GRIP_PASSED*GRIP_NOISE(taken);
-            run->grips[i].released |= passed;
-            count += passed;
-        }
-    for (int k = 0; k < run->own_count; k++) {
-        omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        const double asked = work->own.holding[k][0], most = bearing->holding;
-        if (bearing->mode || standing->has_part[k] || !(fabs(asked) - most > PASSED*rounding_of_holding(asked, most)))
-            continue;
-        bearing->released = asked > 0 ? -1 : 1;
-        count++;
-    }
-    count += release_where_used(run, work, now, PASSED);
-    return count || hold_what_falls_back(run, work);
-}
-
 /* ---- steps ---------------------------------------------------------------------------------------------------- */
 
 /* A step begins: who stands in it. */
@@ -349,67 +325,4 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
         bearings[landed].released = work->own.holding[landed][0] > 0 ? -1 : 1;
     else
         bearings[landed].resting = 1;
-}
-
-/* ---- decisions ------------------------------------------------------------------------------------------------ */
-
-/* The modes of contacts and axles, and what they are asked for then. */
-static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
-{
-    int released = 0;
-    for (int i = 0; i < run->wheels; i++) {
-        run->grips[i].sticks = run->grips[i].resting;
-        released |= run->grips[i].released;
-    }
-    for (int k = 0; k < run->own_count; k++)
-        released |= own_bearings(run)[k].released != 0;
-    if (released) {
-        stand(run, work);
-        let_go_together(run, work);
-        decide_at_rest(run, work);
-    }
-    for (int turn = 0; turn <= 2*run->wheels; turn++) {
-        lanes_t nu_dot[3];
-        stand(run, work);
-        rates_at_this_instant(run, work, run->wheels, nu_dot);
-        asked_now(run, work, now);
-        if (!overdone(run, work, now))
-            break;
-        decide_at_rest(run, work);
-    }
-}
-
-/* The modes of all contacts and axles in the phase that begins now. */
-static void decide_all(omniroll_run_t *run, const work_t *work)
-{
-    asked_t now;
-    put_all_to_rest(run, work);
-    decide_modes(run, work, &now);
-    find_all_torques(run, work, &now, 0);
-    size_all(run, work);
-    run->hold.undecided = run->ground.undecided = 0;
-}
-
-/* The modes of all contacts beside bearings that hold nothing and turn for ever. */
-static void decide_beside_turning(omniroll_run_t *run, const work_t *work)
-{
-    asked_t now;
-    put_own_to_rest(run, work);
-    stand(run, work);
-    decide_contacts(run, work);
-    asked_now(run, work, &now);
-    find_all_torques(run, work, &now, 0);
-    size_all(run, work);
-    run->hold.undecided = 0;
-}
-
-/* Which bearings and contacts stick from now on, where that must be decided anew. */
-static void settle_all(omniroll_run_t *run, const work_t *work)
-{
-    if (!run->hold.undecided && !run->ground.undecided)
-        return;
-    if (SET_STRIPS || may_stand(own_bearings(run), run->own_count))
-        decide_all(run, work);
-    else
-        decide_beside_turning(run, work);
 }

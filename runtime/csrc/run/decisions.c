@@ -305,7 +305,7 @@ static int decide_list(const omniroll_run_t *run, const work_t *work)
     return 1;
 }
 
-/* The modes of all that rests, where wheels may slip. */
+/* The modes of all that rests. */
 static void decide_at_rest(omniroll_run_t *run, const work_t *work)
 {
     do {
@@ -314,7 +314,7 @@ static void decide_at_rest(omniroll_run_t *run, const work_t *work)
             return;
         if (SET_GRIPS)
             put_problem_on_ground(run, work);
-        else
+        else if (!SET_HOLDS)                    /* that of wheels that roll does not change with the modes     */
             put_problem_of_bearings(run, work);
     } while (!decide_list(run, work));
 }

@@ -102,6 +102,7 @@ static double share_on_joint(omniroll_run_t *run, const work_t *work, int i)
     if (SET_GRIPS)
         *mode = 0;
     carry_rows(run, work);
+    run->ground.knows_rates = 0;
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     const double share = work->next_share[i][0];
     run->contact[i] -= run->rollers_per_wheel;

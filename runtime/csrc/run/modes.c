@@ -1,0 +1,276 @@
+/* Which elements stick from now on: one decision for every set; and bearings that stick, as the rest of the engine asks for
+ * them, of wheels that roll, or that may slip. */
+
+/* A run begins: nothing sticks so far, in a set that has such bearings and for a run that has none. */
+static void clear_bearings(const omniroll_run_t *run, const work_t *work)
+{
+    if (SET_HOLDS)
+        work->standing->count = 0;
+    for (int k = 0; k < most_own_bearings(run->wheels, run->rollers_per_wheel); k++)
+        work->own.sticks[k] = work->own.torque[k] = lanes_of(0);
+    if (SET_IN_SERIES)
+        stop_all_in_series(run, work);
+}
+
+/* ---- the decision ----------------------------------------------------------------------------------------------- */
+
+/* What is zero within rounding by the state rests, and sticks so far. Returns whether anything does. */
+static int put_at_rest(omniroll_run_t *run, const work_t *work)
+{
+    int resting = 0;
+    if (SET_HOLDS)
+        put_to_rest(run, work);
+    else if (SET_STANDS && (SET_STRIPS || may_stand(own_bearings(run), run->own_count)))
+        put_all_to_rest(run, work);
+    else {
+        if (SET_STICKS)
+            rest_slipping_bearings(run, work);
+        if (SET_GRIPS)
+            find_loads(run, work), find_resting_contacts(run, work);
+    }
+    for (int i = 0; SET_GRIPS && i < run->wheels; i++)
+        resting |= run->grips[i].sticks = run->grips[i].resting;
+    if (SET_IN_SERIES && !SET_GRIPS)        /* before the axles: the ground's force across rollers depends on their modes */
+        turn_own(run, work, 1), decide_in_series(run, work);
+    for (int k = 0; k < run->bearing_count; k++)
+        resting |= run->bearings[k].resting;
+    return resting;
+}
+
+/* Whether the mode of something that rests has just ended. */
+static int some_mode_has_ended(const omniroll_run_t *run, const work_t *work)
+{
+    int ended = 0;
+    for (int i = 0; SET_GRIPS && i < run->wheels; i++)
+        ended |= run->grips[i].resting && run->grips[i].released;
+    for (int k = 0; k < (SET_STANDS ? run->bearing_count : count_deciding(run, work)); k++)
+        ended |= (SET_STANDS || run->bearings[k].resting) && run->bearings[k].released;
+    return ended;
+}
+
+/* The modes into what the kernel reads, and what of nu they allow. */
+static void enter_modes(omniroll_run_t *run, const work_t *work)
+{
+    if (SET_HOLDS)
+        hold(run, work);
+    else if (SET_STANDS)
+        stand(run, work);
+    else if (SET_GRIPS)
+        put_modes(run);
+    else
+        turn_own(run, work, 1);
+}
+
+/* What holds that which sticks, in these modes. */
+static void find_holding(omniroll_run_t *run, const work_t *work)
+{
+    if (SET_HOLDS)
+        find_held_force(run, work);
+    else if (SET_GRIPS)
+        rates_at_this_instant(run, work, run->wheels, work->nu_dot);
+    else
+        hold_axles(run, work);
+    if (SET_STANDS)
+        find_own_torques(run, work);
+}
+
+/* Contacts that stick and are asked for more than they take. `mark`: what becomes of these. Returns how many there are. */
+static int contacts_asked_too_much(const omniroll_run_t *run, const work_t *work, int mark)
+{
+    int count = 0;
+    for (int i = 0; SET_GRIPS && i < run->wheels; i++) {
+        const double taken = run->grips[i].sticks ? taken_now(run, work, i) : -1;
+        if (!(taken > GRIP_PASSED*GRIP_NOISE(taken)))
+            continue;
+        run->grips[i].released |= mark;
+        count++;
+    }
+    return count;
+}
+
+/* The same of bearings by themselves; those that are let go have broken away. */
+static int bearings_asked_too_much(const omniroll_run_t *run, const work_t *work, int let_go)
+{
+    int count = 0;
+    for (int k = rows_count(run); k < run->bearing_count; k++) {
+        omniroll_bearing_t *const bearing = run->bearings + k;
+        if ((SET_STANDS && work->standing->has_part[k]) || !holds_no_more(bearing))
+            continue;
+        if (let_go)
+            bearing->released = bearing->torque > 0 ? -1 : 1;
+        count++;
+    }
+    return count;
+}
+
+/* Whether what sticks is asked for more than it takes, as find_holding() has found it. `let_go`: that has broken away. */
+static int is_asked_too_much(omniroll_run_t *run, const work_t *work, int let_go)
+{
+    asked_t now;
+    int count = contacts_asked_too_much(run, work, let_go ? HAS_ENDED : IS_BEYOND);
+    if (SET_OWN_BEARINGS)
+        count += bearings_asked_too_much(run, work, let_go);
+    if (SET_HOLDS || SET_STANDS) {
+        double found[MOST_STANDING], *const forces = SET_STANDS ? work->standing->used_by : found;
+        asked_now(run, work, &now);
+        const double use = use_beyond(work->standing, &now, SET_STANDS ? PASSED : 1.0*PASSED/USE_ROUNDINGS, forces);
+        if (use > 0 && let_go)
+            release_used(run, work->standing, &now, use, forces);
+        count += use > 0;
+    }
+    return count || (SET_STANDS && hold_what_falls_back(run, work));
+}
+
+/* Which of what rests sticks. So far all does, which is decided anew where a mode has just ended, or where something is asked
+ * for more than it takes, be it by that decision: what has broken away takes less. */
+static void decide_modes(omniroll_run_t *run, const work_t *work)
+{
+    int again = some_mode_has_ended(run, work);
+    if (SET_HAS_MOMENTA && !SET_GRIPS)
+        wheel_momenta(run, work);
+    if (SET_HOLDS)
+        begin_deciding_rolling(run, work);
+    enter_modes(run, work);
+    if (SET_GRIPS && again)
+        let_go_together(run, work);
+    else if (!again) {
+        find_holding(run, work);
+        again = is_asked_too_much(run, work, SET_STANDS);
+    }
+    for (int round = 0; again && round <= run->bearing_count + run->grip_count; round++) {
+        decide_at_rest(run, work);
+        enter_modes(run, work);
+        find_holding(run, work);
+        again = is_asked_too_much(run, work, 1);
+    }
+}
+
+/* Nothing rests. */
+static void move_all(omniroll_run_t *run, const work_t *work)
+{
+    if (SET_HOLDS) {
+        work->standing->count = 0;
+        turn_bearings(run, work);
+    } else
+        enter_modes(run, work);
+}
+
+/* The phase begins in these modes: torques, what they are rounded against, guards. */
+static void begin_modes(omniroll_run_t *run, const work_t *work)
+{
+    asked_t now;
+    if (SET_HOLDS) {
+        guard_rates(run, work);
+        find_torques(run, work);
+    } else if (SET_STANDS) {
+        asked_now(run, work, &now);
+        find_all_torques(run, work, &now, 0);
+        size_all(run, work);
+    } else if (SET_STICKS) {
+        if (SET_IN_SERIES)
+            find_own_rates(run, work);
+        begin_torques(run, work);
+    }
+    for (int i = 0; SET_GRIPS && i < run->wheels; i++)
+        run->grips[i].released = run->grips[i].released == HAS_ENDED;
+    run->hold.undecided = run->ground.undecided = 0;
+}
+
+/* Which elements stick from now on, where that must be decided anew. */
+static void settle_modes(omniroll_run_t *run, const work_t *work)
+{
+    if ((SET_STICKS && run->bearing_count && run->hold.undecided) || (SET_GRIPS && run->ground.undecided)) {
+        const int resting = put_at_rest(run, work);
+        if (SET_HOLDS) {
+            find_nearer(run, work);
+            run->hold = (omniroll_hold_t){.speed = run->hold.speed};
+        }
+        if (resting)
+            decide_modes(run, work);
+        else
+            move_all(run, work);
+        begin_modes(run, work);
+        run->ground.knows_rates = SET_GRIPS && resting && !some_slide(run);
+    }
+    if (SET_HOLDS)
+        run->hold.speed = fmax(run->hold.speed, length3(run->nu));
+}
+
+/* ---- what the rest of the engine asks for ----------------------------------------------------------------------- */
+
+/* Bearings of wheels that roll rest whose rates have passed zero. Returns how many there are. */
+static int stop_guarded(omniroll_run_t *run)
+{
+    int count = 0;
+    for (int k = run->guard_count; k < all_guards(run); k++) {
+        omniroll_bearing_t *const bearing = run->bearings + run->leads_to[2*k + 1];
+        if (run->passed[k] && !bearing->resting) {      /* one that rests starts from rest in this phase     */
+            bearing->resting = 1;
+            count++;
+        }
+    }
+    return count;
+}
+
+/* Bearings that rest from now on, or are let go. Returns how many there are, with the one whose mode a step has ended,
+ * which is told once. */
+static int pass_bearings(omniroll_run_t *run, const work_t *work)
+{
+    int count = run->hold.ended;
+    if (!SET_STICKS)
+        return 0;
+    count += SET_HOLDS ? is_asked_too_much(run, work, 1) + stop_guarded(run) : bearings_asked_too_much(run, work, 1);
+    if (SET_OWN_BEARINGS)
+        count += stop_own(run, work);
+    if (SET_IN_SERIES)
+        count += stop_in_series(run, work);
+    run->hold.ended = 0;
+    run->hold.undecided |= count > 0;
+    return count;
+}
+
+/* A step begins: what sticks in it, and what that is asked for. */
+static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
+{
+    s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
+    if (!SET_HOLDS && !SET_STANDS)
+        return;
+    s->standing = work->standing;
+    memcpy(s->used_by, work->standing->used_by, sizeof s->used_by);
+    if (SET_STANDS)
+        begin_standing(run, work, s);
+    if (SET_STANDS || work->standing->count)
+        asked_now(run, work, &s->asked_start);
+}
+
+/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and of
+ * wheels that roll more is asked for than it takes by some roundings. */
+static double size_of_held(const omniroll_run_t *run, int input)
+{
+    if (!SET_STICKS)
+        return 0;
+    if (SET_MOMENTS_INPUT >= 0 && input >= SET_MOMENTS_INPUT*run->wheels)
+        return size_of_moments(run, input%run->wheels);
+    const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
+    if (!bearing)
+        return 0;
+    return HELD_ROUNDINGS*(SET_HOLDS ? length3(run->hold.size)/length3(bearing->row)
+                                     : fabs(bearing->torque) + bearing->holding);
+}
+
+/* Some time has passed. */
+static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
+{
+    for (int k = 0; k < run->bearing_count; k++) {
+        run->bearings[k].resting = run->bearings[k].mode == 0;
+        run->bearings[k].released = 0;
+    }
+    if (!SET_HOLDS) {
+        slipping_bearings_have_moved(run, work, s);
+        return;
+    }
+    memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
+    find_nearer(run, work);
+    find_held_force(run, work);
+    find_torques(run, work);
+}
