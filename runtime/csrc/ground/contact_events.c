@@ -35,33 +35,6 @@ ALWAYS_INLINE double far_from_noise(const step_t *s)
     return may_stand_in(s) ? FAR_WHERE_STANDING : FAR_FROM_NOISE;
 }
 
-static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at);
-
-/* The state at the end of the step, in all lanes; what sticks follows from nu. */
-static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
-{
-    point_t point = point_at(s, wheels, BLOCKS - 1, at);
-    for (int k = 0; k < 3; k++)
-        at->nu[k] = lanes_of(s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight));
-    for (int i = 0; i < wheels; i++)
-        at->chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint[i]);
-    if (SET_HAS_HEADING)
-        point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
-    for (int k = 0; k < SET_INPUTS*wheels; k++)
-        at->input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
-    for (int c = 0; c < s->core; c++)
-        s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
-    point.core = s->core_here;
-    for (int k = 0; k < 2*wheels; k++)
-        at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
-    if (SET_STANDS)
-        rollers_at_rest_at_end(s, wheels, at);
-    wheels_stick(s, wheels, at->nu, at->chi, s->core_here);
-    if (SET_HAS_CONTACT_SPEEDS)
-        rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
-    return point;
-}
-
 /* How much of its static friction a contact takes, squared, less 1: the square of its load. */
 ALWAYS_INLINE double taken_by(const double *force, const double *per_reach, double load)
 {
@@ -69,16 +42,6 @@ ALWAYS_INLINE double taken_by(const double *force, const double *per_reach, doub
     for (int k = SET_FIRST_DIRECTION; k < 2; k++)
         taken += force[k]*per_reach[k]*force[k]*per_reach[k];
     return taken;
-}
-
-/* The same of what wheels that stand ask for. */
-ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const arrays_t *at)
-{
-    for (int k = 0; k < 3; k++)
-        s->asked_late.force[k] = at->held_force[k][0] - weighted(&s->force[k], &gauss_end);
-    for (int k = 0; k < 2*wheels; k++)
-        s->asked_late.along[k] = at->ground_force[k][0] - weighted(&s->along[k], &gauss_end);
-    find_own_late(s, wheels, at);
 }
 
 /* The forces of contacts that slip at the step's end are those of their slips there, as in its row: what the iteration
@@ -128,7 +91,7 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
                 - weighted(&s->taken[i], &gauss_end);
     }
     if (SET_STANDS)
-        measure_standing_at_end(s, wheels, &at);
+        measure_holding_at_end(s, wheels, &at);
 }
 
 /* Rates and forces of contacts that all stick, at the nodes of a step that has settled. */

@@ -114,18 +114,13 @@ static void slips_now(const omniroll_run_t *run, const work_t *work, double *sli
 static void roll(omniroll_run_t *run, const work_t *work, int sticking)
 {
     lanes_t nu[3], chi[MOST_WHEELS], speeds[MOST_WHEELS];
-    for (int k = 0; k < 3; k++)
-        nu[k] = lanes_of(run->nu[k]);
-    for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(run->chi[i]);
+    state_in_lanes(run, nu, chi);
     rolling_wheels(run->wheels, &work->vehicle, nu, chi, speeds);
     for (int i = 0; i < run->wheels; i++)
         if (sticking ? run->grips[i].sticks : run->grips[i].resting)
             run->core[rates_at(run->wheels) + i] = speeds[i][0];
     if (SET_HAS_CONTACT_SPEEDS) {
-        for (int c = 0; c < work->core; c++)
-            work->core_here[c] = lanes_of(run->core[c]);
-        rolling_axial(run->wheels, &work->vehicle, nu, chi, work->core_here, speeds);
+        rolling_axial(run->wheels, &work->vehicle, nu, chi, core_in_lanes(run, work), speeds);
         for (int i = 0; i < run->wheels; i++)
             if (sticking ? run->grips[i].sticks : run->grips[i].resting)
                 run->core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
@@ -332,11 +327,10 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     if (s->turning) {
         const at_rest_t slipping = {.contacts = s->responding, .count = s->responding, .which = contacts};
         elements_t response = *work->problem;
-        lanes_t given[2*MOST_WHEELS];
+        lanes_t given[2*MOST_WHEELS], yield[MOST_WHEELS];
         response.matrix = work->response, response.given = without, response.width = 2 - SET_FIRST_DIRECTION;
         response.count = response.wide = s->responding;
-        forces_now(run, work, given);
-        put_corners_now(run, work, given);
+        forces_now(run, work, given, yield);
         find_response(run, work, &slipping, 0, given, &response);
     }
 }

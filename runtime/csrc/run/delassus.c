@@ -157,9 +157,8 @@ static void put_problem_on_ground(const omniroll_run_t *run, const work_t *work)
     const at_rest_t *const rest = work->at_rest;
     elements_t *const problem = work->problem;
     const int size = forces_at(problem->wide, problem->width, problem->count);
-    lanes_t given[2*MOST_WHEELS];
-    forces_now(run, work, given);
-    put_corners_now(run, work, given);
+    lanes_t given[2*MOST_WHEELS], yield[MOST_WHEELS];
+    forces_now(run, work, given, yield);
     find_response(run, work, rest, 1, given, problem);
     if (problem->apart) {
         put_yaw(run, work, rest, problem);

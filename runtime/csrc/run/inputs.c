@@ -25,13 +25,11 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
 {
     const double time = (double)sampler->samples*sampler->sample_time;
     double wanted[3], slope[3], errors[MOST_WHEELS], sums[MOST_WHEELS], outputs[MOST_WHEELS];
-    lanes_t lacking[3], in_lanes[MOST_WHEELS], nu[3];
+    lanes_t lacking[3], in_lanes[MOST_WHEELS];
     pass_knots(&sampler->target, time);
     curve_after(&sampler->target, time, 0, wanted, slope);
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 3; k++)
         lacking[k] = lanes_of(SET_SLIPS || SET_PIVOTS ? wanted[k] : wanted[k] - run->nu[k]);
-        nu[k] = lanes_of(run->nu[k]);
-    }
     if (SET_CARRIES)
         rates_in_the_middle(run, work, lacking, in_lanes);
     else
@@ -41,7 +39,7 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
     for (int i = 0; SET_SLIPS && i < run->wheels; i++)
         errors[i] -= run->core[rates_at(run->wheels) + i];
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS) {
-        wheel_rates_now(run, work, nu, in_lanes);
+        wheel_rates_now(run, work, in_lanes);
         for (int i = 0; i < run->wheels; i++)
             errors[i] -= in_lanes[i][0];
     }

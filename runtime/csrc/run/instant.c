@@ -7,6 +7,22 @@ typedef struct {
     lanes_t directions[9], absent[3];
 } instant_t;
 
+/* nu and the wheels' angles; the rest of the core. */
+ALWAYS_INLINE void state_in_lanes(const omniroll_run_t *run, lanes_t *nu, lanes_t *chi)
+{
+    for (int k = 0; k < 3; k++)
+        nu[k] = lanes_of(run->nu[k]);
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+}
+
+ALWAYS_INLINE const lanes_t *core_in_lanes(const omniroll_run_t *run, const work_t *work)
+{
+    for (int c = 0; c < work->core; c++)
+        work->core_here[c] = lanes_of(run->core[c]);
+    return work->core_here;
+}
+
 /* The mode of a roller in contact. */
 ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
 {
@@ -37,27 +53,20 @@ static void forces_along(const omniroll_run_t *run, const work_t *work, const la
     (void)slope;
 }
 
-/* The same of the contacts that slip. */
-static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+/* The forces of the ground that are given: of contacts that slip. yield: how far these slip whose massless rollers turn. */
+static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push, lanes_t *yield)
 {
+    lanes_t nu[3], chi[MOST_WHEELS];
     const int some = some_slide(run);
     if (some)
         forces_along(run, work, work->load, push);
     for (int k = 0; k < 2*run->wheels; k++)
         if (!some || !slides(run, k/2))
             push[k] = lanes_of(0);
-}
-
-/* Among these forces, which are given, those where massless rollers turn. */
-ALWAYS_INLINE void put_corners_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
-{
-    if (SET_STRIPS) {
-        lanes_t yield[MOST_WHEELS], chi[MOST_WHEELS];
-        for (int i = 0; i < run->wheels; i++)
-            chi[i] = lanes_of(run->chi[i]);
-        corners_at(run, work, chi, push, yield);
-    }
-    (void)run, (void)work, (void)push;
+    if (!SET_STRIPS)
+        return;
+    state_in_lanes(run, nu, chi);
+    corners_at(run, work, chi, push, yield);
 }
 
 /* The axial speed of the roller that is next to a wheel's on its side. */
@@ -72,10 +81,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point = (point_t){
         .vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta,
         .all_turn = all_turn(wheels, &work->vehicle)};
-    for (int k = 0; k < 3; k++)
-        now->arrays.nu[k] = lanes_of(run->nu[k]);
-    for (int i = 0; i < wheels; i++)
-        now->arrays.chi[i] = lanes_of(run->chi[i]);
+    state_in_lanes(run, now->arrays.nu, now->arrays.chi);
     if (SET_HAS_HEADING)
         now->point.heading = lanes_of(remainder(run->pose[2], TURN));
     if (SET_INPUTS) {
@@ -84,9 +90,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
         now->point.inputs = now->arrays.input;
     }
     if (SET_CORE_PARTS) {
-        for (int c = 0; c < work->core; c++)
-            work->core_here[c] = lanes_of(run->core[c]);
-        now->point.core = work->core_here;
+        now->point.core = core_in_lanes(run, work);
         now->point.core_dot = work->core_dot;
     }
     if (SET_HOLDS || SET_STANDS) {
@@ -101,8 +105,8 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     if (SET_OWN_BEARINGS)
         put_own(&work->own, &now->point);
     if (SET_GRIPS) {
-        forces_now(run, work, now->arrays.ground_push);
-        now->point.ground_push = now->arrays.ground_push;
+        forces_now(run, work, now->arrays.ground_push, now->arrays.ground_yield);
+        now->point.ground_push = now->arrays.ground_push, now->point.ground_yield = now->arrays.ground_yield;
         now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
     }
     if (SET_SHARES) {
@@ -111,35 +115,22 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
             work->next_before[i] = lanes_of(SET_NEXT_SPEEDS ? *next_roller(run, i) : 0);
         now->point.next_before = work->next_before;
     }
-    if (SET_STRIPS) {
-        corners_at(run, work, now->arrays.chi, now->arrays.ground_push, now->arrays.ground_yield);
-        now->point.ground_yield = now->arrays.ground_yield;
-    }
 }
 
 /* The wheels' rates in all lanes. */
-ALWAYS_INLINE void wheel_rates_now(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, lanes_t *chi_dot)
+ALWAYS_INLINE void wheel_rates_now(const omniroll_run_t *run, const work_t *work, lanes_t *chi_dot)
 {
-    const lanes_t *core = 0;
-    if (SET_SLIPS) {
-        for (int c = 0; c < work->core; c++)
-            work->core_here[c] = lanes_of(run->core[c]);
-        core = work->core_here;
-    }
-    lanes_t chi[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(run->chi[i]);
-    rates_of_wheels(run->wheels, &work->vehicle, nu, chi, core, chi_dot);
+    lanes_t nu[3], chi[MOST_WHEELS];
+    state_in_lanes(run, nu, chi);
+    rates_of_wheels(run->wheels, &work->vehicle, nu, chi, SET_SLIPS ? core_in_lanes(run, work) : 0, chi_dot);
 }
 
 /* Their accelerations, from the rates of nu and of the rest of the core. */
 ALWAYS_INLINE void accelerations_now(const omniroll_run_t *run, const work_t *work, const lanes_t *nu_dot,
                                      lanes_t *chi_ddot)
 {
-    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
-    lanes_t chi[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(run->chi[i]);
+    lanes_t nu[3], chi[MOST_WHEELS];
+    state_in_lanes(run, nu, chi);
     accelerations_of_wheels(run->wheels, &work->vehicle, nu, chi, nu_dot, work->core_dot, chi_ddot);
 }
 

@@ -109,10 +109,8 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     change_t c;
     if (SET_CORE_PARTS && !SET_SLIPS)
         update_axial(run, work);
-    for (int k = 0; k < 3; k++)
-        c.nu[k] = lanes_of(run->nu[k]);
+    state_in_lanes(run, c.nu, c.before);
     for (int i = 0; i < wheels; i++) {
-        c.before[i] = lanes_of(run->chi[i]);
         if (SET_SHARES)
             stop_or_go(run, i, stance[i]);
         leaves[i] = directions[i] && pass_on(run, i, directions[i]);
@@ -165,12 +163,10 @@ static int is_over(const omniroll_run_t *run)
  * time, would have no last one. */
 static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *work, double *rates)
 {
-    lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+    lanes_t chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
     double fastest = 0;
     int slow[MOST_WHEELS], count = 0;
-    for (int k = 0; k < 3; k++)
-        nu[k] = lanes_of(run->nu[k]);
-    wheel_rates_now(run, work, nu, chi_dot);
+    wheel_rates_now(run, work, chi_dot);
     for (int i = 0; i < run->wheels; i++) {
         rates[i] = rests(run, i) || pivots(run, i) ? 0 : chi_dot[i][0];
         fastest = fmax(fastest, fabs(rates[i]));

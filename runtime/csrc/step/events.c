@@ -108,33 +108,55 @@ ALWAYS_INLINE int comes_first(const step_t *s, double reached, double length)
 }
 
 static void find_own_late(step_t *s, const int wheels, const arrays_t *at);
+static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at);
 
-/* What the polynomials of what holds lack at the end of a step that ends where it holds no more, from an evaluation
- * there. */
-NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
+/* The state at the end of the step, in all lanes; what sticks follows from nu. */
+static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
 {
-    arrays_t at;
-    lanes_t nu_dot[3];
-    point_t point = point_at(s, wheels, 0, &at);
+    point_t point = point_at(s, wheels, BLOCKS - 1, at);
     for (int k = 0; k < 3; k++)
-        at.nu[k] = lanes_of(s->end_nu[k]);
+        at->nu[k] = lanes_of(s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight));
     for (int i = 0; i < wheels; i++)
-        at.chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint[i]);
+        at->chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
     for (int k = 0; k < SET_INPUTS*wheels; k++)
-        at.input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
-    if (SET_CORE_PARTS) {
-        for (int c = 0; c < s->core; c++)
-            s->core_here[c] = lanes_of(s->end_core[c]);
+        at->input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
+    if (SET_CORE_PARTS)
         point.core = s->core_here;
+    if (SET_GRIPS) {
+        for (int k = 0; k < 2*wheels; k++)
+            at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
+        if (SET_STANDS)
+            rollers_at_rest_at_end(s, wheels, at);
+        wheels_stick(s, wheels, at->nu, at->chi, s->core_here);
+        if (SET_HAS_CONTACT_SPEEDS)
+            rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
     }
-    core_rates(wheels, &point, nu_dot);
-    if (SET_HOLDS)
-        for (int k = 0; k < 3; k++)
-            s->asked_late.force[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
+    return point;
+}
+
+/* What the polynomials of what holds lack at the step's end, from an evaluation there. */
+ALWAYS_INLINE void measure_holding_at_end(step_t *s, const int wheels, const arrays_t *at)
+{
+    for (int k = 0; (SET_HOLDS || SET_STANDS) && k < 3; k++)
+        s->asked_late.force[k] = at->held_force[k][0] - weighted(&s->force[k], &gauss_end);
+    for (int k = 0; SET_STANDS && k < 2*wheels; k++)
+        s->asked_late.along[k] = at->ground_force[k][0] - weighted(&s->along[k], &gauss_end);
     if (SET_OWN_BEARINGS)
-        find_own_late(s, wheels, &at);
+        find_own_late(s, wheels, at);
+}
+
+/* The same of a step that ends where bearings hold no more, beside contacts that have no modes. */
+NEVER_INLINE void measure_bearings_at_end(step_t *s, const int wheels)
+{
+    arrays_t at;
+    lanes_t nu_dot[3];
+    const point_t point = point_at_end(s, wheels, &at);
+    core_rates(wheels, &point, nu_dot);
+    measure_holding_at_end(s, wheels, &at);
 }
 
 /* The length at which the first guard is reached, if that is before `length`. */
@@ -212,7 +234,7 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
     end_of_step(s, wheels);
     end_of_core(s);
     if (SET_STICKS && !SET_STANDS && s->held && s->landing >= wheels + s->guards)
-        measure_force_at_end(s, wheels);
+        measure_bearings_at_end(s, wheels);
     if (SET_GRIPS && s->landing >= wheels + s->guards)
         measure_contacts_at_end(s, wheels);
     if (first_look) {

@@ -225,10 +225,9 @@ ALWAYS_INLINE double length_to_joint(step_t *s, const int wheels, double longest
  * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
 ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
 {
-    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
     rates_at_start(run, work, wheels, nu_dot);
-    wheel_rates_now(run, work, nu, chi_dot);
+    wheel_rates_now(run, work, chi_dot);
     if (SET_GRIPS)
         contacts_at_start(run, work, s, wheels);
     if (SET_LOADS_FOLLOW)
