@@ -19,11 +19,6 @@ ALWAYS_INLINE void add3(double *to, double times, const double *from)
         to[k] += times*from[k];
 }
 
-ALWAYS_INLINE void cross3(const double *a, const double *b, double *to)
-{
-    for (int k = 0; k < 3; k++)
-        to[k] = a[(k + 1)%3]*b[(k + 2)%3] - a[(k + 2)%3]*b[(k + 1)%3];
-}
 
 /* The length of a vector, which becomes 1; one of zeros stays. */
 ALWAYS_INLINE double normalise3(double *a)
