@@ -189,17 +189,17 @@ class EngineSet:
         return [EXCESS.get(a.name, a.name) for a in (*self.impact.inputs, *self.impact.outputs)]
 
     @property
-    def own_rates(self) -> tuple[str, ...]:
+    def bearing_rates(self) -> tuple[str, ...]:
         """The states that stand together and are rates of bearings, or where wheels slip speeds of what these hold."""
         if self.spins_stick:
             return (SPINS,)
         return ((RATES,) if self.axles_stick else ()) + ((CONTACT_SPEEDS, "axial") if self.disks_stick else ())
 
     @property
-    def own_size(self) -> str:
+    def bearing_count(self) -> str:
         """How many bearings have such rates, or one that follows from the state, in C."""
         in_series = ["wheels"] * self.in_series
-        return " + ".join([*(size_of(self.arrays[name]) for name in self.own_rates), *in_series])
+        return " + ".join([*(size_of(self.arrays[name]) for name in self.bearing_rates), *in_series])
 
     @property
     def core_size(self) -> str:

@@ -20,7 +20,7 @@ SHOWN = 20  # digits of a table's number: more than any double keeps
 class Quadrature:
     """The tables, as text. A matrix is a list of columns: column m is what multiplies the value at node m.
 
-    ways  what makes the integrals to the nodes diagonal
+    eigen  what makes the integrals to the nodes diagonal
     """
 
     nodes: list[str]
@@ -32,11 +32,11 @@ class Quadrature:
     legendre: list[list[str]]  # coefficients a_k
     slope: list[list[str]]  # derivative at node j
     last: list[list[str]]  # the rows of the last two coefficients
-    ways: "Ways | None" = None
+    eigen: "Eigen | None" = None
 
 
 @dataclass(frozen=True)
-class Ways:
+class Eigen:
     """The integrals to the nodes are V diag(value) V^-1, in pairs of conjugates: of each pair one stands here.
 
     For values f at the nodes, w = V^-1 f of these has the real parts `to_real` f and `to_imaginary` f, and
@@ -56,7 +56,7 @@ def gauss(count: int) -> Quadrature:
     with workdps(DIGITS):
         roots = [_root(count, k) for k in range(count)][::-1]
         weights = [1 / ((1 - z * z) * _derivative(count, z) ** 2) for z in roots]
-        return replace(_tables(roots, weights), ways=_ways(_integrals(roots, weights)))
+        return replace(_tables(roots, weights), eigen=_eigen(_integrals(roots, weights)))
 
 
 def radau(count: int) -> Quadrature:
@@ -64,7 +64,7 @@ def radau(count: int) -> Quadrature:
     with workdps(DIGITS):
         roots = [*_inner_radau_roots(count), mpf(1)]
         weights = [(1 + z) / (2 * (count * legendre(count - 1, z)) ** 2) for z in roots]
-        return replace(_tables(roots, weights), ways=_ways(_integrals(roots, weights)))
+        return replace(_tables(roots, weights), eigen=_eigen(_integrals(roots, weights)))
 
 
 def _columns(roots: list[mpf], weights: list[mpf]) -> list[list[mpf]]:
@@ -97,19 +97,19 @@ def _tables(roots: list[mpf], weights: list[mpf]) -> Quadrature:
     )
 
 
-def _ways(integrals: list[list[mpf]]) -> Ways:
-    """Of the integrals by columns. Each way has the length 1 and is real and positive at the last node."""
-    values, ways = mp.eig(mp.matrix(integrals).T)
+def _eigen(integrals: list[list[mpf]]) -> Eigen:
+    """Of the integrals by columns. Each eigenvector has the length 1 and is real and positive at the last node."""
+    values, vectors = mp.eig(mp.matrix(integrals).T)
     count = len(values)
     for k in range(count):
-        way = ways[:, k]
-        ways[:, k] = way * (mp.conj(way[count - 1]) / abs(way[count - 1]) / mp.norm(way))
-    back = ways**-1
+        vector = vectors[:, k]
+        vectors[:, k] = vector * (mp.conj(vector[count - 1]) / abs(vector[count - 1]) / mp.norm(vector))
+    back = vectors**-1
     chosen = sorted((k for k in range(count) if mp.im(values[k]) > 0), key=lambda k: mp.im(values[k]))
     assert 2 * len(chosen) == count, "all values are in pairs"
     rows = [[back[k, m] for k in chosen] for m in range(count)]
-    columns = [[2 * ways[m, k] for m in range(count)] for k in chosen]
-    return Ways(
+    columns = [[2 * vectors[m, k] for m in range(count)] for k in chosen]
+    return Eigen(
         real=_texts(mp.re(values[k]) for k in chosen),
         imaginary=_texts(mp.im(values[k]) for k in chosen),
         to_real=[_texts(map(mp.re, row)) for row in rows],

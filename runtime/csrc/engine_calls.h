@@ -148,8 +148,8 @@ typedef struct {
     omniroll_sampler_t *samplers;
     omniroll_modal_t *modal;    /* one or none                                                          */
     int bearing_count;          /* bearings that may stick: first those of axles, N or none, then of the */
-    int axle_count, own_count;  /* rollers in contact, N or none, last of free rollers, N (n-1) or none. Of these the
-                                 * last own_count have rates that are numbers of the core: of free rollers, or where
+    int axle_count, core_bearing_count;  /* rollers in contact, N or none, last of free rollers, N (n-1) or none. Of these the
+                                 * last core_bearing_count have rates that are numbers of the core: of free rollers, or where
                                  * wheels may slip of axles, and there of all rollers, of massless ones too */
     omniroll_bearing_t *bearings;
     double roller_inertia, rate_of_speed;   /* of these rollers; what such a rate is rounded against, per nu */

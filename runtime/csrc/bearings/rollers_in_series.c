@@ -25,7 +25,7 @@ static void stop_those_that_switch(const omniroll_run_t *run, const work_t *work
             stop_on_disk(in_series(run, work) + i);
 }
 
-/* In work->own.rate the spins at this instant, and in the second lane those so little later that speeds have changed by
+/* In work->states.rate the spins at this instant, and in the second lane those so little later that speeds have changed by
  * SOON of the vehicle's. */
 static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
 {
@@ -47,13 +47,13 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
     }
     for (int c = 0; c < work->core; c++)
         work->core_here[c][1] += time*work->core_dot[c][0];
-    own_rates_there(run, work, &now);
+    bearing_rates_there(run, work, &now);
 }
 
 /* Rounding of a spin, or of what stands in its place, beside that of rates of its size. */
 ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 {
-    return SET_STRIPS && fabs(work->own.takes[i]) > 0 ? EPS*work->own.scale[i] : 0;
+    return SET_STRIPS && fabs(work->states.takes[i]) > 0 ? EPS*work->states.scale[i] : 0;
 }
 
 /* Those whose spins have passed zero rest, and those that rounding does not tell from zero and that fall. Returns how
@@ -61,11 +61,11 @@ ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 static int stop_in_series(omniroll_run_t *run, const work_t *work)
 {
     const double speed = length3(run->nu)*run->rate_of_speed;
-    const double left = left_in_rates(run);
+    const double left = residual_of_rates(run);
     int count = 0, near[MOST_WHEELS], some = 0;
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_bearing_t *const roller = in_series(run, work) + i;
-        const double spin = own_rate(run, work, work->own.rollers_at + i);
+        const double spin = bearing_rate(run, work, work->states.rollers_at + i);
         const double noise = EPS*(fabs(spin) + speed) + noise_at_the_most(work, i);
         near[i] = roller->mode && !roller->resting && -roller->mode*spin >= -PASSED*noise;
         some |= near[i];
@@ -74,8 +74,8 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
         find_spins_soon(run, work);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_bearing_t *const roller = in_series(run, work) + i;
-        const lanes_t spin = -roller->mode*work->own.rate[work->own.rollers_at + i];
-        const double noise = noise_of_own(roller, spin[0]) + noise_at_the_most(work, i);
+        const lanes_t spin = -roller->mode*work->states.rate[work->states.rollers_at + i];
+        const double noise = noise_of_bearing(roller, spin[0]) + noise_at_the_most(work, i);
         if (!near[i] || !(spin[0] > PASSED*noise + left || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
             continue;
         roller->resting = 1;
@@ -95,15 +95,15 @@ static void decide_in_series(const omniroll_run_t *run, const work_t *work)
         if (rollers[i].resting)
             rollers[i].mode = 0;
     }
-    turn_own(run, work, 1);
-    find_own_rates(run, work);
-    find_own_torques(run, work);
+    enter_bearings(run, work, 1);
+    find_bearing_rates(run, work);
+    find_bearing_torques(run, work);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_bearing_t *const roller = rollers + i;
         if (comes_to_rest[i])
             roller->size = fabs(roller->torque);
-        if (roller->mode == 0 && (roller->released || holds_no_more(roller)))
+        if (roller->mode == 0 && (roller->released || is_beyond_bound(roller)))
             roller->mode = roller->released = roller->torque > 0 ? -1 : 1;
     }
-    turn_own(run, work, 1);
+    enter_bearings(run, work, 1);
 }

@@ -3,7 +3,7 @@
 /* The bearings of the free rollers of a wheel. */
 ALWAYS_INLINE const omniroll_bearing_t *free_bearings(const omniroll_run_t *run, int wheel)
 {
-    return own_bearings(run) + (SET_AXLES_STICK ? 2 : 1)*run->wheels + wheel*(run->rollers_per_wheel - 1);
+    return core_bearings(run) + (SET_AXLES_STICK ? 2 : 1)*run->wheels + wheel*(run->rollers_per_wheel - 1);
 }
 
 /* What these do to the wheels' momenta, where rows have it. */
@@ -35,8 +35,8 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
     lanes_t nu_dot[3];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     if (SET_IN_SERIES)
-        find_own_rates(run, work);
-    find_own_torques(run, work);
+        find_bearing_rates(run, work);
+    find_bearing_torques(run, work);
     if (SET_MOMENTS_INPUT >= 0)
         put_moments(run);
 }
@@ -44,18 +44,18 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
 /* As an instant begins: bearings whose rates are zero within rounding rest. */
 static void rest_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
-    find_own_rates(run, work);
-    find_resting_own(run, work, length3(run->nu));
-    put_own_to_rest(run, work);
+    find_bearing_rates(run, work);
+    find_resting_bearings(run, work, length3(run->nu));
+    put_bearings_to_rest(run, work);
 }
 
 /* The phase begins with the torques that have been found. */
 static void begin_torques(omniroll_run_t *run, const work_t *work)
 {
     run->hold.count = 0;
-    for (int k = 0; k < run->own_count; k++)
-        run->hold.count += SET_ROLLERS_TURN || own_bearings(run)[k].mode == 0;
-    size_own(run, work);
+    for (int k = 0; k < run->core_bearing_count; k++)
+        run->hold.count += SET_ROLLERS_TURN || core_bearings(run)[k].mode == 0;
+    size_bearings(run, work);
     run->hold.undecided = 0;
 }
 
@@ -70,9 +70,9 @@ static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work
         keep_rollers_at_rest(run, work);
     if (run->hold.count)
         hold_axles(run, work);
-    if (landed < 0 || landed >= run->own_count)
+    if (landed < 0 || landed >= run->core_bearing_count)
         return;
-    omniroll_bearing_t *const axle = own_bearings(run) + landed;
+    omniroll_bearing_t *const axle = core_bearings(run) + landed;
     if (axle->mode == 0)
         axle->released = axle->torque > 0 ? -1 : 1;
     axle->resting = run->hold.ended = 1;
@@ -81,7 +81,7 @@ static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work
 /* Wheels have passed to their next rollers, which changes no rate of theirs. */
 static void axles_have_switched(omniroll_run_t *run)
 {
-    for (int k = 0; k < run->own_count; k++)
-        own_bearings(run)[k].released = 0;
+    for (int k = 0; k < run->core_bearing_count; k++)
+        core_bearings(run)[k].released = 0;
     run->hold.undecided = 1;
 }

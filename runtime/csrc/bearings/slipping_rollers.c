@@ -1,31 +1,31 @@
-/* Rollers that stick on their disks where wheels may slip: their spins at the nodes, and behind a switch. own_bearings.c
+/* Rollers that stick on their disks where wheels may slip: their spins at the nodes, and behind a switch. core_bearings.c
  * has what they have in common with axles, rollers_in_series.c which massless ones stick. */
 /* At a vector of nodes what holds the bearings that stick, from the last evaluation, and the spins of rollers that turn on
  * their disks. */
-ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at)
+ALWAYS_INLINE void keep_bearings(step_t *s, const int wheels, int b, const arrays_t *at)
 {
-    const own_bearings_t *const own = s->own;
-    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, core_at(s, b), own->rate);
-    for (int k = 0; k < s->own_count; k++)
-        own->held[k].lanes[b] = is_spin(s, k) ? own->rate[k] : own->holding[k];
+    const bearing_states_t *const states = s->states;
+    bearing_rates_in_lanes(states, s->vehicle, wheels, at->nu, at->chi, core_at(s, b), states->rate);
+    for (int k = 0; k < s->core_bearing_count; k++)
+        states->held[k].lanes[b] = is_spin(s, k) ? states->rate[k] : states->holding[k];
 }
 
 /* Rollers that stick turn with their disks at the step's end, as in the row (keep_rollers_at_rest). */
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at)
 {
-    const own_bearings_t *const own = s->own;
+    const bearing_states_t *const states = s->states;
     if (!SET_DISKS_STICK)
         return;
-    own_rates_in_lanes(own, s->vehicle, wheels, at->nu, at->chi, s->core_here, own->rate);
-    for (int k = own->rollers_at; k < s->own_count; k++)
-        if (s->own_bearing[k].mode == 0)
-            s->core_here[own_rates_at(wheels) + k] -= own->rate[k];
+    bearing_rates_in_lanes(states, s->vehicle, wheels, at->nu, at->chi, s->core_here, states->rate);
+    for (int k = states->rollers_at; k < s->core_bearing_count; k++)
+        if (s->core_bearing[k].mode == 0)
+            s->core_here[bearing_rates_at(wheels) + k] -= states->rate[k];
 }
 
 /* Wheels have passed to their next rollers: each bearing goes with its roller to the next place. */
 static void rollers_have_switched(const omniroll_run_t *run, const int *directions)
 {
-    omniroll_bearing_t *const contact = own_bearings(run) + (SET_AXLES_STICK ? run->wheels : 0);
+    omniroll_bearing_t *const contact = core_bearings(run) + (SET_AXLES_STICK ? run->wheels : 0);
     const int places = run->rollers_per_wheel - 1;
     for (int i = 0; i < run->wheels; i++) {
         omniroll_bearing_t *const free = contact + run->wheels + i*places, before = contact[i];
@@ -44,8 +44,8 @@ static void rollers_have_switched(const omniroll_run_t *run, const int *directio
 /* Rollers that stick turn with their disks: what rounding and the iteration have left of their spins is taken away. */
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work)
 {
-    find_own_rates(run, work);
-    for (int k = work->own.rollers_at; k < run->own_count; k++)
-        if (own_bearings(run)[k].resting)
-            put_own_rate(run, work, k, 0);
+    find_bearing_rates(run, work);
+    for (int k = work->states.rollers_at; k < run->core_bearing_count; k++)
+        if (core_bearings(run)[k].resting)
+            put_bearing_rate(run, work, k, 0);
 }

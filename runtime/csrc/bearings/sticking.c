@@ -34,7 +34,7 @@ static void find_resting(omniroll_run_t *run, const work_t *work)
         bearing->resting |= fabs(dot3(bearing->row, run->nu)) <= AT_REST*EPS*length3(bearing->row)*speed;
     }
     if (SET_SPINS_STICK)
-        find_resting_own(run, work, speed);
+        find_resting_bearings(run, work, speed);
 }
 
 /* Those of the bearings whose mode or rest is this one, with their torques at rest; their places. `at_zero`: with the
@@ -76,7 +76,7 @@ static void put_to_rest(omniroll_run_t *run, const work_t *work)
         bearing->mode = bearing->resting ? 0 : (rate > 0) - (rate < 0);
     }
     if (SET_SPINS_STICK)
-        put_own_to_rest(run, work);
+        put_bearings_to_rest(run, work);
 }
 
 /* The torques of the bearings that turn; 0 of those that stick. */
@@ -85,7 +85,7 @@ static void turn_bearings(const omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < rows_count(run); i++)
         *bearing_input(run, i) = -run->bearings[i].mode*run->bearings[i].sliding;
     if (SET_SPINS_STICK)
-        turn_own(run, work, 1);
+        enter_bearings(run, work, 1);
 }
 
 /* Bearings that stick, as what wheels that stand are held by: torques are forces at an arm of 1, and where chi is not 0 of
@@ -96,7 +96,7 @@ static void put_standing(const omniroll_run_t *run, standing_t *standing)
     standing->radius = -1, standing->arm = 1, standing->most_holding = 0;
     for (int d = 0; d < standing->count; d++) {
         const int of_axle = standing->bearing[d] < run->axle_count;
-        standing->wheel[d] = standing->bearing[d] - (of_axle ? 0 : run->axle_count), standing->way[d] = of_axle;
+        standing->wheel[d] = standing->bearing[d] - (of_axle ? 0 : run->axle_count), standing->direction[d] = of_axle;
         standing->holding[d] = standing->rows.bounds[d];
         standing->most_holding = fmax(standing->most_holding, standing->holding[d]);
     }
@@ -107,9 +107,9 @@ static void put_standing(const omniroll_run_t *run, standing_t *standing)
 static void round_use(const omniroll_run_t *run, const work_t *work)
 {
     standing_t *const standing = work->standing;
-    asked_t now;
+    demand_t now;
     double forces[MOST_STANDING];
-    asked_now(run, work, &now);
+    demand_now(run, work, &now);
     standing->rounding = 0;
     for (int k = 0; k < 3 && standing->count; k++) {
         for (int m = 0; m < 3; m++)
@@ -146,7 +146,7 @@ static void find_held_force(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < 3; k++)
         run->hold.force[k] = work->held_force[k][0];
     if (SET_SPINS_STICK)
-        find_own_torques(run, work);
+        find_bearing_torques(run, work);
 }
 
 /* The torques of the bearings with this held force: of least norm where they hold. */
@@ -175,7 +175,7 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     for (int i = 0; i < rows_count(run); i++)
         *bearing_input(run, i) = 0;
     if (SET_SPINS_STICK)
-        turn_own(run, work, 0);
+        enter_bearings(run, work, 0);
     find_held_force(run, work);
     for (int k = 0; k < 3; k++)
         held->size[k] = fabs(held->force[k]), force[k] = -held->force[k];
@@ -218,7 +218,7 @@ static void guard_rates(omniroll_run_t *run, const work_t *work)
         run->hold.guard_count++;
     }
     if (SET_SPINS_STICK)
-        size_own(run, work);
+        size_bearings(run, work);
 }
 
 /* An impact has changed nu. Where rollers stick it has numbered them anew: what rests is seen from the rates. */

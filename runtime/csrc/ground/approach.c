@@ -55,7 +55,7 @@ static void find_power_of_turn(const work_t *work, step_t *s, const double *towa
 static int choose_clock(step_t *s)
 {
     const int i = s->rests;
-    const double allowed = s->left_over[i]/TURNS_AWAY, size = hypot(s->slip_start[2*i], s->slip_start[2*i + 1]);
+    const double allowed = s->residual_slip[i]/TURNS_AWAY, size = hypot(s->slip_start[2*i], s->slip_start[2*i + 1]);
     const double turn = turns_slip(s)/(size*fabs(s->approach.fades - 1));
     s->approach.leaves = 0;
     if (s->approach.fades > TURNS_OVER && s->approach.fades < FADES_FAST && FEW_MISSES*turns_slip(s) < allowed)
@@ -111,7 +111,7 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
         const double late = time_left(s) - s->approach.leaves*s->h;
         const double left = hypot(s->end_slip[2*s->rests], s->end_slip[2*s->rests + 1]);
         const int meets = s->approach.leaves > 0 ? fabs(late) <= MEETS_END*s->approach.leaves*s->h
-                                                 : left <= s->left_over[s->rests];
+                                                 : left <= s->residual_slip[s->rests];
         s->rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;    /* one sweep says nothing of the next */
         if (s->rest <= sweep_tolerance && (meets || fabs(late) <= EPS*s->h))
             return meets && missed(s) <= tolerance;
@@ -132,11 +132,11 @@ static int nothing_else_happens(const step_t *s, const int wheels)
         const double rate = s->rate_chi[i].node[NODES - 1], joint = s->joint[i];
         if (!(fabs(s->end_chi[i]) < joint) || turn_beyond(&s->rate_chi[i], rate, s->h, s->chi[i], -joint, joint) < 1)
             return 0;
-        if (s->grips[i] && !(weighted(&s->taken[i], &gauss_end) < TAKES_LESS - 1))
+        if (s->grips[i] && !(weighted(&s->excess[i], &gauss_end) < TAKES_LESS - 1))
             return 0;
         const double *const slip = s->end_slip + 2*i;
         const double along = s->toward[2*i].node[NODES - 1]*slip[0] + s->toward[2*i + 1].node[NODES - 1]*slip[1];
-        if (s->slides[i] && (i != s->rests || s->approach.leaves > 0) && !(along > CLEAR_OF_REST*s->left_over[i]))
+        if (s->slides[i] && (i != s->rests || s->approach.leaves > 0) && !(along > CLEAR_OF_REST*s->residual_slip[i]))
             return 0;
     }
     return !(turn_of_contacts(s, wheels) < 1);
@@ -250,7 +250,7 @@ static void set_piece(const step_t *s, double left_before, double left_after, pi
 /* Pieces of which polynomials in time miss no more than those of steps may; returns how many. */
 static int divide_way(const step_t *s, piece_t *pieces)
 {
-    const double allowed = s->left_over[s->rests]/TURNS_AWAY;
+    const double allowed = s->residual_slip[s->rests]/TURNS_AWAY;
     double left = 1;
     int count = 0;
     while (count < MOST_PIECES - 1) {

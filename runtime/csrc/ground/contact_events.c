@@ -27,7 +27,7 @@ ALWAYS_INLINE int may_stand(const omniroll_bearing_t *bearings, int count)
 /* The same of a step. */
 ALWAYS_INLINE int may_stand_in(const step_t *s)
 {
-    return SET_STANDS && may_stand(s->own_bearing, s->own_count);
+    return SET_STANDS && may_stand(s->core_bearing, s->core_bearing_count);
 }
 
 ALWAYS_INLINE double far_from_noise(const step_t *s)
@@ -36,7 +36,7 @@ ALWAYS_INLINE double far_from_noise(const step_t *s)
 }
 
 /* How much of its static friction a contact takes, squared, less 1: the square of its load. */
-ALWAYS_INLINE double taken_by(const double *force, const double *per_reach, double load)
+ALWAYS_INLINE double excess_of(const double *force, const double *per_reach, double load)
 {
     double taken = -load;
     for (int k = SET_FIRST_DIRECTION; k < 2; k++)
@@ -87,8 +87,8 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
         if (s->grips[i])
-            s->taken_late[i] = taken_by(force, s->per_reach + 2*i, load_squared(s, i, load[i])[0])
-                - weighted(&s->taken[i], &gauss_end);
+            s->excess_late[i] = excess_of(force, s->per_reach + 2*i, load_squared(s, i, load[i])[0])
+                - weighted(&s->excess[i], &gauss_end);
     }
     if (SET_STANDS)
         measure_holding_at_end(s, wheels, &at);
@@ -147,10 +147,10 @@ ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
         }
         return -along;
     }
-    const double value = weighted(&s->taken[i], &gauss_end) + s->taken_late[i];
-    *rate = weighted(&s->taken[i], &gauss_end_slope)/s->h;
+    const double value = weighted(&s->excess[i], &gauss_end) + s->excess_late[i];
+    *rate = weighted(&s->excess[i], &gauss_end_slope)/s->h;
     if (fabs(*rate)*s->h < grip_noise(s, value, GRIP_RISES))
-        *rate = (value - s->taken_start[i])/s->h;
+        *rate = (value - s->excess_start[i])/s->h;
     if (fabs(*rate)*s->h < grip_noise(s, value, 0.5*GRIP_PASSED))           /* it is as it was                            */
         *rate = 0;
     return value;
@@ -218,7 +218,7 @@ static double length_to_change(step_t *s, const int wheels, double length)
 ALWAYS_INLINE int holds_throughout(const step_t *s, int i)
 {
     double least, most;
-    bounds_of(&s->taken[i], &least, &most);
+    bounds_of(&s->excess[i], &least, &most);
     return most <= 0;
 }
 
@@ -231,19 +231,19 @@ static double turn_of_contacts(const step_t *s, const int wheels)
         if (s->grips[i] && holds_throughout(s, i))
             continue;
         if (s->grips[i]) {
-            rate = times(gauss_slope, &s->taken[i]);
-            turned = fmin(turned, turn_beyond(&rate, weighted(&s->taken[i], &gauss_end_slope), 1, s->taken_start[i],
-                                              -INFINITY, grip_noise(s, s->taken_start[i], GRIP_TURNS)));
+            rate = times(gauss_slope, &s->excess[i]);
+            turned = fmin(turned, turn_beyond(&rate, weighted(&s->excess[i], &gauss_end_slope), 1, s->excess_start[i],
+                                              -INFINITY, grip_noise(s, s->excess_start[i], GRIP_TURNS)));
         } else if (may_turn(s, i) && SET_FIRST_DIRECTION == 0) {
             for (int m = 0; m < NODES; m++)
                 if (s->toward[2*i].node[m]*s->at_slip[2*i].node[m]
                     + s->toward[2*i + 1].node[m]*s->at_slip[2*i + 1].node[m] < -s->slip_noise[i])
                     turned = fmin(turned, 0.5);
         } else if (s->slides[i]) {
-            const double way = s->toward[2*i + 1].node[0];
+            const double sign = s->toward[2*i + 1].node[0];
             for (int b = 0; b < BLOCKS; b++)
-                rate.lanes[b] = -way*s->slip_rate[2*i + 1].lanes[b];
-            turned = fmin(turned, turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -way*s->slip_start[2*i + 1],
+                rate.lanes[b] = -sign*s->slip_rate[2*i + 1].lanes[b];
+            turned = fmin(turned, turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -sign*s->slip_start[2*i + 1],
                                               -INFINITY, 2*s->slip_noise[i]));
         }
     }

@@ -52,7 +52,7 @@ ALWAYS_INLINE void put_corners(const step_t *s, const int wheels, const lanes_t 
                                lanes_t *push, lanes_t *yield)
 {
     put_corner_forces(wheels, s->vehicle, s->corner, chi, toward, s->load, s->friction,
-                      s->own->torque + s->own->rollers_at, push, yield);
+                      s->states->torque + s->states->rollers_at, push, yield);
 }
 
 /* The same at a vector of nodes. */
@@ -136,7 +136,7 @@ ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, node
 }
 
 /* What forces on a contact do to its slip in a vector of nodes, whose rates without them have been found. */
-static void own_response_at(step_t *s, const int wheels, int i, int b, const point_t *point, arrays_t *at,
+static void self_response_at(step_t *s, const int wheels, int i, int b, const point_t *point, arrays_t *at,
                             const lanes_t *without)
 {
     const double push = s->friction_force;
@@ -147,13 +147,13 @@ static void own_response_at(step_t *s, const int wheels, int i, int b, const poi
         core_rates_there(wheels, point, nu_dot);
         at->ground_push[2*i + k] = here;
         for (int j = 0; j < 2; j++)
-            s->own_response[4*i + 2*j + k].lanes[b] = (at->slip_dot[2*i + j] - without[2*i + j])/push;
+            s->self_response[4*i + 2*j + k].lanes[b] = (at->slip_dot[2*i + j] - without[2*i + j])/push;
     }
 }
 
 /* The response of slips to forces on their own contacts, at the nodes, of those that `ask`: a roller's radius changes
  * as its wheel turns. */
-NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask)
+NEVER_INLINE void find_self_responses(step_t *s, const int wheels, const int *ask)
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
@@ -163,7 +163,7 @@ NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask
         memcpy(without, at.slip_dot, sizeof *without*2*(size_t)wheels);
         for (int i = 0; i < wheels; i++)
             if (ask[i])
-                own_response_at(s, wheels, i, b, &point, &at, without);
+                self_response_at(s, wheels, i, b, &point, &at, without);
     }
     for (int i = 0; i < wheels; i++) {
         s->knows_response[i] |= ask[i];
@@ -173,9 +173,9 @@ NEVER_INLINE void find_own_responses(step_t *s, const int wheels, const int *ask
 }
 
 /* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes. */
-ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
+ALWAYS_INLINE void self_response_to_turn(const step_t *s, int i, nodes_t *rate)
 {
-    const nodes_t *const response = s->own_response + 4*i, *const turned = s->turned + 2*i;
+    const nodes_t *const response = s->self_response + 4*i, *const turned = s->turned + 2*i;
     for (int j = 0; j < 2; j++)
         for (int b = 0; b < BLOCKS; b++)
             rate[j].lanes[b] = response[2*j].lanes[b]*turned[0].lanes[b]
@@ -366,9 +366,9 @@ static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *resp
 {
     int ask[MOST_WHEELS] = {0};
     if ((ask[i] = asks_response(s, i)))
-        find_own_responses(s, wheels, ask);
+        find_self_responses(s, wheels, ask);
     if (s->knows_response[i])
-        own_response_to_turn(s, i, response);
+        self_response_to_turn(s, i, response);
     if (SET_APPROACHES)
         for (int k = 0; k < 2 && s->approach.stretched; k++)
             stretch_nodes(s, response + k);
@@ -383,7 +383,7 @@ ALWAYS_INLINE int is_near_rest(const step_t *s, const nodes_t *response, const n
 /* Whether the roller of a contact that slips sticks on its disk. */
 ALWAYS_INLINE int may_share(const step_t *s, int i)
 {
-    return SET_ROLLERS_TURN && s->own->sticks[s->own->rollers_at + i][0] > 0.5;
+    return SET_ROLLERS_TURN && s->states->sticks[s->states->rollers_at + i][0] > 0.5;
 }
 
 /* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there by more than
@@ -516,6 +516,6 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
             taken += part*part;
             s->slip_rate[2*i + k].lanes[b] = at->slip_dot[2*i + k];
         }
-        s->taken[i].lanes[b] = taken;
+        s->excess[i].lanes[b] = taken;
     }
 }

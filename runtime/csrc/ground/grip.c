@@ -86,7 +86,7 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
  * speeds are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
 static double rounding_of_speeds(const omniroll_run_t *run, double speeds)
 {
-    if (may_stand(own_bearings(run), run->own_count)) {
+    if (may_stand(core_bearings(run), run->core_bearing_count)) {
         const double left = run->sweep_tolerance*fmax(run->speed, run->fastest)*run->ground.arms[0];
         return fmax(left, SLIP_AT_REST*EPS*fmax(speeds, LEFT_OF*run->hold.speed));
     }
@@ -157,7 +157,7 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 }
 
 /* How much of its static friction a contact takes at this instant, squared, less 1. */
-static double taken_now(const omniroll_run_t *run, const work_t *work, int contact)
+static double excess_now(const omniroll_run_t *run, const work_t *work, int contact)
 {
     const omniroll_grip_t *const grip = run->grips + contact;
     double taken = -(grip->load/grip->at_rest)*(grip->load/grip->at_rest);
@@ -194,7 +194,7 @@ static void let_go_together(omniroll_run_t *run, const work_t *work)
 {
     rates_at_this_instant(run, work, run->wheels, work->nu_dot);
     for (int i = 0; i < run->wheels; i++)
-        if (run->grips[i].sticks && taken_now(run, work, i) > -2*edge_at_end(run))
+        if (run->grips[i].sticks && excess_now(run, work, i) > -2*edge_at_end(run))
             run->grips[i].released = HAS_ENDED;
 }
 
@@ -221,15 +221,15 @@ static int ends_mode(const step_t *s, int i)
     const double value = change_at_end(s, i, &rate);
     if (s->landing == s->wheels + s->guards + i)
         return 1;
-    const double left = s->keeps[i] ? s->left_over[i] : s->slip_noise[i];
+    const double left = s->keeps[i] ? s->residual_slip[i] : s->slip_noise[i];
     return rate > 0 && value > -(s->slides[i] ? left : grip_noise(s, value, GRIP_PASSED));
 }
 
-/* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,),
+/* Whether a contact goes on in the direction that the step has found, into `found`, and not in that of its slip (2,),
  * from which it differs by rounding. The forces of contacts that share their motion balance in the former, and a slip
  * that has just begun is little but rounding and what sweeps have left. One that has kept its direction may have left as
  * much across it as is left along it, where others come to rest with it. */
-static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double *own)
+static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double *found)
 {
     if (SET_STANDS && SET_ROLLERS_TURN && s->keeps[i])
         return 1;
@@ -239,10 +239,10 @@ static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, co
     if (!turned_together(s, i) && !(size < far_from_noise(s)*s->slip_noise[i]))
         return 0;
     for (int k = 0; k < 2; k++)
-        own[k] = weighted(&s->toward[2*i + k], &gauss_end);
-    const double length = sqrt(own[0]*own[0] + own[1]*own[1]);
-    own[0] /= length, own[1] /= length;
-    return goes_along(slip, own, ALONG*EPS*(speeds_of_slip(run, i) + s->h*s->friction_makes) + left);
+        found[k] = weighted(&s->toward[2*i + k], &gauss_end);
+    const double length = sqrt(found[0]*found[0] + found[1]*found[1]);
+    found[0] /= length, found[1] /= length;
+    return goes_along(slip, found, ALONG*EPS*(speeds_of_slip(run, i) + s->h*s->friction_makes) + left);
 }
 
 static int forbid(omniroll_run_t *run, const work_t *work);
@@ -272,10 +272,10 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
         const int turns = s->turning && may_turn(s, i);
-        double own[2] = {s->toward[2*i].node[NODES - 1], s->toward[2*i + 1].node[NODES - 1]};
-        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, own);
+        double found[2] = {s->toward[2*i].node[NODES - 1], s->toward[2*i + 1].node[NODES - 1]};
+        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, found);
         for (int k = 0; k < 2 && turns; k++)
-            grip->towards[k] = known ? slip[2*i + k]/size : own[k];
+            grip->towards[k] = known ? slip[2*i + k]/size : found[k];
         /* the row says where it goes: its slip does not */
         if (turns && !(known && size > far_from_noise(s)*s->slip_noise[i]))
             run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
@@ -341,8 +341,8 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
     s->rolls = SET_ROLLS;
     for (int i = 0; i < wheels; i++) {
         s->rolls &= s->grips[i];
-        s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
-        s->taken_late[i] = 0, s->knows_response[i] = 0;
+        s->excess_start[i] = s->grips[i] ? excess_now(run, work, i) : -1;
+        s->excess_late[i] = 0, s->knows_response[i] = 0;
         if (SET_STANDS)
             s->turned_together[i] = 0;
         s->begun[2*i] = run->grips[i].towards[0], s->begun[2*i + 1] = run->grips[i].towards[1];
@@ -391,10 +391,10 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
         const double left = slip[0]*towards[0] + slip[1]*towards[1];
         const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
-        s->left_over[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip_noise[i]);
+        s->residual_slip[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip_noise[i]);
         if (!(falls > s->settles && left > 0))
             continue;
-        s->keeps[i] = !s->strays && fabs(across)*left <= falls*s->left_over[i];
+        s->keeps[i] = !s->strays && fabs(across)*left <= falls*s->residual_slip[i];
         if (s->keeps[i] || left > s->slip_noise[i])
             time[i] = left/falls;
         first = fmin(first, time[i]);
@@ -438,7 +438,7 @@ static int has_strayed(const step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         for (int m = 0; m < NODES && s->keeps[i]; m++)
             if (fabs(s->toward[2*i].node[m]*s->at_slip[2*i + 1].node[m]
-                     - s->toward[2*i + 1].node[m]*s->at_slip[2*i].node[m]) > STRAYS*s->left_over[i])
+                     - s->toward[2*i + 1].node[m]*s->at_slip[2*i].node[m]) > STRAYS*s->residual_slip[i])
                 return 1;
     return 0;
 }
@@ -450,7 +450,7 @@ static int rests_early(const step_t *s, const int wheels)
     const int i = s->landing - wheels - s->guards;
     if (i < 0 || i >= wheels || !s->turning || !may_turn(s, i) || s->keeps[i] || !(s->rest_in < INFINITY))
         return 0;
-    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > STRAYS*s->left_over[i];
+    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > STRAYS*s->residual_slip[i];
 }
 
 /* Contacts whose mode has ended at this instant, each told once. */

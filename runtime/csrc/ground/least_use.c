@@ -6,43 +6,43 @@
 #define NO_TORQUE 1e-300                    /* N m, where no bearing takes anything                             */
 
 /* What a force in direction d of a standing wheel asks of its bearing, per N. */
-ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const asked_t *now)
+ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const demand_t *now)
 {
-    return standing->way[d] ? -standing->radius : now->arm[standing->wheel[d]];
+    return standing->direction[d] ? -standing->radius : now->arm[standing->wheel[d]];
 }
 
 /* What its bearing can hold, in N m; and what it is asked for where the ground takes nothing in this direction. */
-ALWAYS_INLINE double most_of_bearing(const standing_t *standing, int d)
+ALWAYS_INLINE double bound_of_bearing(const standing_t *standing, int d)
 {
     return fmax(standing->holding[d], LEAST_REACH*standing->most_holding + NO_TORQUE);
 }
 
-ALWAYS_INLINE double asked_of_bearing(const standing_t *standing, int d, const asked_t *now)
+ALWAYS_INLINE double demand_on_bearing(const standing_t *standing, int d, const demand_t *now)
 {
-    return now->asked[2*standing->wheel[d] + standing->way[d]];
+    return now->of_bearings[2*standing->wheel[d] + standing->direction[d]];
 }
 
 /* How much of its friction a contact uses where these forces hold the wheels that stand: of wheels that roll, nothing. */
-static double contact_use(const standing_t *standing, const asked_t *now, const double *forces, int wheel)
+static double contact_use(const standing_t *standing, const demand_t *now, const double *forces, int wheel)
 {
     if (SET_HOLDS)
         return 0;
     double force[2] = {now->along[2*wheel], now->along[2*wheel + 1]}, part[2] = {0, 0};
     for (int d = 0; d < standing->count; d++)
         if (standing->wheel[d] == wheel)
-            force[standing->way[d]] = forces[d];
+            force[standing->direction[d]] = forces[d];
     for (int k = SET_FIRST_DIRECTION; k < 2; k++)
         part[k] = force[k]/standing->of_ground[2*wheel + k];
     return length_of(part, 2);
 }
 
 /* The same of the bearing in direction d, with the sign of its torque. */
-ALWAYS_INLINE double bearing_use(const standing_t *standing, const asked_t *now, const double *forces, int d)
+ALWAYS_INLINE double bearing_use(const standing_t *standing, const demand_t *now, const double *forces, int d)
 {
-    return (asked_of_bearing(standing, d, now) + arm_of(standing, d, now)*forces[d])/most_of_bearing(standing, d);
+    return (demand_on_bearing(standing, d, now) + arm_of(standing, d, now)*forces[d])/bound_of_bearing(standing, d);
 }
 
-static double largest_use(const standing_t *standing, const asked_t *now, const double *forces)
+static double largest_use(const standing_t *standing, const demand_t *now, const double *forces)
 {
     double largest = 0;
     for (int d = 0; d < standing->count; d++) {
@@ -69,7 +69,7 @@ static int put_contact_rows(const standing_t *standing, int *place)
             };
             rows += width;
         }
-        place[d] = rows - 2 + standing->way[d];
+        place[d] = rows - 2 + standing->direction[d];
     }
     return rows;
 }
@@ -85,7 +85,7 @@ static double *new_equality(elements_t *c, int rows, double wanted)
 
 /* The torques of bearings of wheels that roll: contacts take what they are asked for. They give the force on nu, along the
  * first axes of its span. */
-static int put_torques(const standing_t *standing, const asked_t *now)
+static int put_torques(const standing_t *standing, const demand_t *now)
 {
     elements_t *const c = standing->problem;
     vector3_t basis[3];
@@ -93,7 +93,7 @@ static int put_torques(const standing_t *standing, const asked_t *now)
     c->count = rows, c->equalities = 0;
     for (int d = 0; d < rows; d++)
         c->element[d] = (friction_element_t){
-            .kind = FRICTION_INTERVAL, .first = d, .rows = 1, .size = {most_of_bearing(standing, d), 0}, .strip = INFINITY,
+            .kind = FRICTION_INTERVAL, .first = d, .rows = 1, .size = {bound_of_bearing(standing, d), 0}, .strip = INFINITY,
         };
     for (int k = 0; k < rank; k++) {
         double *const row = new_equality(c, rows, dot3(now->force, basis[k]));
@@ -105,7 +105,7 @@ static int put_torques(const standing_t *standing, const asked_t *now)
 
 /* The forces of contacts, then the torques of bearings. They hold what is asked for; what a contact takes across the
  * direction in which its wheel stands is given. `place`: of the force in each direction. */
-static int put_forces_and_torques(const standing_t *standing, const asked_t *now, int *place)
+static int put_forces_and_torques(const standing_t *standing, const demand_t *now, int *place)
 {
     elements_t *const c = standing->problem;
     vector3_t basis[3];
@@ -118,21 +118,21 @@ static int put_forces_and_torques(const standing_t *standing, const asked_t *now
             row[place[d]] = dot3(standing->rows.rows[d], basis[k]);
     }
     for (int d = 0; d < standing->count; d++) {
-        const int across = 2*standing->wheel[d] + 1 - standing->way[d];
-        double *const row = new_equality(c, rows, asked_of_bearing(standing, d, now));
+        const int across = 2*standing->wheel[d] + 1 - standing->direction[d];
+        double *const row = new_equality(c, rows, demand_on_bearing(standing, d, now));
         row[of_contacts + d] = 1, row[place[d]] = -arm_of(standing, d, now);
         c->element[c->count++] = (friction_element_t){
             .kind = FRICTION_INTERVAL, .first = of_contacts + d, .rows = 1,
-            .size = {most_of_bearing(standing, d), 0}, .strip = INFINITY,
+            .size = {bound_of_bearing(standing, d), 0}, .strip = INFINITY,
         };
         if (!standing->stands[across] && SET_FIRST_DIRECTION == 0)
-            new_equality(c, rows, now->along[across])[place[d] + (standing->way[d] ? -1 : 1)] = 1;
+            new_equality(c, rows, now->along[across])[place[d] + (standing->direction[d] ? -1 : 1)] = 1;
     }
     return rows;
 }
 
 /* What holds wheels that stand, for friction/. */
-static friction_problem_t problem_of_use(const standing_t *standing, const asked_t *now, int *place,
+static friction_problem_t problem_of_use(const standing_t *standing, const demand_t *now, int *place,
                                          friction_solution_t *found)
 {
     elements_t *const c = standing->problem;
@@ -154,7 +154,7 @@ static int is_determinate(const standing_t *standing)
 }
 
 /* The least use of what is asked for, and such forces. */
-static double least_use(const standing_t *standing, const asked_t *now, double *forces)
+static double least_use(const standing_t *standing, const demand_t *now, double *forces)
 {
     friction_solution_t found;
     int place[MOST_STANDING];
@@ -170,7 +170,7 @@ static double least_use(const standing_t *standing, const asked_t *now, double *
 
 /* By how much the least use, which has just been found with its forces, is less where `before` is asked for, a little
  * before `now`. */
-static double use_less_before(const standing_t *standing, const asked_t *now, const asked_t *before, double use)
+static double use_less_before(const standing_t *standing, const demand_t *now, const demand_t *before, double use)
 {
     elements_t *const c = standing->problem;
     friction_solution_t found;
@@ -190,7 +190,7 @@ static double use_less_before(const standing_t *standing, const asked_t *now, co
 
 /* The motion in which bearings of wheels that roll can take least of what is asked for: the slopes of the least use by
  * the force on nu. */
-static void motion_of_use(const standing_t *standing, const asked_t *now, double *motion)
+static void motion_of_use(const standing_t *standing, const demand_t *now, double *motion)
 {
     vector3_t basis[3];
     friction_solution_t found;
@@ -207,7 +207,7 @@ static void motion_of_use(const standing_t *standing, const asked_t *now, double
 
 /* Whether forces are known that use far less than all; `forces`: the last ones of least use, which are brought up to
  * date. */
-static int uses_little(const standing_t *standing, const asked_t *now, const double *forces)
+static int uses_little(const standing_t *standing, const demand_t *now, const double *forces)
 {
     double missing[MOST_STANDING], updated[MOST_STANDING];
     vector3_t force;
@@ -226,7 +226,7 @@ static int uses_little(const standing_t *standing, const asked_t *now, const dou
 
 /* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. What bearings
  * take of them has no part in the norm. */
-static void least_norm_within(const standing_t *standing, const asked_t *now, double *forces)
+static void least_norm_within(const standing_t *standing, const demand_t *now, double *forces)
 {
     friction_solution_t found;
     int place[MOST_STANDING];

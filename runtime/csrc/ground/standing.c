@@ -1,22 +1,22 @@
 /* Contacts, axles and rollers that may all stick: wheels that stand, and what they ask for. decisions.c says which of
  * those at rest stick. */
 
-/* The bearing that holds a wheel in a way; null where it has none that may stick. */
-ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, int way)
+/* The bearing that holds a wheel in a direction; null where it has none that may stick. */
+ALWAYS_INLINE omniroll_bearing_t *bearing_in_direction(const omniroll_run_t *run, int direction)
 {
-    const int place = place_in_way(run, way);
-    return place < 0 ? 0 : own_bearings(run) + place;
+    const int place = place_in_direction(run, direction);
+    return place < 0 ? 0 : core_bearings(run) + place;
 }
 
-/* The ways in which wheels stand whose contacts and bearings stick, or with `resting` rest. */
+/* The directions in which wheels stand: those in which contact and bearing stick, or with `resting` rest. */
 static void find_standing(const omniroll_run_t *run, const work_t *work, int resting, bearings_t *rows)
 {
     vector3_t all[2*MOST_WHEELS];
     rows->count = 0;
-    rows_in_ways(run, work, all);
+    rows_in_directions(run, work, all);
     for (int k = 0; k < 2*run->wheels; k++) {
         const omniroll_grip_t *const grip = run->grips + k/2;
-        const omniroll_bearing_t *const bearing = bearing_in_way(run, k);
+        const omniroll_bearing_t *const bearing = bearing_in_direction(run, k);
         work->standing->stands[k] = bearing
             && (resting ? grip->resting && bearing->resting : grip->sticks && bearing->mode == 0);
         if (!work->standing->stands[k])
@@ -35,24 +35,24 @@ static void stand(omniroll_run_t *run, const work_t *work)
     standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
     memset(standing->size, 0, sizeof standing->size);
-    for (int k = 0; k < run->own_count; k++) {
+    for (int k = 0; k < run->core_bearing_count; k++) {
         standing->has_part[k] = 0;
-        standing->most_holding = fmax(standing->most_holding, own_bearings(run)[k].holding);
+        standing->most_holding = fmax(standing->most_holding, core_bearings(run)[k].holding);
     }
     for (int k = 0; k < 2*run->wheels; k++) {
         standing->of_ground[k] = run->grips[k/2].load*run->grips[k/2].staying[k%2];
         if (!standing->stands[k])
             continue;
-        const int d = standing->count++, place = (int)(bearing_in_way(run, k) - own_bearings(run));
-        standing->wheel[d] = k/2, standing->way[d] = k%2, standing->bearing[d] = place;
-        standing->holding[d] = own_bearings(run)[place].holding, standing->has_part[place] = 1;
+        const int d = standing->count++, place = (int)(bearing_in_direction(run, k) - core_bearings(run));
+        standing->wheel[d] = k/2, standing->direction[d] = k%2, standing->bearing[d] = place;
+        standing->holding[d] = core_bearings(run)[place].holding, standing->has_part[place] = 1;
         for (int c = 0; c < 3; c++)
             standing->size[c] += fabs(standing->rows.rows[d][c])*standing->of_ground[k];
     }
     memset(standing->used_by, 0, sizeof standing->used_by);
     run->hold.count = 1;
     allow_what_stands(run, &standing->rows);
-    turn_own(run, work, 1);
+    enter_bearings(run, work, 1);
     put_modes(run);
 }
 
@@ -69,19 +69,19 @@ static int forbid(omniroll_run_t *run, const work_t *work)
 /* What the rate of a bearing is rounded against at least, in rad/s: what is left of the largest speeds. */
 ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, int k, double least_arm)
 {
-    return run->hold.speed/(k < work->own.rollers_at ? run->ground.arms[2] : least_arm);
+    return run->hold.speed/(k < work->states.rollers_at ? run->ground.arms[2] : least_arm);
 }
 
 /* Bearings whose rates are zero within rounding rest. */
-static void rest_own(omniroll_run_t *run, const work_t *work, double least_arm)
+static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_arm)
 {
-    find_own_rates(run, work);
+    find_bearing_rates(run, work);
     for (int k = 0; k < count_in_core(run, work); k++) {
-        const double rate = fabs(own_rate(run, work, k)), size = rate + length3(run->nu)*run->rate_of_speed;
-        own_bearings(run)[k].resting |= may_hold(own_bearings(run) + k)
+        const double rate = fabs(bearing_rate(run, work, k)), size = rate + length3(run->nu)*run->rate_of_speed;
+        core_bearings(run)[k].resting |= may_hold(core_bearings(run) + k)
             && rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
     }
-    put_own_to_rest(run, work);
+    put_bearings_to_rest(run, work);
 }
 
 static double least_arm_now(const omniroll_run_t *run, const work_t *work)
@@ -116,18 +116,18 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++)
         run->hold.speed = fmax(run->hold.speed, speeds_of_slip(run, i));
     for (int turn = 0; turn < 2; turn++) {
-        rest_own(run, work, least_arm);
+        rest_bearings(run, work, least_arm);
         find_all_resting(run, work);
-        rest_own(run, work, least_arm);
+        rest_bearings(run, work, least_arm);
         if (forbid(run, work)) {
             roll(run, work, 0);
-            rest_own(run, work, least_arm);
+            rest_bearings(run, work, least_arm);
         }
     }
     if (SET_STRIPS)  /* what rests has been seen before nu lost what it forbids              */
         find_all_resting(run, work);
     for (int k = 0; k < count_in_core(run, work); k++)
-        moves |= own_bearings(run)[k].mode;
+        moves |= core_bearings(run)[k].mode;
     for (int k = 0; k < 3; k++)
         moves |= run->nu[k] != 0;
     for (int i = 0; i < run->wheels; i++)
@@ -139,20 +139,20 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 static void contacts_that_rest_with_rollers(const omniroll_run_t *run, int *rested)
 {
     for (int i = 0; i < run->wheels; i++)
-        rested[i] = run->grips[i].resting && own_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
+        rested[i] = run->grips[i].resting && core_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
 }
 
 /* And behind it: such a contact rests as before where its new roller rests, too. */
 static void keep_contacts_at_rest(omniroll_run_t *run, const int *rested)
 {
     for (int i = 0; i < run->wheels; i++)
-        run->grips[i].resting |= rested[i] && own_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
+        run->grips[i].resting |= rested[i] && core_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
 }
 
 /* ---- what is asked for ---------------------------------------------------------------------------------------- */
 
 /* What the last evaluation at an instant says. */
-static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *now)
+static void demand_now(const omniroll_run_t *run, const work_t *work, demand_t *now)
 {
     double per_chi[MOST_WHEELS];
     const standing_t *const standing = work->standing;
@@ -162,18 +162,18 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
     for (int k = 0; SET_STANDS && k < 2*run->wheels; k++)
         now->along[k] = work->ground_force[k][0];
     for (int d = 0; SET_STANDS && d < standing->count; d++)
-        now->asked[2*standing->wheel[d] + standing->way[d]] = work->own.holding[standing->bearing[d]][0];
+        now->of_bearings[2*standing->wheel[d] + standing->direction[d]] = work->states.holding[standing->bearing[d]][0];
     find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
 }
 
 /* The torques of all bearings; of standing wheels beside the forces of least norm, or where all is `used_up`
  * those of the least use, which are known. */
-static void find_all_torques(const omniroll_run_t *run, const work_t *work, const asked_t *now, int used_up)
+static void find_all_torques(const omniroll_run_t *run, const work_t *work, const demand_t *now, int used_up)
 {
     const standing_t *const standing = work->standing;
-    for (int k = 0; k < run->own_count; k++) {
-        omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        bearing->torque = bearing->mode ? -bearing->mode*bearing->sliding : work->own.holding[k][0];
+    for (int k = 0; k < run->core_bearing_count; k++) {
+        omniroll_bearing_t *const bearing = core_bearings(run) + k;
+        bearing->torque = bearing->mode ? -bearing->mode*bearing->sliding : work->states.holding[k][0];
     }
     if (standing->count) {
         double forces[MOST_STANDING];
@@ -181,7 +181,7 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
         if (!used_up)
             least_norm_within(standing, now, forces);
         for (int d = 0; d < standing->count; d++) {
-            omniroll_bearing_t *const bearing = own_bearings(run) + standing->bearing[d];
+            omniroll_bearing_t *const bearing = core_bearings(run) + standing->bearing[d];
             bearing->torque = clipped(bearing->torque + arm_of(standing, d, now)*forces[d], bearing->holding);
         }
     }
@@ -201,7 +201,7 @@ static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
         for (int k = 2*i; k < 2*i + 2; k++)
             toward[k] = lanes_of(says ? pair[k] : run->grips[i].towards[k - 2*i]);
     }
-    asked_of_rollers(run, work, toward, asked);
+    demand_on_rollers(run, work, toward, asked);
     for (int i = 0; i < run->wheels; i++)
         if (slides(run, i) && !roller_mode(run, i)) {
             in_series(run, work)[i].torque = asked[i];
@@ -210,7 +210,7 @@ static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
 }
 
 /* What has to take all that it can is let go, at the least use. */
-static void release_used(omniroll_run_t *run, const standing_t *standing, const asked_t *now, double use,
+static void release_used(omniroll_run_t *run, const standing_t *standing, const demand_t *now, double use,
                          const double *forces)
 {
     for (int d = 0; d < standing->count; d++) {
@@ -224,7 +224,7 @@ static void release_used(omniroll_run_t *run, const standing_t *standing, const 
 }
 
 /* The least use where it is beyond 1 by more than `roundings`, with its forces; else 0. */
-static double use_beyond(const standing_t *standing, const asked_t *now, double roundings, double *forces)
+static double use_beyond(const standing_t *standing, const demand_t *now, double roundings, double *forces)
 {
     if (!standing->count || (roundings > 0 && uses_little(standing, now, standing->used_by)))
         return 0;
@@ -233,7 +233,7 @@ static double use_beyond(const standing_t *standing, const asked_t *now, double 
 }
 
 /* The same where the least use is beyond 1; whether it is. */
-static int release_where_used(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
+static int release_where_used(omniroll_run_t *run, const work_t *work, const demand_t *now, double roundings)
 {
     double *const forces = work->standing->used_by;
     const double use = use_beyond(work->standing, now, roundings, forces);
@@ -276,53 +276,53 @@ static void size_all(const omniroll_run_t *run, const work_t *work)
 {
     const double least_arm = least_arm_now(run, work);
     if (SET_STRIPS)
-        find_own_rates(run, work);
-    size_own(run, work);
-    for (int k = 0; k < run->own_count; k++)
-        if (!SET_IN_SERIES || own_bearings(run)[k].mode)
-            own_bearings(run)[k].size = fmax(own_bearings(run)[k].size, least_rate(run, work, k, least_arm));
+        find_bearing_rates(run, work);
+    size_bearings(run, work);
+    for (int k = 0; k < run->core_bearing_count; k++)
+        if (!SET_IN_SERIES || core_bearings(run)[k].mode)
+            core_bearings(run)[k].size = fmax(core_bearings(run)[k].size, least_rate(run, work, k, least_arm));
 }
 
 /* Some time has passed: bearings that stick are at rest. What an iteration leaves of their rates would turn slips. */
 static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
 {
-    omniroll_bearing_t *const bearings = own_bearings(run);
-    for (int k = 0; k < run->own_count; k++) {
+    omniroll_bearing_t *const bearings = core_bearings(run);
+    for (int k = 0; k < run->core_bearing_count; k++) {
         bearings[k].resting = bearings[k].mode == 0;
         bearings[k].released = 0;
     }
-    for (int k = 0; k < work->own.rollers_at; k++)
+    for (int k = 0; k < work->states.rollers_at; k++)
         if (bearings[k].resting)
             run->core[rates_at(run->wheels) + k] = 0;
     if (SET_DISKS_STICK)
         keep_rollers_at_rest(run, work);
     else
-        find_own_rates(run, work);
+        find_bearing_rates(run, work);
 }
 
 /* What has come to its end at the end of the step is let go, or rests. */
 static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     const int landed = s->landing - (s->wheels + s->guards + s->of_contacts);
-    omniroll_bearing_t *const bearings = own_bearings(run);
+    omniroll_bearing_t *const bearings = core_bearings(run);
     lanes_t nu_dot[3];
-    asked_t now;
+    demand_t now;
     stand_at_end(run, work);
     bearings_have_stuck(run, work);         /* once more: nu has just lost what standing wheels take from it    */
     memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-    asked_now(run, work, &now);
-    const int used_up = landed >= run->own_count && release_where_used(run, work, &now, -INFINITY);
+    demand_now(run, work, &now);
+    const int used_up = landed >= run->core_bearing_count && release_where_used(run, work, &now, -INFINITY);
     find_all_torques(run, work, &now, used_up);
     if (SET_STRIPS)
         find_torques_in_row(run, work);
     if (landed < 0)
         return;
     run->hold.ended = 1;
-    if (landed >= run->own_count)
+    if (landed >= run->core_bearing_count)
         return;
     if (bearings[landed].mode == 0)
-        bearings[landed].released = work->own.holding[landed][0] > 0 ? -1 : 1;
+        bearings[landed].released = work->states.holding[landed][0] > 0 ? -1 : 1;
     else
         bearings[landed].resting = 1;
 }

@@ -16,7 +16,7 @@ static void stop_in_modes(const omniroll_run_t *run, const work_t *work)
 }
 
 /* The torques of rollers that stick and whose contacts slip along these directions. */
-static void asked_of_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked)
+static void demand_on_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS];
     lanes_t force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
@@ -32,7 +32,7 @@ static void turn_in_series(omniroll_bearing_t *roller, double asked)
 {
     if (roller->size == INFINITY)
         roller->size = fabs(asked);
-    const double most = most_of(roller), beyond = fabs(asked) - most;
+    const double most = bound_of(roller), beyond = fabs(asked) - most;
     if (!(beyond > PASSED*rounding_of_holding(asked, most)) && !roller->released)
         return;
     roller->mode = asked > 0 ? -1 : 1;
@@ -58,7 +58,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
             toward[2*i + k] = lanes_of(grip->towards[k]);
         }
     }
-    asked_of_rollers(run, work, toward, asked);
+    demand_on_rollers(run, work, toward, asked);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;

@@ -26,9 +26,9 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
 #define LEFT_BEFORE_STRIP 0.2       /* of the way to where a bearing takes all of the friction: behind a step        */
 
 /* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
-ALWAYS_INLINE double left_in_corner(const step_t *s, int i, double arm)
+ALWAYS_INLINE double margin_in_corner(const step_t *s, int i, double arm)
 {
-    return s->load[i][0]*s->friction[2*i][0] - s->own_bearing[s->own->rollers_at + i].sliding/arm;
+    return s->load[i][0]*s->friction[2*i][0] - s->core_bearing[s->states->rollers_at + i].sliding/arm;
 }
 
 /* The length of a step from here in which no roller that turns on a contact that slips comes to take all of its
@@ -38,8 +38,8 @@ static double longest_in_corners(const step_t *s, const int wheels)
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], time = INFINITY;
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->chi, arm, per_chi);
     for (int i = 0; i < wheels; i++) {
-        const double taken = s->own_bearing[s->own->rollers_at + i].sliding/arm[i];
-        const double left = left_in_corner(s, i, arm[i]);
+        const double taken = s->core_bearing[s->states->rollers_at + i].sliding/arm[i];
+        const double left = margin_in_corner(s, i, arm[i]);
         const double rises = -taken/arm[i]*per_chi[i]*s->start_core[rates_at(wheels) + i];
         if (s->corner[i] && left > 0 && rises > 0)
             time = fmin(time, (1 - LEFT_BEFORE_STRIP)*left/rises);
@@ -53,7 +53,7 @@ static double turn_of_corners(const step_t *s, const int wheels)
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], turned = 1;
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, arm, per_chi);
     for (int i = 0; i < wheels; i++)
-        if (s->corner[i] && left_in_corner(s, i, arm[i]) < 0)
+        if (s->corner[i] && margin_in_corner(s, i, arm[i]) < 0)
             turned = 0.5;
     return turned;
 }
@@ -64,35 +64,35 @@ ALWAYS_INLINE double rounding_of_use(const standing_t *standing, double use)
 }
 
 /* What standing wheels ask for at the step's end, and its rate there. */
-static void asked_at_end(const step_t *s, const int wheels, asked_t *now, asked_t *change)
+static void demand_at_end(const step_t *s, const int wheels, demand_t *now, demand_t *change)
 {
     double per_chi[MOST_WHEELS];
     for (int k = 0; k < 3; k++) {
-        now->force[k] = weighted(&s->force[k], &gauss_end) + s->asked_late.force[k];
+        now->force[k] = weighted(&s->force[k], &gauss_end) + s->demand_late.force[k];
         change->force[k] = weighted(&s->force[k], &gauss_end_slope)/s->h;
     }
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, now->arm, per_chi);
     for (int i = 0; i < wheels; i++)
         change->arm[i] = per_chi[i]*s->end_rate[i];
     for (int k = 0; SET_STANDS && k < 2*wheels; k++) {
-        now->along[k] = weighted(&s->along[k], &gauss_end) + s->asked_late.along[k];
+        now->along[k] = weighted(&s->along[k], &gauss_end) + s->demand_late.along[k];
         change->along[k] = weighted(&s->along[k], &gauss_end_slope)/s->h;
     }
     for (int d = 0; SET_STANDS && d < s->standing->count; d++) {
-        const int k = s->standing->bearing[d], at = 2*s->standing->wheel[d] + s->standing->way[d];
-        now->asked[at] = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
-        change->asked[at] = weighted(s->own->held + k, &gauss_end_slope)/s->h;
+        const int k = s->standing->bearing[d], at = 2*s->standing->wheel[d] + s->standing->direction[d];
+        now->of_bearings[at] = weighted(s->states->held + k, &gauss_end) + s->states->late[k];
+        change->of_bearings[at] = weighted(s->states->held + k, &gauss_end_slope)/s->h;
     }
 }
 
 /* What is asked for the time dt later, at constant rates. */
-static void ask_later(const asked_t *now, const asked_t *change, const int wheels, double dt, asked_t *later)
+static void demand_later(const demand_t *now, const demand_t *change, const int wheels, double dt, demand_t *later)
 {
     for (int k = 0; k < 3; k++)
         later->force[k] = now->force[k] + dt*change->force[k];
     for (int k = 0; k < 2*wheels; k++) {
         later->along[k] = now->along[k] + dt*change->along[k];
-        later->asked[k] = now->asked[k] + dt*change->asked[k];
+        later->of_bearings[k] = now->of_bearings[k] + dt*change->of_bearings[k];
     }
     for (int i = 0; i < wheels; i++)
         later->arm[i] = now->arm[i] + dt*change->arm[i];
@@ -101,12 +101,12 @@ static void ask_later(const asked_t *now, const asked_t *change, const int wheel
 /* The length at which the least use comes to 1, if that is before `length`. */
 static double length_to_use(step_t *s, const int wheels, double length)
 {
-    asked_t now, change, before;
+    demand_t now, change, before;
     double forces[MOST_STANDING];
     if (!s->standing->count)
         return length;
     memset(&now, 0, sizeof now), memset(&change, 0, sizeof change);
-    asked_at_end(s, wheels, &now, &change);
+    demand_at_end(s, wheels, &now, &change);
     if (!s->nearly_used && uses_little(s->standing, &now, s->used_by))
         return length;
     const double use = least_use(s->standing, &now, s->used_by), rounding = rounding_of_use(s->standing, use);
@@ -114,10 +114,10 @@ static double length_to_use(step_t *s, const int wheels, double length)
     s->nearly_used |= value > -NEAR_USED;
     if (value <= 0 && length <= s->h)
         return length;
-    ask_later(&now, &change, wheels, -span, &before);
+    demand_later(&now, &change, wheels, -span, &before);
     double rate = use_less_before(s->standing, &now, &before, use)/span;
     if (fabs(rate)*s->h < HELD_RISES*rounding)
-        rate = (use - least_use(s->standing, &s->asked_start, forces))/s->h;
+        rate = (use - least_use(s->standing, &s->demand_start, forces))/s->h;
     if (fabs(rate)*s->h < 0.5*USE_LIFTS*rounding)       /* it is as it was                                      */
         rate = 0;
     if (!(rate > 0 || value > 0))
@@ -125,13 +125,13 @@ static double length_to_use(step_t *s, const int wheels, double length)
     const double reached = reached_from(s, value, rate);
     if (!comes_first(s, reached, length))
         return length;
-    s->landing = wheels + s->guards + s->of_contacts + s->own_count;
+    s->landing = wheels + s->guards + s->of_contacts + s->core_bearing_count;
     s->unsure = rate > 0 ? rounding/rate : 0;
     return reached;
 }
 
 /* What is asked for at a node. */
-static void asked_at_node(const step_t *s, const int wheels, int m, asked_t *now)
+static void demand_at_node(const step_t *s, const int wheels, int m, demand_t *now)
 {
     double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
     for (int k = 0; k < 3; k++)
@@ -142,17 +142,18 @@ static void asked_at_node(const step_t *s, const int wheels, int m, asked_t *now
         chi[i] = s->at_chi[i].node[m];
     find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now->arm, per_chi);
     for (int d = 0; SET_STANDS && d < s->standing->count; d++)
-        now->asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];
+        now->of_bearings[2*s->standing->wheel[d] + s->standing->direction[d]]
+            = s->states->held[s->standing->bearing[d]].node[m];
 }
 
 /* The power that bearings can take in a motion; exactly none of those whose rows are all but across it. */
-static double taken_in_motion(const standing_t *standing, const asked_t *now, const double *motion)
+static double taken_in_motion(const standing_t *standing, const demand_t *now, const double *motion)
 {
     double taken = 0;
     for (int d = 0; d < standing->count; d++) {
         const double moved = fabs(dot3(standing->rows.rows[d], motion));
         if (moved > PARALLEL*length3(standing->rows.rows[d])*length3(motion))
-            taken += moved*most_of_bearing(standing, d)/fabs(arm_of(standing, d, now));
+            taken += moved*bound_of_bearing(standing, d)/fabs(arm_of(standing, d, now));
     }
     return taken;
 }
@@ -161,20 +162,20 @@ static double taken_in_motion(const standing_t *standing, const asked_t *now, co
  * asked for at node `m`, or 1. What they take there is as much as they can, whatever is asked for. */
 static double turn_of_motion(const step_t *s, const int wheels, int m)
 {
-    asked_t now;
+    demand_t now;
     double forces[MOST_STANDING], motion[3];
     nodes_t value;
     memset(&now, 0, sizeof now);
-    asked_at_node(s, wheels, m, &now);
+    demand_at_node(s, wheels, m, &now);
     const double use = least_use(s->standing, &now, forces);
     if (!(use > MUCH_USED && use < INFINITY))
         return 1;
     motion_of_use(s->standing, &now, motion);
     for (int k = 0; k < NODES; k++) {
-        asked_at_node(s, wheels, k, &now);
+        demand_at_node(s, wheels, k, &now);
         value.node[k] = dot3(motion, now.force) - taken_in_motion(s->standing, &now, motion);
     }
-    const double start = dot3(motion, s->asked_start.force) - taken_in_motion(s->standing, &s->asked_start, motion);
+    const double start = dot3(motion, s->demand_start.force) - taken_in_motion(s->standing, &s->demand_start, motion);
     const nodes_t rate = times(gauss_slope, &value);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY,
                        HELD_NOISE*rounding_of_use(s->standing, use)/USE_ROUNDINGS);
@@ -183,13 +184,13 @@ static double turn_of_motion(const step_t *s, const int wheels, int m)
 /* Where in the step more is used than there is, though not at its end, or 1. */
 static double turn_of_use(const step_t *s, const int wheels)
 {
-    asked_t now;
+    demand_t now;
     double forces[MOST_STANDING], most = MUCH_USED;
     int at = -1;
     memcpy(forces, s->used_by, sizeof forces);
     memset(&now, 0, sizeof now);
     for (int m = 0; m < NODES && s->standing->count; m++) {
-        asked_at_node(s, wheels, m, &now);
+        demand_at_node(s, wheels, m, &now);
         if (SET_HOLDS) {
             least_norm(&s->standing->rows, now.force, forces, 0);
             const double use = largest_use(s->standing, &now, forces);

@@ -41,7 +41,7 @@ static void list_contacts(const omniroll_run_t *run, const work_t *work, at_rest
 /* Bearings that are elements by themselves: massless rollers are parts of their contacts. */
 ALWAYS_INLINE int count_deciding(const omniroll_run_t *run, const work_t *work)
 {
-    return SET_IN_SERIES ? work->own.rollers_at : run->bearing_count;
+    return SET_IN_SERIES ? work->states.rollers_at : run->bearing_count;
 }
 
 /* All that rests, which sticks so far. */
@@ -72,7 +72,7 @@ static void list_at_rest(const omniroll_run_t *run, const work_t *work)
 /* ---- bounds ------------------------------------------------------------------------------------------------------- */
 
 /* What the ground takes of a contact at most along the rolling direction, whose roller turns: `taken` along the axle. */
-static double left_beside_bearing(const omniroll_grip_t *grip, const double *friction, double taken)
+static double bound_beside_bearing(const omniroll_grip_t *grip, const double *friction, double taken)
 {
     const double most = grip->load*friction[0];
     return sqrt(fmax((most - taken)*(most + taken), 0))*friction[1]/friction[0];
@@ -87,7 +87,7 @@ static void put_bound_of_contact(const omniroll_run_t *run, const work_t *work, 
     const double *const friction = rest->broken[element] ? grip->sliding : grip->staying;
     double *const reach = problem->reach + forces_at(problem->wide, problem->width, element);
     if (element >= rest->contacts) {
-        reach[0] = left_beside_bearing(grip, friction, in_series(run, work)[i].sliding/rest->arm[i]);
+        reach[0] = bound_beside_bearing(grip, friction, in_series(run, work)[i].sliding/rest->arm[i]);
         return;
     }
     for (int c = 0; c < problem->width; c++)
@@ -186,7 +186,7 @@ static int stop_rollers(const omniroll_run_t *run, const work_t *work, const at_
         const int i = rest->which[e];
         omniroll_grip_t *const grip = run->grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;
-        if (!rest->broken[e] || left_beside_bearing(grip, grip->sliding, roller->sliding/rest->arm[i]) > 0)
+        if (!rest->broken[e] || bound_beside_bearing(grip, grip->sliding, roller->sliding/rest->arm[i]) > 0)
             continue;
         grip->towards[0] = roller->mode, grip->towards[1] = 0;
         grip->resting = grip->sticks = 0;
@@ -212,7 +212,7 @@ ALWAYS_INLINE double edge_at_end(const omniroll_run_t *run)
 }
 
 /* A contact goes in this direction if it slips. */
-static void take_way(omniroll_grip_t *grip, int sticks, double axle, double rolling)
+static void take_direction(omniroll_grip_t *grip, int sticks, double axle, double rolling)
 {
     const double size = hypot(axle, rolling);
     grip->sticks = sticks;
@@ -256,7 +256,7 @@ static void take_pair(const omniroll_run_t *run, const work_t *work, const at_re
     for (int k = 0; k < 2; k++)
         begun[k] = rest->slips[e] ? problem->rate[2*e + k] : -place[k]/reach[k];
     roller->mode = turns ? (force[0] < 0) - (force[0] > 0) : 0;
-    take_way(grip, !rest->slips[e] && !used, turns ? 0 : begun[0], begun[1]);
+    take_direction(grip, !rest->slips[e] && !used, turns ? 0 : begun[0], begun[1]);
 }
 
 /* A contact whose roller turns. */
@@ -264,16 +264,16 @@ static void take_rolling(omniroll_grip_t *grip, const elements_t *problem, int e
 {
     const int j = forces_at(problem->wide, problem->width, e);
     const int used = grip->released && fabs(problem->force[j]) >= problem->reach[j]*(1 - USED);
-    take_way(grip, !slips && !used, 0, slips ? problem->rate[j] : -problem->force[j]);
+    take_direction(grip, !slips && !used, 0, slips ? problem->rate[j] : -problem->force[j]);
 }
 
 static void take_bearing(omniroll_bearing_t *bearing, const elements_t *problem, int e, int slips)
 {
     const int j = forces_at(problem->wide, problem->width, e);
     const double force = problem->force[j], edge = edge_of(problem, bearing->released);
-    const int way = bearing->released ? bearing->released : force < 0 ? 1 : -1;
-    const int at_bound = edge > 0 && -way*force >= problem->reach[j]*(1 - edge);
-    bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? way : 0;
+    const int sign = bearing->released ? bearing->released : force < 0 ? 1 : -1;
+    const int at_bound = edge > 0 && -sign*force >= problem->reach[j]*(1 - edge);
+    bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? sign : 0;
 }
 
 /* The modes of all elements, from the last round. */

@@ -11,8 +11,8 @@ ALWAYS_INLINE int first_apart(const omniroll_run_t *run, const work_t *work)
     if (SET_IS_COUPLED)
         return 0;
     if (SET_DISKS_STICK)
-        return work->own.rollers_at + run->wheels;
-    return run->bearing_count - (SET_SPINS_STICK ? run->own_count : 0);
+        return work->states.rollers_at + run->wheels;
+    return run->bearing_count - (SET_SPINS_STICK ? run->core_bearing_count : 0);
 }
 
 /* Elements that are contacts; and which of the components of the slip is component c of one. */
@@ -29,11 +29,11 @@ ALWAYS_INLINE int direction_of(const at_rest_t *rest, int element, int c)
 /* Whether a massless roller passes on the force that its contact is given: one that does not turn. */
 ALWAYS_INLINE int gives_its_force(const omniroll_run_t *run, const work_t *work, int k)
 {
-    return SET_STRIPS && k >= work->own.rollers_at && run->bearings[k].mode == 0;
+    return SET_STRIPS && k >= work->states.rollers_at && run->bearings[k].mode == 0;
 }
 
 /* The rates of the core under these forces of the ground; `free`: where nothing sticks, and under the torques in
- * work->own.torque. */
+ * work->states.torque. */
 static void rates_pushed(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push, lanes_t *nu_dot)
 {
     instant_t now;
@@ -44,22 +44,22 @@ static void rates_pushed(const omniroll_run_t *run, const work_t *work, int free
         now.absent[k] = lanes_of(0);
     for (int i = 0; free && i < run->wheels; i++)
         now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
-    for (int k = 0; free && k < run->own_count; k++) {
-        if (own_input(run, k) >= 0)
-            now.arrays.input[own_input(run, k)] = work->own.torque[k];
-        work->own.rate[k] = work->own.sticks[k], work->own.sticks[k] = lanes_of(gives_its_force(run, work, k));
+    for (int k = 0; free && k < run->core_bearing_count; k++) {
+        if (input_of_bearing(run, k) >= 0)
+            now.arrays.input[input_of_bearing(run, k)] = work->states.torque[k];
+        work->states.rate[k] = work->states.sticks[k], work->states.sticks[k] = lanes_of(gives_its_force(run, work, k));
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
     core_rates_there(run->wheels, &now.point, nu_dot);
-    for (int k = 0; free && k < run->own_count; k++)
-        work->own.sticks[k] = work->own.rate[k];
+    for (int k = 0; free && k < run->core_bearing_count; k++)
+        work->states.sticks[k] = work->states.rate[k];
 }
 
-/* The torques of bearings that turn, into work->own.torque, where those at rest take none. */
+/* The torques of bearings that turn, into work->states.torque, where those at rest take none. */
 static void turn_free(const omniroll_run_t *run, const work_t *work)
 {
-    for (int k = 0; k < run->own_count; k++)
-        work->own.torque[k] = lanes_of(-run->bearings[k].mode*run->bearings[k].sliding);
+    for (int k = 0; k < run->core_bearing_count; k++)
+        work->states.torque[k] = lanes_of(-run->bearings[k].mode*run->bearings[k].sliding);
 }
 
 /* What an element is moved by. */
@@ -68,7 +68,7 @@ static double typical_of(const omniroll_run_t *run, const at_rest_t *rest, int e
     double most = 0;
     if (element < contacts_among(rest))
         return run->ground.typical;
-    for (int k = 0; k < run->own_count; k++)
+    for (int k = 0; k < run->core_bearing_count; k++)
         most = fmax(most, run->bearings[k].holding);
     return most > 0 ? most : 1;
 }
@@ -78,7 +78,7 @@ static lanes_t rate_of_element(const omniroll_run_t *run, const work_t *work, co
     const int k = rest->which[element];
     if (element < contacts_among(rest))
         return work->slip_dot[2*k + direction_of(rest, element, c)];
-    return own_acceleration_lanes(run, work, k);
+    return bearing_acceleration_lanes(run, work, k);
 }
 
 /* What forces on some elements do to their rates, beside the forces `given`; `free` as above. */
@@ -98,7 +98,7 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const a
             if (element < contacts_among(rest))
                 push[2*rest->which[element] + direction_of(rest, element, c)][lane] += by[lane];
             else
-                work->own.torque[rest->which[element]][lane] += by[lane];
+                work->states.torque[rest->which[element]][lane] += by[lane];
         }
         rates_pushed(run, work, free, push, nu_dot);
         for (int j = 0; j < size; j++) {
@@ -117,7 +117,7 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const a
 static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, elements_t *problem)
 {
     lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(1)}, chi[MOST_WHEELS];
-    lanes_t *const rates = work->own.rate;
+    lanes_t *const rates = work->states.rate;
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);
     for (int c = 0; c < work->core; c++)
@@ -125,9 +125,9 @@ static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest
     if (SET_SPINS_STICK)
         set_spins_from_axial(run->wheels, &work->vehicle, nu, chi, work->core_here, rates);
     else
-        own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, nu, chi, work->core_here, rates);
+        bearing_rates_in_lanes(&work->states, &work->vehicle, run->wheels, nu, chi, work->core_here, rates);
     for (int k = 0; k < problem->apart; k++) {
-        const int bearing = rest->which[problem->count + k] - (run->bearing_count - run->own_count);
+        const int bearing = rest->which[problem->count + k] - (run->bearing_count - run->core_bearing_count);
         problem->yaw[k] = rates[bearing][0];
         problem->mobility[k] = 1/run->roller_inertia;
     }
@@ -143,12 +143,12 @@ static void put_free_apart(const omniroll_run_t *run, const work_t *work, const 
         most = fabs(problem->yaw[k]) > fabs(problem->yaw[most]) ? k : most;
     turn_free(run, work);
     const double by = typical_of(run, rest, problem->count + most);
-    work->own.torque[rest->which[problem->count + most]][1] += by;
+    work->states.torque[rest->which[problem->count + most]][1] += by;
     rates_pushed(run, work, 1, push, nu_dot);
     const double moved = by*problem->yaw[most];
     problem->yaw_yaw = moved != 0 ? (nu_dot[2][1] - nu_dot[2][0])/moved : 0;
     for (int k = 0; k < problem->apart; k++)
-        problem->apart_given[k] = work->own.dot[rest->which[problem->count + k]][0];
+        problem->apart_given[k] = work->states.dot[rest->which[problem->count + k]][0];
 }
 
 /* Contacts with the ground of Coulomb's law, and bearings beside them. */
@@ -177,21 +177,21 @@ static void put_problem_of_bearings(const omniroll_run_t *run, const work_t *wor
     const at_rest_t *const rest = work->at_rest;
     elements_t *const problem = work->problem;
     lanes_t nu_dot[3];
-    turn_own(run, work, 1);
+    enter_bearings(run, work, 1);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     for (int k = 0; k < problem->apart; k++)
-        problem->apart_given[k] = -work->own.holding[rest->which[k]][0];
-    turn_own(run, work, 0);
+        problem->apart_given[k] = -work->states.holding[rest->which[k]][0];
+    enter_bearings(run, work, 0);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     if (SET_DISKS_STICK) {
         put_yaw(run, work, rest, problem);
-        problem->yaw_yaw = 1/work->own.yaw_mass[0][0];
+        problem->yaw_yaw = 1/work->states.yaw_mass[0][0];
     }
     for (int k = 0; k < problem->apart; k++) {
-        if (rest->which[k] < work->own.rollers_at)
+        if (rest->which[k] < work->states.rollers_at)
             problem->yaw[k] = 0, problem->mobility[k] = 1;
         else
-            problem->apart_given[k] = work->own.dot[rest->which[k]][0];
+            problem->apart_given[k] = work->states.dot[rest->which[k]][0];
     }
 }
 
@@ -246,7 +246,7 @@ static void put_problem_of_rolling(const omniroll_run_t *run, const work_t *work
     if (!problem->apart)
         return;
     for (int k = 0; k < problem->apart; k++)
-        problem->apart_given[k] = own_acceleration(run, work, rest->which[count + k] - rows_count(run));
+        problem->apart_given[k] = bearing_acceleration(run, work, rest->which[count + k] - rows_count(run));
     put_yaw(run, work, rest, problem);
     for (int k = 0; k < problem->apart; k++)
         problem->apart_given[k] += problem->yaw[k]*dot3(yaw, pushed);

@@ -103,7 +103,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
         now->point.held_force = work->held_force;
     }
     if (SET_OWN_BEARINGS)
-        put_own(&work->own, &now->point);
+        put_bearing_states(&work->states, &now->point);
     if (SET_GRIPS) {
         forces_now(run, work, now->arrays.ground_push, now->arrays.ground_yield);
         now->point.ground_push = now->arrays.ground_push, now->point.ground_yield = now->arrays.ground_yield;

@@ -24,10 +24,10 @@ void omniroll_run_members(long long count, const long long *which, const omnirol
                           const omniroll_model *model, const double *until, const double *volts, int *statuses)
 {
     for (long long k = 0; k < count; k++) {
-        const long long own = which[k];
-        omniroll_run_t *const run = members[own].run;
-        give(&members[own], volts + own*run->wheels);
-        run->duration = until[own];
+        const long long states = which[k];
+        omniroll_run_t *const run = members[states].run;
+        give(&members[states], volts + states*run->wheels);
+        run->duration = until[states];
         run->row_count = run->switch_count = 0;
         statuses[k] = omniroll_run(run, model);
     }

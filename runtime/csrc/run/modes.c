@@ -6,8 +6,8 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 {
     if (SET_HOLDS)
         work->standing->count = 0;
-    for (int k = 0; k < most_own_bearings(run->wheels, run->rollers_per_wheel); k++)
-        work->own.sticks[k] = work->own.torque[k] = lanes_of(0);
+    for (int k = 0; k < most_core_bearings(run->wheels, run->rollers_per_wheel); k++)
+        work->states.sticks[k] = work->states.torque[k] = lanes_of(0);
     if (SET_IN_SERIES)
         stop_all_in_series(run, work);
 }
@@ -20,7 +20,7 @@ static int put_at_rest(omniroll_run_t *run, const work_t *work)
     int resting = 0;
     if (SET_HOLDS)
         put_to_rest(run, work);
-    else if (SET_STANDS && (SET_STRIPS || may_stand(own_bearings(run), run->own_count)))
+    else if (SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->core_bearing_count)))
         put_all_to_rest(run, work);
     else {
         if (SET_STICKS)
@@ -31,7 +31,7 @@ static int put_at_rest(omniroll_run_t *run, const work_t *work)
     for (int i = 0; SET_GRIPS && i < run->wheels; i++)
         resting |= run->grips[i].sticks = run->grips[i].resting;
     if (SET_IN_SERIES && !SET_GRIPS)        /* before the axles: the ground's force across rollers depends on their modes */
-        turn_own(run, work, 1), decide_in_series(run, work);
+        enter_bearings(run, work, 1), decide_in_series(run, work);
     for (int k = 0; k < run->bearing_count; k++)
         resting |= run->bearings[k].resting;
     return resting;
@@ -58,7 +58,7 @@ static void enter_modes(omniroll_run_t *run, const work_t *work)
     else if (SET_GRIPS)
         put_modes(run);
     else
-        turn_own(run, work, 1);
+        enter_bearings(run, work, 1);
 }
 
 /* What holds that which sticks, in these modes. */
@@ -71,15 +71,15 @@ static void find_holding(omniroll_run_t *run, const work_t *work)
     else
         hold_axles(run, work);
     if (SET_STANDS)
-        find_own_torques(run, work);
+        find_bearing_torques(run, work);
 }
 
 /* Contacts that stick and are asked for more than they take. `mark`: what becomes of these. Returns how many there are. */
-static int contacts_asked_too_much(const omniroll_run_t *run, const work_t *work, int mark)
+static int overloaded_contacts(const omniroll_run_t *run, const work_t *work, int mark)
 {
     int count = 0;
     for (int i = 0; SET_GRIPS && i < run->wheels; i++) {
-        const double taken = run->grips[i].sticks ? taken_now(run, work, i) : -1;
+        const double taken = run->grips[i].sticks ? excess_now(run, work, i) : -1;
         if (!(taken > GRIP_PASSED*GRIP_NOISE(taken)))
             continue;
         run->grips[i].released |= mark;
@@ -89,12 +89,12 @@ static int contacts_asked_too_much(const omniroll_run_t *run, const work_t *work
 }
 
 /* The same of bearings by themselves; those that are let go have broken away. */
-static int bearings_asked_too_much(const omniroll_run_t *run, const work_t *work, int let_go)
+static int overloaded_bearings(const omniroll_run_t *run, const work_t *work, int let_go)
 {
     int count = 0;
     for (int k = rows_count(run); k < run->bearing_count; k++) {
         omniroll_bearing_t *const bearing = run->bearings + k;
-        if ((SET_STANDS && work->standing->has_part[k]) || !holds_no_more(bearing))
+        if ((SET_STANDS && work->standing->has_part[k]) || !is_beyond_bound(bearing))
             continue;
         if (let_go)
             bearing->released = bearing->torque > 0 ? -1 : 1;
@@ -104,15 +104,15 @@ static int bearings_asked_too_much(const omniroll_run_t *run, const work_t *work
 }
 
 /* Whether what sticks is asked for more than it takes, as find_holding() has found it. `let_go`: that has broken away. */
-static int is_asked_too_much(omniroll_run_t *run, const work_t *work, int let_go)
+static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
 {
-    asked_t now;
-    int count = contacts_asked_too_much(run, work, let_go ? HAS_ENDED : IS_BEYOND);
+    demand_t now;
+    int count = overloaded_contacts(run, work, let_go ? HAS_ENDED : IS_BEYOND);
     if (SET_OWN_BEARINGS)
-        count += bearings_asked_too_much(run, work, let_go);
+        count += overloaded_bearings(run, work, let_go);
     if (SET_HOLDS || SET_STANDS) {
         double found[MOST_STANDING], *const forces = SET_STANDS ? work->standing->used_by : found;
-        asked_now(run, work, &now);
+        demand_now(run, work, &now);
         const double use = use_beyond(work->standing, &now, SET_STANDS ? PASSED : 1.0*PASSED/USE_ROUNDINGS, forces);
         if (use > 0 && let_go)
             release_used(run, work->standing, &now, use, forces);
@@ -135,13 +135,13 @@ static void decide_modes(omniroll_run_t *run, const work_t *work)
         let_go_together(run, work);
     else if (!again) {
         find_holding(run, work);
-        again = is_asked_too_much(run, work, SET_STANDS);
+        again = is_overloaded(run, work, SET_STANDS);
     }
     for (int round = 0; again && round <= run->bearing_count + run->grip_count; round++) {
         decide_at_rest(run, work);
         enter_modes(run, work);
         find_holding(run, work);
-        again = is_asked_too_much(run, work, 1);
+        again = is_overloaded(run, work, 1);
     }
 }
 
@@ -158,17 +158,17 @@ static void move_all(omniroll_run_t *run, const work_t *work)
 /* The phase begins in these modes: torques, what they are rounded against, guards. */
 static void begin_modes(omniroll_run_t *run, const work_t *work)
 {
-    asked_t now;
+    demand_t now;
     if (SET_HOLDS) {
         guard_rates(run, work);
         find_torques(run, work);
     } else if (SET_STANDS) {
-        asked_now(run, work, &now);
+        demand_now(run, work, &now);
         find_all_torques(run, work, &now, 0);
         size_all(run, work);
     } else if (SET_STICKS) {
         if (SET_IN_SERIES)
-            find_own_rates(run, work);
+            find_bearing_rates(run, work);
         begin_torques(run, work);
     }
     for (int i = 0; SET_GRIPS && i < run->wheels; i++)
@@ -219,9 +219,9 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
     int count = run->hold.ended;
     if (!SET_STICKS)
         return 0;
-    count += SET_HOLDS ? is_asked_too_much(run, work, 1) + stop_guarded(run) : bearings_asked_too_much(run, work, 1);
+    count += SET_HOLDS ? is_overloaded(run, work, 1) + stop_guarded(run) : overloaded_bearings(run, work, 1);
     if (SET_OWN_BEARINGS)
-        count += stop_own(run, work);
+        count += stop_bearings(run, work);
     if (SET_IN_SERIES)
         count += stop_in_series(run, work);
     run->hold.ended = 0;
@@ -232,7 +232,7 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
 /* A step begins: what sticks in it, and what that is asked for. */
 static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
-    s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
+    s->core_bearing_count = run->core_bearing_count, s->core_bearing = core_bearings(run), s->states = &work->states;
     if (!SET_HOLDS && !SET_STANDS)
         return;
     s->standing = work->standing;
@@ -240,7 +240,7 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
     if (SET_STANDS)
         begin_standing(run, work, s);
     if (SET_STANDS || work->standing->count)
-        asked_now(run, work, &s->asked_start);
+        demand_now(run, work, &s->demand_start);
 }
 
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and of

@@ -22,7 +22,7 @@ typedef struct {
     standing_t *standing;
     at_rest_t list, *at_rest;       /* contacts and bearings, at an instant                                  */
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* of the turns of slips that are found together       */
-    own_bearings_t own;
+    bearing_states_t states;
 } work_t;
 
 /* Room for contacts and `bearings` at rest, and free rollers `apart`, as elements of friction. */
@@ -96,31 +96,31 @@ static void lay_out_holding(work_t *work, parts_t *parts)
 /* Bearings that stick one by one, each in a mode of its own. */
 static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rollers)
 {
-    const long long own = most_own_bearings(wheels, rollers);
-    work->own.sticks = lanes_part(parts, own);
-    work->own.torque = lanes_part(parts, own);
-    work->own.holding = lanes_part(parts, own);
-    work->own.held = lanes_part(parts, BLOCKS*own);
-    work->own.late = numbers_part(parts, own);
-    work->own.rate = lanes_part(parts, own);
-    work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
+    const long long states = most_core_bearings(wheels, rollers);
+    work->states.sticks = lanes_part(parts, states);
+    work->states.torque = lanes_part(parts, states);
+    work->states.holding = lanes_part(parts, states);
+    work->states.held = lanes_part(parts, BLOCKS*states);
+    work->states.late = numbers_part(parts, states);
+    work->states.rate = lanes_part(parts, states);
+    work->states.rollers_at = SET_AXLES_STICK ? wheels : 0;
     if (SET_ROLLERS_TURN) {
-        work->own.wheels = wheels;
+        work->states.wheels = wheels;
         if (SET_STRIPS) {
-            work->own.spin = lanes_part(parts, wheels);
-            work->own.takes = numbers_part(parts, wheels);
-            work->own.scale = numbers_part(parts, wheels);
-            work->own.load = work->load;
-            work->own.friction = work->friction;
+            work->states.spin = lanes_part(parts, wheels);
+            work->states.takes = numbers_part(parts, wheels);
+            work->states.scale = numbers_part(parts, wheels);
+            work->states.load = work->load;
+            work->states.friction = work->friction;
         }
         if (SET_DISKS_STICK) {
-            work->own.dot = lanes_part(parts, own);
-            work->own.yaw_mass = lanes_part(parts, 1);
+            work->states.dot = lanes_part(parts, states);
+            work->states.yaw_mass = lanes_part(parts, 1);
         }
-        work->own.now = numbers_part(parts, own);
+        work->states.now = numbers_part(parts, states);
     }
     if (SET_STANDS) {
-        int *const has_part = numbers_part(parts, own);
+        int *const has_part = numbers_part(parts, states);
         if (work->standing)
             work->standing->has_part = has_part;
     }
@@ -154,11 +154,11 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
         lay_out_bearings(work, &parts, wheels, rollers);
     if (SET_STANDS) {
         const int apart = SET_DISKS_STICK ? (int)axial : 0;
-        lay_out_at_rest(work, &parts, wheels, (int)most_own_bearings(wheels, rollers) - apart, apart);
+        lay_out_at_rest(work, &parts, wheels, (int)most_core_bearings(wheels, rollers) - apart, apart);
     } else if (SET_HOLDS)
         lay_out_at_rest(work, &parts, 0, SET_BEARINGS*wheels, SET_SPINS_STICK ? (int)axial : 0);
     else if (SET_DECIDES)
-        lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, (int)most_own_bearings(wheels, rollers));
+        lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, (int)most_core_bearings(wheels, rollers));
     return parts.used;
 }
 
@@ -196,7 +196,7 @@ ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
 /* How many bearings of the set have a mode in each row. */
 ALWAYS_INLINE long long most_bearings(int wheels, int rollers)
 {
-    return (SET_HOLDS ? SET_BEARINGS*wheels : 0) + most_own_bearings(wheels, rollers);
+    return (SET_HOLDS ? SET_BEARINGS*wheels : 0) + most_core_bearings(wheels, rollers);
 }
 
 static long long row_size(const omniroll_run_t *run)
@@ -229,7 +229,7 @@ ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *r
     const int kind = input/run->wheels, wheel = input%run->wheels;
     if (run->axle_count && kind == SET_BEARING_INPUT)
         return run->bearings + wheel;
-    const int contacts = SET_ROLLERS_TURN || run->bearing_count - run->own_count > run->axle_count;
+    const int contacts = SET_ROLLERS_TURN || run->bearing_count - run->core_bearing_count > run->axle_count;
     return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
 }
 

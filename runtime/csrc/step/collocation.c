@@ -218,7 +218,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     if (SET_STANDS)
         point.directions = s->directions, point.absent = s->absent, point.held_force = at->held_force;
     if (SET_OWN_BEARINGS)
-        put_own(s->own, &point);
+        put_bearing_states(s->states, &point);
     if (SET_GRIPS) {
         for (int k = 0; k < 2*wheels; k++)
             at->ground_push[k] = s->push[k].lanes[b];
@@ -248,7 +248,7 @@ ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const array
         s->along[k].lanes[b] = at->ground_force[k];
 }
 
-ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at);
+ALWAYS_INLINE void keep_bearings(step_t *s, const int wheels, int b, const arrays_t *at);
 
 /* The force that holds what sticks, from the last evaluation at a vector of nodes. */
 ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arrays_t *at)
@@ -263,10 +263,10 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
     if (SET_STANDS)
         keep_standing(s, wheels, b, at);
     if (SET_ROLLERS_TURN)
-        keep_own(s, wheels, b, at);
+        keep_bearings(s, wheels, b, at);
     else if (SET_OWN_BEARINGS)
-        for (int k = 0; s->held && k < s->own_count; k++)
-            s->own->held[k].lanes[b] = s->own->holding[k];
+        for (int k = 0; s->held && k < s->core_bearing_count; k++)
+            s->states->held[k].lanes[b] = s->states->holding[k];
     (void)s, (void)wheels, (void)b, (void)at;
 }
 
@@ -406,7 +406,7 @@ ALWAYS_INLINE double missed(const step_t *s)
     if (SET_GRIPS)
         for (int i = 0; i < s->wheels && !s->blind; i++)    /* the same of contacts that stick                     */
             if (s->grips[i])
-                tails += s->friction_makes*fmax(tail(&s->taken[i]) - grip_noise(s, s->taken[i].node[0], FORCE_NOISE), 0);
+                tails += s->friction_makes*fmax(tail(&s->excess[i]) - grip_noise(s, s->excess[i].node[0], FORCE_NOISE), 0);
     return s->h*tails/(2*NODES);
 }
 
@@ -463,5 +463,5 @@ static void integrate_pose(step_t *s, const double *pose)
     for (int b = 0; b < BLOCKS; b++)
         lanes_turn(theta.lanes[b], &s->rate_pose[0].lanes[b], &s->rate_pose[1].lanes[b]);
     for (int k = 0; k < 3; k++)
-        s->way[k] = s->h*weighted(&s->rate_pose[k], &gauss_weight);
+        s->travel[k] = s->h*weighted(&s->rate_pose[k], &gauss_weight);
 }

@@ -2,7 +2,7 @@
  * The ground's friction makes slip decay far faster than the vehicle moves, so that Picard's iteration has no chance.
  *
  * Newton's rule with slopes of one instant finds the rates of all nodes at once: change = missing + slope h (integral of
- * the change). In the ways that make the integrals to the nodes diagonal these are eight systems by themselves, complex
+ * the change). In the eigenvectors of the integrals to the nodes these are eight systems by themselves, complex
  * and as small as the speeds are many, one in each lane (Hairer and Wanner, Solving Ordinary Differential Equations II,
  * IV.8). In each of these speeds the kinetic energy is a square, and friction takes energy: pivots stay away from zero
  * in their order. */
@@ -11,7 +11,7 @@
 #define SPEED_ROUNDING 16           /* roundings of the largest speed that further sweeps do not take away  */
 #define MOST_RENEWALS 2             /* of the slopes in a try                                               */
 #define MOVES_AT_ONCE 7             /* moved states that count as an evaluation at all nodes                */
-#define WAY_BLOCKS (WAYS/LANES)
+#define EIGEN_BLOCKS (EIGENVALUES/LANES)
 #define MIDDLE (NODES/2 - 1)        /* the node at which they are renewed                                   */
 
 /* Its parts; `core` numbers beside nu. */
@@ -20,22 +20,22 @@ static void lay_out_coupled(coupled_t *c, parts_t *parts, int size, long long co
     const long long square = (long long)size*size;
     c->size = size;
     c->missing = lanes_part(parts, BLOCKS*(core + 3));
-    c->real = lanes_part(parts, square*WAY_BLOCKS);
-    c->imaginary = lanes_part(parts, square*WAY_BLOCKS);
-    c->found_real = lanes_part(parts, size*WAY_BLOCKS);
-    c->found_imaginary = lanes_part(parts, size*WAY_BLOCKS);
+    c->real = lanes_part(parts, square*EIGEN_BLOCKS);
+    c->imaginary = lanes_part(parts, square*EIGEN_BLOCKS);
+    c->found_real = lanes_part(parts, size*EIGEN_BLOCKS);
+    c->found_imaginary = lanes_part(parts, size*EIGEN_BLOCKS);
     c->slope = numbers_part(parts, square);
     c->start = numbers_part(parts, size);
     c->small = numbers_part(parts, square + size);
-    c->own = numbers_part(parts, core);
+    c->diagonal = numbers_part(parts, core);
     c->reach = numbers_part(parts, size);
     c->filled = lanes_part(parts, square/(long long)sizeof(lanes_t) + 1);
 }
 
 ALWAYS_INLINE double weight_of(const step_t *s, int speed)
 {
-    const int own = s->coupled->size - 3;
-    return speed < own ? s->weight[speed] : 1;
+    const int beside = s->coupled->size - 3;
+    return speed < beside ? s->weight[speed] : 1;
 }
 
 /* What a number of the core is moved by, for slopes. */
@@ -70,17 +70,17 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
 ALWAYS_INLINE void move_lanes(step_t *s, const int wheels, int first, double sign, arrays_t *at)
 {
     const coupled_t *const c = s->coupled;
-    const int own = c->size - 3, rollers = s->vehicle->rollers_per_wheel;
+    const int beside = c->size - 3, rollers = s->vehicle->rollers_per_wheel;
     for (int lane = 1; lane < LANES; lane++) {
         const int k = first + lane - 1;
-        if (k < own)
+        if (k < beside)
             s->core_here[k][lane] += sign*difference(s, s->weight[k]);
         else if (k < c->size)
-            at->nu[k - own][lane] += sign*difference(s, 1);
+            at->nu[k - beside][lane] += sign*difference(s, 1);
         for (int part = 0; part < SET_CORE_PARTS && k >= c->size; part++) {
             const int end = core_part_end(wheels, rollers, part);
             const int start = part ? core_part_end(wheels, rollers, part - 1) : 0;
-            for (int n = start; n < end && start >= own && k - c->size == part; n++)
+            for (int n = start; n < end && start >= beside && k - c->size == part; n++)
                 s->core_here[n][lane] += sign*difference(s, s->weight[n]);
         }
     }
@@ -103,7 +103,7 @@ ALWAYS_INLINE void reaches(const step_t *s, const int wheels, const lanes_t *chi
 static void find_slopes(step_t *s, const int wheels, int node)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, own = size - 3, moves = size + (s->core > own ? SET_CORE_PARTS : 0);
+    const int size = c->size, beside = size - 3, moves = size + (s->core > beside ? SET_CORE_PARTS : 0);
     arrays_t at;
     const point_t point = point_for_slopes(s, wheels, node, &at);
     if (SET_HAS_CONTACT_SPEEDS) {
@@ -121,13 +121,13 @@ static void find_slopes(step_t *s, const int wheels, int node)
             const int k = first + lane - 1;
             const double by = k < size ? difference(s, weight_of(s, k)) : 0;
             for (int j = 0; j < size && k < size; j++) {
-                const lanes_t rate = j < own ? s->core_dot[j] : nu_dot[j - own];
+                const lanes_t rate = j < beside ? s->core_dot[j] : nu_dot[j - beside];
                 c->slope[j*size + k] = (rate[lane] - rate[0])/by;
             }
-            for (int n = own; n < s->core && k >= size; n++) {
+            for (int n = beside; n < s->core && k >= size; n++) {
                 const double slope = (s->core_dot[n][lane] - s->core_dot[n][0])/difference(s, s->weight[n]);
                 if (k == size || slope != 0)
-                    c->own[n] = slope;
+                    c->diagonal[n] = slope;
             }
         }
     }
@@ -146,16 +146,16 @@ static void after(const coupled_t *c, double time, double *rates)
     solve_rows(m, size, rates);
 }
 
-/* Complex numbers, one for each way. */
+/* Complex numbers, one for each eigenvalue. */
 typedef struct {
-    ways_t real, imaginary;
-} complex_ways_t;
+    eigen_t real, imaginary;
+} complex_t;
 
-ALWAYS_INLINE complex_ways_t product(complex_ways_t a, complex_ways_t b)
+ALWAYS_INLINE complex_t product(complex_t a, complex_t b)
 {
-    complex_ways_t found;
+    complex_t found;
     IN_REGISTERS
-    for (int v = 0; v < WAY_BLOCKS; v++) {
+    for (int v = 0; v < EIGEN_BLOCKS; v++) {
         const lanes_t a_real = a.real.lanes[v], a_imaginary = a.imaginary.lanes[v];
         found.real.lanes[v] = a_real*b.real.lanes[v] - a_imaginary*b.imaginary.lanes[v];
         found.imaginary.lanes[v] = a_real*b.imaginary.lanes[v] + a_imaginary*b.real.lanes[v];
@@ -163,46 +163,46 @@ ALWAYS_INLINE complex_ways_t product(complex_ways_t a, complex_ways_t b)
     return found;
 }
 
-ALWAYS_INLINE complex_ways_t inverse(complex_ways_t a)
+ALWAYS_INLINE complex_t inverse(complex_t a)
 {
     IN_REGISTERS
-    for (int v = 0; v < WAY_BLOCKS; v++) {
+    for (int v = 0; v < EIGEN_BLOCKS; v++) {
         const lanes_t real = a.real.lanes[v], imaginary = a.imaginary.lanes[v], size = 1/(real*real + imaginary*imaginary);
         a.real.lanes[v] = real*size, a.imaginary.lanes[v] = -imaginary*size;
     }
     return a;
 }
 
-ALWAYS_INLINE void take_from(ways_t *real, ways_t *imaginary, complex_ways_t less)
+ALWAYS_INLINE void take_from(eigen_t *real, eigen_t *imaginary, complex_t less)
 {
     IN_REGISTERS
-    for (int v = 0; v < WAY_BLOCKS; v++)
+    for (int v = 0; v < EIGEN_BLOCKS; v++)
         real->lanes[v] -= less.real.lanes[v], imaginary->lanes[v] -= less.imaginary.lanes[v];
 }
 
-ALWAYS_INLINE complex_ways_t entry(const ways_t *real, const ways_t *imaginary, int place)
+ALWAYS_INLINE complex_t entry(const eigen_t *real, const eigen_t *imaginary, int place)
 {
-    return (complex_ways_t){real[place], imaginary[place]};
+    return (complex_t){real[place], imaginary[place]};
 }
 
-ALWAYS_INLINE void put_entry(ways_t *real, ways_t *imaginary, int place, complex_ways_t value)
+ALWAYS_INLINE void put_entry(eigen_t *real, eigen_t *imaginary, int place, complex_t value)
 {
     real[place] = value.real, imaginary[place] = value.imaginary;
 }
 
-/* real_part - h (value of the way) slope. */
-ALWAYS_INLINE complex_ways_t less_way(double real_part, double h, double slope)
+/* real_part - h (eigenvalue) slope. */
+ALWAYS_INLINE complex_t less_eigenvalue(double real_part, double h, double slope)
 {
-    complex_ways_t found;
+    complex_t found;
     IN_REGISTERS
-    for (int v = 0; v < WAY_BLOCKS; v++) {
-        found.real.lanes[v] = real_part - h*way_real.lanes[v]*slope;
-        found.imaginary.lanes[v] = -(h*way_imaginary.lanes[v])*slope;
+    for (int v = 0; v < EIGEN_BLOCKS; v++) {
+        found.real.lanes[v] = real_part - h*eigenvalue_real.lanes[v]*slope;
+        found.imaginary.lanes[v] = -(h*eigenvalue_imaginary.lanes[v])*slope;
     }
     return found;
 }
 
-/* Gauss's elimination of 1 - h (value of the way) slope: L below the diagonal, 1/U on it. Most speeds know nothing of each
+/* Gauss's elimination of 1 - h (eigenvalue) slope: L below the diagonal, 1/U on it. Most speeds know nothing of each
  * other: what is zero stays out. */
 static void eliminate_coupled(const coupled_t *c, double h)
 {
@@ -210,16 +210,16 @@ static void eliminate_coupled(const coupled_t *c, double h)
     for (int j = 0; j < size; j++)
         for (int k = 0; k < size; k++) {
             const double slope = c->slope[j*size + k];
-            put_entry(c->real, c->imaginary, j*size + k, less_way(j == k, h, slope));
+            put_entry(c->real, c->imaginary, j*size + k, less_eigenvalue(j == k, h, slope));
             c->filled[j*size + k] = slope != 0;
         }
     for (int k = 0; k < size; k++) {
-        const complex_ways_t pivot = inverse(entry(c->real, c->imaginary, k*size + k));
+        const complex_t pivot = inverse(entry(c->real, c->imaginary, k*size + k));
         put_entry(c->real, c->imaginary, k*size + k, pivot);
         for (int j = k + 1; j < size; j++) {
             if (!c->filled[j*size + k])
                 continue;
-            const complex_ways_t factor = product(entry(c->real, c->imaginary, j*size + k), pivot);
+            const complex_t factor = product(entry(c->real, c->imaginary, j*size + k), pivot);
             put_entry(c->real, c->imaginary, j*size + k, factor);
             for (int l = k + 1; l < size; l++) {
                 if (!c->filled[k*size + l])
@@ -232,16 +232,16 @@ static void eliminate_coupled(const coupled_t *c, double h)
     }
 }
 
-/* Values at the nodes in the ways. */
-ALWAYS_INLINE complex_ways_t to_ways(const nodes_t *values)
+/* Values at the nodes in the eigenvectors. */
+ALWAYS_INLINE complex_t to_eigen(const nodes_t *values)
 {
-    complex_ways_t sum;
+    complex_t sum;
     IN_REGISTERS
-    for (int v = 0; v < WAY_BLOCKS; v++) {
+    for (int v = 0; v < EIGEN_BLOCKS; v++) {
         lanes_t real = lanes_of(0), imaginary = lanes_of(0);
         for (int m = 0; m < NODES; m++) {
-            real += values->node[m]*to_real_way[m].lanes[v];
-            imaginary += values->node[m]*to_imaginary_way[m].lanes[v];
+            real += values->node[m]*to_eigen_real[m].lanes[v];
+            imaginary += values->node[m]*to_eigen_imaginary[m].lanes[v];
         }
         sum.real.lanes[v] = real, sum.imaginary.lanes[v] = imaginary;
     }
@@ -249,13 +249,13 @@ ALWAYS_INLINE complex_ways_t to_ways(const nodes_t *values)
 }
 
 /* And back. */
-ALWAYS_INLINE void from_ways(const complex_ways_t *ways, nodes_t *values)
+ALWAYS_INLINE void from_eigen(const complex_t *ways, nodes_t *values)
 {
     IN_REGISTERS
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t sum = lanes_of(0);
-        for (int k = 0; k < WAYS; k++)
-            sum += ways->real.way[k]*from_real_way[k].lanes[b] + ways->imaginary.way[k]*from_imaginary_way[k].lanes[b];
+        for (int k = 0; k < EIGENVALUES; k++)
+            sum += ways->real.value[k]*from_eigen_real[k].lanes[b] + ways->imaginary.value[k]*from_eigen_imaginary[k].lanes[b];
         values->lanes[b] = sum;
     }
 }
@@ -264,10 +264,10 @@ ALWAYS_INLINE void from_ways(const complex_ways_t *ways, nodes_t *values)
 static void solve_coupled(step_t *s)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, own = size - 3;
-    ways_t *const real = c->found_real, *const imaginary = c->found_imaginary;
+    const int size = c->size, beside = size - 3;
+    eigen_t *const real = c->found_real, *const imaginary = c->found_imaginary;
     for (int j = 0; j < size; j++) {
-        complex_ways_t rest = to_ways(&c->missing[j < own ? j : s->core + j - own]);
+        complex_t rest = to_eigen(&c->missing[j < beside ? j : s->core + j - beside]);
         for (int k = 0; k < j; k++)
             if (c->filled[j*size + k]) {
                 take_from(&rest.real, &rest.imaginary,
@@ -276,7 +276,7 @@ static void solve_coupled(step_t *s)
         put_entry(real, imaginary, j, rest);
     }
     for (int j = size - 1; j >= 0; j--) {
-        complex_ways_t rest = entry(real, imaginary, j);
+        complex_t rest = entry(real, imaginary, j);
         for (int k = j + 1; k < size; k++)
             if (c->filled[j*size + k]) {
                 take_from(&rest.real, &rest.imaginary,
@@ -284,11 +284,11 @@ static void solve_coupled(step_t *s)
             }
         rest = product(rest, entry(c->real, c->imaginary, j*size + j));
         put_entry(real, imaginary, j, rest);
-        from_ways(&rest, &c->missing[j < own ? j : s->core + j - own]);
+        from_eigen(&rest, &c->missing[j < beside ? j : s->core + j - beside]);
     }
-    for (int n = own; n < s->core; n++) {
-        const complex_ways_t change = product(to_ways(&c->missing[n]), inverse(less_way(1, s->h, c->own[n])));
-        from_ways(&change, &c->missing[n]);
+    for (int n = beside; n < s->core; n++) {
+        const complex_t change = product(to_eigen(&c->missing[n]), inverse(less_eigenvalue(1, s->h, c->diagonal[n])));
+        from_eigen(&change, &c->missing[n]);
     }
 }
 
@@ -311,8 +311,8 @@ ALWAYS_INLINE void rates_between(double start, double h, const nodes_t *at, node
     nodes_t moved;
     for (int b = 0; b < BLOCKS; b++)
         moved.lanes[b] = at->lanes[b] - start;
-    const complex_ways_t found = product(to_ways(&moved), inverse(less_way(0, -h, 1)));
-    from_ways(&found, rate);
+    const complex_t found = product(to_eigen(&moved), inverse(less_eigenvalue(0, -h, 1)));
+    from_eigen(&found, rate);
 }
 
 /* A better guess where friction is steep: the slip stays, and not the rate. Friction with a small named speed is steep only
@@ -338,18 +338,18 @@ static void guess_that_slip_stays(step_t *s, const int wheels)
 static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, own = size - 3;
+    const int size = c->size, beside = size - 3;
     double *const rates = c->small + size*size;
     for (int n = 0; n < s->core; n++)
         s->end_core[n] = s->core_dot[n][0];
     find_slopes(s, wheels, -1);
     for (int j = 0; j < size; j++)
-        rates[j] = c->start[j] = j < own ? s->end_core[j] : nu_dot[j - own][0];
+        rates[j] = c->start[j] = j < beside ? s->end_core[j] : nu_dot[j - beside][0];
     after(c, s->h/2, rates);
     for (int k = 0; k < 3; k++)
-        nu_dot[k] = lanes_of(rates[own + k]);
+        nu_dot[k] = lanes_of(rates[beside + k]);
     for (int n = 0; n < s->core; n++)
-        s->core_dot[n] = lanes_of(n < own ? rates[n] : s->end_core[n]/(1 - s->h/2*c->own[n]));
+        s->core_dot[n] = lanes_of(n < beside ? rates[n] : s->end_core[n]/(1 - s->h/2*c->diagonal[n]));
     for (int b = 0; b < BLOCKS; b++) {
         for (int k = 0; k < 3; k++)
             s->rate_nu[k].lanes[b] = nu_dot[k];
@@ -439,31 +439,31 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
 static double coupled_missed(const step_t *s)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, own = size - 3;
+    const int size = c->size, beside = size - 3;
     const double time = s->h/(2*NODES);
     double *const rates = c->small + size*size, of_nu = 0, of_core = 0;
     for (int last = 0; last < 2; last++) {
         for (int j = 0; j < size; j++)
-            rates[j] = weighted(j < own ? &s->rate_core[j] : &s->rate_nu[j - own], &gauss_last[last]);
+            rates[j] = weighted(j < beside ? &s->rate_core[j] : &s->rate_nu[j - beside], &gauss_last[last]);
         after(c, time, rates);
         for (int k = 0; k < 3; k++)
-            of_nu += fabs(rates[own + k]);
-        for (int j = 0; j < own; j++)
+            of_nu += fabs(rates[beside + k]);
+        for (int j = 0; j < beside; j++)
             of_core = fmax(of_core, 2*s->weight[j]*fabs(rates[j]));
     }
-    for (int n = own; n < s->core; n++)
-        of_core = fmax(of_core, s->weight[n]*tail(&s->rate_core[n])/(1 + time*fabs(c->own[n])));
+    for (int n = beside; n < s->core; n++)
+        of_core = fmax(of_core, s->weight[n]*tail(&s->rate_core[n])/(1 + time*fabs(c->diagonal[n])));
     return time*(of_nu + of_core);
 }
 
 /* A sum of how much rates would move the speeds, in the measure of nu. */
 static double moved_by_rates(const step_t *s, const double *rates)
 {
-    const int size = s->coupled->size, own = size - 3;
+    const int size = s->coupled->size, beside = size - 3;
     double of_nu = 0, of_core = 0;
     for (int k = 0; k < 3; k++)
-        of_nu += fabs(rates[own + k]);
-    for (int j = 0; j < own; j++)
+        of_nu += fabs(rates[beside + k]);
+    for (int j = 0; j < beside; j++)
         of_core = fmax(of_core, s->weight[j]*fabs(rates[j]));
     return of_nu + of_core;
 }
@@ -474,16 +474,16 @@ static double moved_by_rates(const step_t *s, const double *rates)
 static double missed_at_start(step_t *s, const int wheels, double allowed)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, own = size - 3;
+    const int size = c->size, beside = size - 3;
     const double time = s->h*gauss_node.node[0];
     double *const rates = c->small + size*size;
     for (int j = 0; j < size; j++)
-        rates[j] = weighted(j < own ? &s->rate_core[j] : &s->rate_nu[j - own], &gauss_start) - c->start[j];
+        rates[j] = weighted(j < beside ? &s->rate_core[j] : &s->rate_nu[j - beside], &gauss_start) - c->start[j];
     if (!(time*moved_by_rates(s, rates) > allowed))
         return 0;
     find_slopes(s, wheels, MIDDLE);
     for (int j = 0; j < size; j++)
-        rates[j] = weighted(j < own ? &s->rate_core[j] : &s->rate_nu[j - own], &gauss_start) - c->start[j];
+        rates[j] = weighted(j < beside ? &s->rate_core[j] : &s->rate_nu[j - beside], &gauss_start) - c->start[j];
     after(c, time, rates);
     return time*moved_by_rates(s, rates);
 }

@@ -107,7 +107,7 @@ ALWAYS_INLINE int comes_first(const step_t *s, double reached, double length)
     return reached < length || (reached == s->h && length == s->h && s->landing < 0);
 }
 
-static void find_own_late(step_t *s, const int wheels, const arrays_t *at);
+static void find_bearings_late(step_t *s, const int wheels, const arrays_t *at);
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at);
 
 /* The state at the end of the step, in all lanes; what sticks follows from nu. */
@@ -142,11 +142,11 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
 ALWAYS_INLINE void measure_holding_at_end(step_t *s, const int wheels, const arrays_t *at)
 {
     for (int k = 0; (SET_HOLDS || SET_STANDS) && k < 3; k++)
-        s->asked_late.force[k] = at->held_force[k][0] - weighted(&s->force[k], &gauss_end);
+        s->demand_late.force[k] = at->held_force[k][0] - weighted(&s->force[k], &gauss_end);
     for (int k = 0; SET_STANDS && k < 2*wheels; k++)
-        s->asked_late.along[k] = at->ground_force[k][0] - weighted(&s->along[k], &gauss_end);
+        s->demand_late.along[k] = at->ground_force[k][0] - weighted(&s->along[k], &gauss_end);
     if (SET_OWN_BEARINGS)
-        find_own_late(s, wheels, at);
+        find_bearings_late(s, wheels, at);
 }
 
 /* The same of a step that ends where bearings hold no more, beside contacts that have no modes. */
@@ -177,8 +177,8 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
     return length;
 }
 
-#define OWN_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
-static double length_to_own(step_t *s, const int wheels, double length);
+#define BEARING_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
+static double length_to_bearing(step_t *s, const int wheels, double length);
 
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
@@ -204,7 +204,7 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
     if (SET_IS_ACTED_ON)
         length = length_to_guard(s, wheels, length);
     if (SET_OWN_BEARINGS)
-        length = length_to_own(s, wheels, length);
+        length = length_to_bearing(s, wheels, length);
     if (SET_GRIPS)
         length = length_to_change(s, wheels, length);
     if (SET_HOLDS || SET_STANDS)
@@ -256,7 +256,8 @@ ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
     }
     if (SET_IN_SERIES) {  /* the spin is no number that can be set to zero there                    */
         const int bearing = s->landing - wheels - s->guards;
-        return bearing >= s->own->rollers_at && bearing < s->own_count && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
+        return bearing >= s->states->rollers_at && bearing < s->core_bearing_count
+            && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
     }
     return 0;
 }

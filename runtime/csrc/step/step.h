@@ -24,16 +24,16 @@ typedef struct {
     int size;                                   /* how many speeds                                */
     double *slope;                              /* size x size, of the rates in the speeds        */
     double *start;                              /* size: the rates at the start of the step       */
-    double *own;                                /* slopes of the other numbers of the core, each in itself */
+    double *diagonal;                                /* slopes of the other numbers of the core, each in itself */
     double *small;                              /* size x (size + 1), scratch                     */
     unsigned char *filled;                      /* size x size: what is not zero when eliminated  */
-    ways_t *real, *imaginary;                   /* size x size, eliminated                        */
-    ways_t *found_real, *found_imaginary;       /* size                                           */
+    eigen_t *real, *imaginary;                   /* size x size, eliminated                        */
+    eigen_t *found_real, *found_imaginary;       /* size                                           */
     nodes_t *missing;                           /* of all rates: of the core, then of nu          */
     double *reach;                              /* of each wheel where the slopes are from, of its roller's axial speed */
 } coupled_t;
 
-/* Bearings with rates of their own, which stand together in the core: of free rollers, or of axles. */
+/* Bearings whose rates are numbers of the core, where these stand together: of free rollers, or of axles. */
 typedef struct {
     lanes_t *sticks, *torque;                   /* 1 or 0; the torque of one that turns, else 0  */
     lanes_t *holding;                           /* out: what holds                               */
@@ -44,39 +44,39 @@ typedef struct {
     int wheels;
     double *now;                                /* rates at this instant                         */
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
-    double *takes;                              /* torques of those in own_bearings.c's spins_at_the_most(), else 0 */
+    double *takes;                              /* torques of those in core_bearings.c's spins_at_the_most(), else 0 */
     double *scale;                              /* of what stands in the place of their spins, in rad/s */
     lanes_t *load;                              /* of the contacts                               */
     const lanes_t *friction;
     lanes_t *dot;                               /* out: accelerations of the rollers' spins      */
     lanes_t *yaw_mass;                          /* out: one number                               */
-} own_bearings_t;
+} bearing_states_t;
 
-ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
+ALWAYS_INLINE void put_bearing_states(const bearing_states_t *states, point_t *point)
 {
     if (SET_SPINS_STICK)
-        point->free_sticks = own->sticks, point->free_bearing = own->torque, point->free_holding = own->holding;
+        point->free_sticks = states->sticks, point->free_bearing = states->torque, point->free_holding = states->holding;
     if (SET_AXLES_STICK)
-        point->axle_sticks = own->sticks, point->axle_holding = own->holding;   /* torques are among the inputs */
+        point->axle_sticks = states->sticks, point->axle_holding = states->holding;   /* torques are among the inputs */
     if (SET_IN_SERIES)
-        point->contact_sticks = own->sticks + own->rollers_at;  /* set_slip_spins() tells what holds them       */
+        point->contact_sticks = states->sticks + states->rollers_at;  /* set_slip_spins() tells what holds them       */
     if (SET_STRIPS)  /* but the dynamics does where contacts stick               */
-        point->contact_holding = own->holding + own->rollers_at, point->contact_spin = own->spin;
+        point->contact_holding = states->holding + states->rollers_at, point->contact_spin = states->spin;
     if (SET_DISKS_STICK) {
-        const int contact = own->rollers_at, free = contact + own->wheels;
-        point->contact_sticks = own->sticks + contact, point->contact_holding = own->holding + contact;
-        point->free_sticks = own->sticks + free, point->free_holding = own->holding + free;
-        point->free_bearing = own->torque + free;
-        point->contact_spin_dot = own->dot + contact, point->spins_dot = own->dot + free;
-        point->yaw_mass = own->yaw_mass;
+        const int contact = states->rollers_at, free = contact + states->wheels;
+        point->contact_sticks = states->sticks + contact, point->contact_holding = states->holding + contact;
+        point->free_sticks = states->sticks + free, point->free_holding = states->holding + free;
+        point->free_bearing = states->torque + free;
+        point->contact_spin_dot = states->dot + contact, point->spins_dot = states->dot + free;
+        point->yaw_mass = states->yaw_mass;
     }
 }
 
-/* Wheels that stand, along their axles (way 0) where contact and roller stick, along their rolling directions (way 1)
- * where contact and axle do. Where rollers do not stick a wheel stands in the latter way alone. */
+/* Wheels that stand, along their axles (direction 0) where contact and roller stick, along their rolling directions (1)
+ * where contact and axle do. Where rollers do not stick a wheel stands along its rolling direction alone. */
 typedef struct {
-    int count, wheel[MOST_BEARINGS], way[MOST_BEARINGS], bearing[MOST_BEARINGS];    /* the bearing that holds it */
-    int stands[2*MOST_WHEELS];                  /* of each wheel and way                                   */
+    int count, wheel[MOST_BEARINGS], direction[MOST_BEARINGS], bearing[MOST_BEARINGS];    /* the bearing that holds it */
+    int stands[2*MOST_WHEELS];                  /* of each wheel and direction                             */
     int *has_part;                              /* of each bearing: whether it holds one that stands       */
     bearings_t rows;                            /* what a unit force in each does to nu                    */
     double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
@@ -89,11 +89,11 @@ typedef struct {
     elements_t *problem;                        /* of what holds them: scratch                             */
 } standing_t;
 
-/* What they ask for: the force that holds nu, the torques of bearings where the ground took nothing in the ways in
+/* What they ask for: the force that holds nu, the torques of bearings where the ground took nothing in the directions in
  * which they stand, the ground's forces, and the arms of the rollers in contact. */
 typedef struct {
-    double force[3], asked[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
-} asked_t;
+    double force[3], of_bearings[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
+} demand_t;
 
 /* A step up to a rest, in a clock of its own: approach.c. */
 typedef struct {
@@ -149,7 +149,7 @@ typedef struct {
     nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
     nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
     nodes_t rate_pose[3];
-    double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], way[3];  /* way: of the pose, in the step */
+    double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], travel[3];   /* travel: of the pose, in the step */
     int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
     double late;                                /* the event comes this much later than h,       */
     double reach;                               /* at most this part of h                        */
@@ -173,7 +173,7 @@ typedef struct {
     int rolls;                                  /* all stick: what is coupled with nu follows from it */
     int blind;                                  /* and no sweep asks yet with how much friction */
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
-    double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
+    double residual_slip[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
     double rest_in;                             /* the time until the first other slip comes to rest         */
     int rests;                                  /* which slip that is                                        */
     const lanes_t *load, *friction;
@@ -182,13 +182,13 @@ typedef struct {
     nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */
     double begun[2*MOST_WHEELS];                /* the same at the start of the step              */
     nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
-    nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
+    nodes_t self_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
     int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
-    nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
+    nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], excess[MOST_WHEELS];
     double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take under their loads at rest */
     double per_load[MOST_WHEELS], presses[MOST_WHEELS];     /* over these loads; 1 for contacts that carry one, else 0 */
     nodes_t at_load[MOST_WHEELS];               /* loads at the nodes, where they follow from the motion: loads.c */
-    double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
+    double slip_start[2*MOST_WHEELS], excess_start[MOST_WHEELS], excess_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
     double end_slip[2*MOST_WHEELS];
     double turn_noise;                          /* of what contacts that stick take, by directions of slow slips  */
@@ -205,13 +205,13 @@ typedef struct {
     lanes_t directions[9], absent[3];           /* of nu                                         */
     nodes_t force[3];                           /* that holds, at the nodes                      */
     double force_size[3], per_force[3];
-    int own_count;
-    double left_in_rates;                       /* of bearings, by the iteration at the nodes    */
-    const omniroll_bearing_t *own_bearing;      /* those with rates of their own                 */
-    const own_bearings_t *own;
+    int core_bearing_count;
+    double residual_of_rates;                       /* of bearings, by the iteration at the nodes    */
+    const omniroll_bearing_t *core_bearing;      /* those whose rates are numbers of the core      */
+    const bearing_states_t *states;
     const standing_t *standing;
     nodes_t along[2*MOST_WHEELS];               /* what wheels that stand ask for, at nodes */
-    asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
+    demand_t demand_start, demand_late;            /* at the start; what the polynomials lack at the end */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */

@@ -85,7 +85,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     if (SET_HOLDS)
         begin_held_forces(run, s, wheels);
     if (SET_OWN_BEARINGS)
-        s->left_in_rates = left_in_rates(run);
+        s->residual_of_rates = residual_of_rates(run);
     if (SET_IS_ACTED_ON)
         begin_guards(run, s, wheels);
     (void)work;
@@ -198,12 +198,12 @@ ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest,
 ALWAYS_INLINE void nothing_is_late(step_t *s)
 {
     if (SET_HOLDS || SET_STANDS) {
-        memset(&s->asked_late, 0, sizeof s->asked_late);
+        memset(&s->demand_late, 0, sizeof s->demand_late);
         s->nearly_used = 0;
     }
     if (SET_OWN_BEARINGS)
-        for (int k = 0; k < s->own_count; k++)
-            s->own->late[k] = 0;
+        for (int k = 0; k < s->core_bearing_count; k++)
+            s->states->late[k] = 0;
     (void)s;
 }
 
@@ -271,7 +271,7 @@ ALWAYS_INLINE void end_late(step_t *s, const int wheels)
 {
     for (int k = 0; k < 3; k++) {
         s->end_nu[k] += s->late*weighted(&s->rate_nu[k], &gauss_end);
-        s->way[k] += s->late*weighted(&s->rate_pose[k], &gauss_end);
+        s->travel[k] += s->late*weighted(&s->rate_pose[k], &gauss_end);
     }
     for (int i = 0; i < wheels; i++)
         s->end_chi[i] += s->late*s->end_rate[i];
@@ -296,8 +296,8 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     if (SET_HOLDS || SET_STANDS)
         turned = fmin(turned, turn_of_use(s, wheels));
     if (SET_OWN_BEARINGS)
-        for (int k = 0; k < s->own_count; k++)
-            turned = fmin(turned, turn_of_own(s, k));
+        for (int k = 0; k < s->core_bearing_count; k++)
+            turned = fmin(turned, turn_of_bearing(s, k));
     return turned;
 }
 
@@ -592,7 +592,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         put_step(run, s);
     for (int k = 0; k < 3; k++) {
         run->nu[k] = s->end_nu[k];
-        run->pose[k] = sum_and_rest(run->pose[k], s->way[k] + run->pose_carry[k], &run->pose_carry[k]);
+        run->pose[k] = sum_and_rest(run->pose[k], s->travel[k] + run->pose_carry[k], &run->pose_carry[k]);
     }
     for (int i = 0; i < wheels; i++) {
         const double sign = s->end_chi[i] < 0 ? -1 : 1;

@@ -91,11 +91,11 @@ class WhatActs:
         run.axle_count = 0 if axles is None else self.wheels
         free = self.wheels * (kernel.rollers_per_wheel - 1) if kernel.has_spins and rollers is not None else 0
         if not kernel.slips:
-            run.own_count = free
+            run.core_bearing_count = free
             if rollers is not None:
                 run.roller_inertia, run.rate_of_speed = kernel.vehicle.roller_inertia, 1 / kernel.vehicle.yaw_scale
             return
-        run.own_count = run.axle_count + free + (0 if rollers is None else self.wheels)
+        run.core_bearing_count = run.axle_count + free + (0 if rollers is None else self.wheels)
         beside = self.plan.acting.effects.grip(kernel.vehicle) is not None
         asks = axles is not None or (beside and rollers is not None)
         rates = [float(np.linalg.norm(kernel.wheel_rows, axis=1).max())] if asks else []

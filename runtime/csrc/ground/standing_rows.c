@@ -1,4 +1,4 @@
-/* Wheels that stand in different sets of contacts and axles: what each set leaves of nu. */
+/* Wheels that stand: the rows of their rates, and what these leave of nu. */
 #define FROM_REST 1e6               /* s: in which a rate that settles makes the least speed that others are rounded against */
 
 /* The rates of the wheels for each of nu. */
@@ -13,24 +13,24 @@ static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector
     }
 }
 
-/* The place among the bearings of the one that holds a wheel in a way; -1 where it has none that may stick. Ways are
- * counted over all wheels, of each first that along its axle. */
-ALWAYS_INLINE int place_in_way(const omniroll_run_t *run, int way)
+/* The place among the bearings of the one that holds a wheel in a direction; -1 where it has none that may stick.
+ * Directions are counted over all wheels, of each first that along its axle. */
+ALWAYS_INLINE int place_in_direction(const omniroll_run_t *run, int direction)
 {
-    if (way%2)
-        return SET_AXLES_STICK ? way/2 : -1;
-    return SET_ROLLERS_TURN ? (SET_AXLES_STICK ? run->wheels : 0) + way/2 : -1;
+    if (direction%2)
+        return SET_AXLES_STICK ? direction/2 : -1;
+    return SET_ROLLERS_TURN ? (SET_AXLES_STICK ? run->wheels : 0) + direction/2 : -1;
 }
 
-/* What a unit force on each wheel in each way does to nu, or its like. */
-static void rows_in_ways(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
+/* What a unit force on each wheel in each direction does to nu, in some unit. */
+static void rows_in_directions(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
 {
     vector3_t of_wheels[MOST_WHEELS];
     rows_of_wheels(run, work, of_wheels);
     for (int i = 0; i < run->wheels; i++) {
-        const int roller = place_in_way(run, 2*i);
+        const int roller = place_in_direction(run, 2*i);
         for (int k = 0; k < 3; k++) {
-            rows[2*i][k] = roller < 0 ? 0 : run->ground.reach*own_bearings(run)[roller].row[k];
+            rows[2*i][k] = roller < 0 ? 0 : run->ground.reach*core_bearings(run)[roller].row[k];
             rows[2*i + 1][k] = -run->ground.arms[2]*of_wheels[i][k];
         }
     }

@@ -1,4 +1,4 @@
-/* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
+/* Where a bearing whose rate is a number of the core changes its mode: one that turns comes to rest, one that sticks is asked for more
  * than it takes. As events.c does for wheels and guards. */
 
 /* What holds is rounded so. */
@@ -14,7 +14,7 @@ ALWAYS_INLINE int may_hold(const omniroll_bearing_t *bearing)
 }
 
 /* What one that sticks takes at most: a massless roller also what it came to rest with. */
-ALWAYS_INLINE double most_of(const omniroll_bearing_t *bearing)
+ALWAYS_INLINE double bound_of(const omniroll_bearing_t *bearing)
 {
     return SET_IN_SERIES ? fmax(bearing->holding, bearing->size) : bearing->holding;
 }
@@ -22,13 +22,13 @@ ALWAYS_INLINE double most_of(const omniroll_bearing_t *bearing)
 /* Whether a bearing turns as its roller does on its disk: then its rate at the nodes stands in the place of what holds. */
 ALWAYS_INLINE int is_spin(const step_t *s, int k)
 {
-    return SET_ROLLERS_TURN && k >= s->own->rollers_at && s->own_bearing[k].mode;
+    return SET_ROLLERS_TURN && k >= s->states->rollers_at && s->core_bearing[k].mode;
 }
 
 /* The rate of a bearing at the step's start. */
-ALWAYS_INLINE double own_start(const step_t *s, int k)
+ALWAYS_INLINE double bearing_start(const step_t *s, int k)
 {
-    return SET_ROLLERS_TURN ? s->own->now[k] : s->start_core[own_rates_at(s->wheels) + k];
+    return SET_ROLLERS_TURN ? s->states->now[k] : s->start_core[bearing_rates_at(s->wheels) + k];
 }
 
 #define RISES_ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
@@ -36,13 +36,13 @@ ALWAYS_INLINE double own_start(const step_t *s, int k)
 /* Of a spin against its mode, at the step's end: the spin, and its rate. */
 ALWAYS_INLINE double spin_at_end(const step_t *s, int k)
 {
-    return -s->own_bearing[k].mode*(weighted(s->own->held + k, &gauss_end) + s->own->late[k]);
+    return -s->core_bearing[k].mode*(weighted(s->states->held + k, &gauss_end) + s->states->late[k]);
 }
 
 static double spin_rate_at_end(const step_t *s, int k)
 {
-    const double slope = -s->own_bearing[k].mode*weighted(s->own->held + k, &gauss_end_slope);
-    const double start = -s->own_bearing[k].mode*own_start(s, k), rounding = EPS*(s->own_bearing[k].size + fabs(start));
+    const double slope = -s->core_bearing[k].mode*weighted(s->states->held + k, &gauss_end_slope);
+    const double start = -s->core_bearing[k].mode*bearing_start(s, k), rounding = EPS*(s->core_bearing[k].size + fabs(start));
     const double rises = spin_at_end(s, k) - start;     /* what the iteration leaves moves all nodes alike          */
     if (SET_IN_SERIES && slope*rises > 0 && fabs(slope) < RISES_ALIKE*fabs(rises) && fabs(rises) < RISES_ALIKE*fabs(slope))
         return slope/s->h;
@@ -52,9 +52,10 @@ static double spin_rate_at_end(const step_t *s, int k)
 /* Where in the step a spin is against its mode, and not at the end: where it is farthest, or 1. */
 static double turn_of_spin(const step_t *s, int k)
 {
-    const omniroll_bearing_t *const bearing = s->own_bearing + k;
-    const double start = -bearing->mode*own_start(s, k), bound = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->left_in_rates;
-    nodes_t rate = times(gauss_slope, s->own->held + k);
+    const omniroll_bearing_t *const bearing = s->core_bearing + k;
+    const double start = -bearing->mode*bearing_start(s, k);
+    const double bound = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->residual_of_rates;
+    nodes_t rate = times(gauss_slope, s->states->held + k);
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] *= -bearing->mode;
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, bound);
@@ -65,49 +66,49 @@ ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
 {
     nodes_t rate;
     for (int b = 0; b < BLOCKS; b++)
-        rate.lanes[b] = -s->own_bearing[k].mode*s->rate_core[own_rates_at(s->wheels) + k].lanes[b];
+        rate.lanes[b] = -s->core_bearing[k].mode*s->rate_core[bearing_rates_at(s->wheels) + k].lanes[b];
     return rate;
 }
 
 /* How far a bearing is beyond the end of its mode at the step's end, and what is beyond rounding. */
-ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
+ALWAYS_INLINE double bearing_at_end(const step_t *s, int k, double *beyond)
 {
-    const omniroll_bearing_t *const bearing = s->own_bearing + k;
-    const double start = own_start(s, k);
+    const omniroll_bearing_t *const bearing = s->core_bearing + k;
+    const double start = bearing_start(s, k);
     if (bearing->mode) {
-        *beyond = PASSED*EPS*(bearing->size + fabs(start)) + s->left_in_rates;
+        *beyond = PASSED*EPS*(bearing->size + fabs(start)) + s->residual_of_rates;
         if (is_spin(s, k))
             return spin_at_end(s, k);
-        return -bearing->mode*(start + s->h*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_weight));
+        return -bearing->mode*(start + s->h*weighted(s->rate_core + bearing_rates_at(s->wheels) + k, &gauss_weight));
     }
-    const double torque = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
-    const double most = most_of(s->own_bearing + k);
+    const double torque = weighted(s->states->held + k, &gauss_end) + s->states->late[k];
+    const double most = bound_of(s->core_bearing + k);
     *beyond = 0;
-    return fabs(torque) - most - OWN_LANDS*rounding_of_holding(torque, most);
+    return fabs(torque) - most - BEARING_LANDS*rounding_of_holding(torque, most);
 }
 
 /* What is rounding of it, where the bearing sticks. */
 ALWAYS_INLINE double rounding_at_end(const step_t *s, int k)
 {
-    return s->own_bearing[k].mode ? 0
-        : rounding_of_holding(weighted(s->own->held + k, &gauss_end) + s->own->late[k], most_of(s->own_bearing + k));
+    return s->core_bearing[k].mode ? 0
+        : rounding_of_holding(weighted(s->states->held + k, &gauss_end) + s->states->late[k], bound_of(s->core_bearing + k));
 }
 
 /* The rate of that at the step's end. */
-static double own_rate_at_end(const step_t *s, int k)
+static double bearing_rate_at_end(const step_t *s, int k)
 {
-    const omniroll_bearing_t *const bearing = s->own_bearing + k;
+    const omniroll_bearing_t *const bearing = s->core_bearing + k;
     if (is_spin(s, k))
         return spin_rate_at_end(s, k);
     if (bearing->mode)
-        return -bearing->mode*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_end);
-    const nodes_t *const held = s->own->held + k;
-    const double torque = weighted(held, &gauss_end) + s->own->late[k], sign = torque < 0 ? -1 : 1;
-    const double rounding = rounding_of_holding(torque, most_of(s->own_bearing + k));
-    double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*s->own_bearing[k].torque;
+        return -bearing->mode*weighted(s->rate_core + bearing_rates_at(s->wheels) + k, &gauss_end);
+    const nodes_t *const held = s->states->held + k;
+    const double torque = weighted(held, &gauss_end) + s->states->late[k], sign = torque < 0 ? -1 : 1;
+    const double rounding = rounding_of_holding(torque, bound_of(s->core_bearing + k));
+    double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*s->core_bearing[k].torque;
     if (fabs(rate)*s->h < HELD_RISES*rounding)
         rate = rises/s->h;
-    return fabs(rate)*s->h < 0.5*OWN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
+    return fabs(rate)*s->h < 0.5*BEARING_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
 }
 
 /* Whether an axle starts to turn: where the ground is stiff, what the iteration has left of the slip may turn it back for
@@ -115,30 +116,30 @@ static double own_rate_at_end(const step_t *s, int k)
 ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 {
     /* but a spin is what the state says: one as slow as that may be about to stop                                  */
-    if (SET_IN_SERIES && is_spin(s, k) && -s->own_bearing[k].mode*(s->own->held[k].node[0] - own_start(s, k)) > 0)
+    if (SET_IN_SERIES && is_spin(s, k) && -s->core_bearing[k].mode*(s->states->held[k].node[0] - bearing_start(s, k)) > 0)
         return 0;
-    return (SET_AXLES_STICK || SET_ROLLERS_TURN) && s->own_bearing[k].mode && fabs(own_start(s, k)) <= beyond;
+    return (SET_AXLES_STICK || SET_ROLLERS_TURN) && s->core_bearing[k].mode && fabs(bearing_start(s, k)) <= beyond;
 }
 
 /* Whether a bearing ends no step by itself: one that holds a wheel which stands with others is looked at with these, and
  * one that cannot hold anything turns on. */
 ALWAYS_INLINE int ends_no_step(const step_t *s, int k)
 {
-    return (SET_STANDS && s->standing->has_part[k]) || (s->own_bearing[k].mode && !may_hold(s->own_bearing + k));
+    return (SET_STANDS && s->standing->has_part[k]) || (s->core_bearing[k].mode && !may_hold(s->core_bearing + k));
 }
 
 /* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
  * step's end changes it later: not before a length that is shorter. */
-static double length_to_own(step_t *s, const int wheels, double length)
+static double length_to_bearing(step_t *s, const int wheels, double length)
 {
-    for (int k = 0; k < s->own_count; k++) {
+    for (int k = 0; k < s->core_bearing_count; k++) {
         double beyond;
         if (ends_no_step(s, k))
             continue;
-        const double value = own_at_end(s, k, &beyond);
+        const double value = bearing_at_end(s, k, &beyond);
         if (value <= 0 && length <= s->h)
             continue;
-        const double rate = own_rate_at_end(s, k);
+        const double rate = bearing_rate_at_end(s, k);
         if (!((rate > 0 && !starts_from_rest(s, k, beyond)) || value > beyond))
             continue;
         const double reached = reached_from(s, value, rate);
@@ -152,10 +153,10 @@ static double length_to_own(step_t *s, const int wheels, double length)
 }
 
 /* A bearing whose mode ends inside the step and not at its end: where, or 1. */
-static double turn_of_own(const step_t *s, int k)
+static double turn_of_bearing(const step_t *s, int k)
 {
-    const omniroll_bearing_t *const bearing = s->own_bearing + k;
-    const double start = own_start(s, k);
+    const omniroll_bearing_t *const bearing = s->core_bearing + k;
+    const double start = bearing_start(s, k);
     if (ends_no_step(s, k))
         return 1;
     if (is_spin(s, k))
@@ -163,11 +164,12 @@ static double turn_of_own(const step_t *s, int k)
     if (bearing->mode) {
         const nodes_t rate = turning_rate(s, k);
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
-                           PASSED*EPS*(bearing->size + fabs(start)) + s->left_in_rates);
+                           PASSED*EPS*(bearing->size + fabs(start)) + s->residual_of_rates);
     }
-    const double most = most_of(s->own_bearing + k), bound = most + HELD_NOISE*rounding_of_holding(s->own_bearing[k].torque, most);
-    if (LEBESGUE*largest_of(s->own->held + k) <= bound)
+    const double most = bound_of(s->core_bearing + k);
+    const double bound = most + HELD_NOISE*rounding_of_holding(s->core_bearing[k].torque, most);
+    if (LEBESGUE*largest_of(s->states->held + k) <= bound)
         return 1;
-    const nodes_t rate = times(gauss_slope, s->own->held + k);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->own_bearing[k].torque, -bound, bound);
+    const nodes_t rate = times(gauss_slope, s->states->held + k);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->core_bearing[k].torque, -bound, bound);
 }
