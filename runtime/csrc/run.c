@@ -132,8 +132,8 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     s->wheels = wheels, s->vehicle = &work->vehicle, s->momenta = work->momenta, s->joint = run->joint;
     s->sweeps = 0;
     s->core = work->core;                       /* 0 of sets that integrate nothing beside nu                 */
-    s->guards = s->held = s->of_contacts = 0;
-    s->sliding = s->turning = s->gripping = 0;
+    s->event.guards = s->hold.held = s->hold.of_contacts = 0;
+    s->contact.sliding = s->contact.turning = s->contact.gripping = 0;
     if (SET_IS_ACTED_ON)
         s->stiff.on = s->stiff.of_nu = s->stiff.by_axles = 0;
     if (SET_CORE_PARTS && !run->started) {

@@ -22,13 +22,13 @@ ALWAYS_INLINE double bound_of(const omniroll_bearing_t *bearing)
 /* Whether a bearing turns as its roller does on its disk: then its rate at the nodes stands in the place of what holds. */
 ALWAYS_INLINE int is_spin(const step_t *s, int k)
 {
-    return SET_ROLLERS_TURN && k >= s->states->rollers_at && s->core_bearing[k].mode;
+    return SET_ROLLERS_TURN && k >= s->hold.states->rollers_at && s->hold.bearing[k].mode;
 }
 
 /* The rate of a bearing at the step's start. */
 ALWAYS_INLINE double bearing_start(const step_t *s, int k)
 {
-    return SET_ROLLERS_TURN ? s->states->now[k] : s->start_core[bearing_rates_at(s->wheels) + k];
+    return SET_ROLLERS_TURN ? s->hold.states->now[k] : s->start_core[bearing_rates_at(s->wheels) + k];
 }
 
 #define RISES_ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
@@ -36,13 +36,14 @@ ALWAYS_INLINE double bearing_start(const step_t *s, int k)
 /* Of a spin against its mode, at the step's end: the spin, and its rate. */
 ALWAYS_INLINE double spin_at_end(const step_t *s, int k)
 {
-    return -s->core_bearing[k].mode*(weighted(s->states->held + k, &gauss_end) + s->states->late[k]);
+    return -s->hold.bearing[k].mode*(weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k]);
 }
 
 static double spin_rate_at_end(const step_t *s, int k)
 {
-    const double slope = -s->core_bearing[k].mode*weighted(s->states->held + k, &gauss_end_slope);
-    const double start = -s->core_bearing[k].mode*bearing_start(s, k), rounding = EPS*(s->core_bearing[k].size + fabs(start));
+    const double slope = -s->hold.bearing[k].mode*weighted(s->hold.states->held + k, &gauss_end_slope);
+    const double start = -s->hold.bearing[k].mode*bearing_start(s, k);
+    const double rounding = EPS*(s->hold.bearing[k].size + fabs(start));
     const double rises = spin_at_end(s, k) - start;     /* what the iteration leaves moves all nodes alike          */
     if (SET_IN_SERIES && slope*rises > 0 && fabs(slope) < RISES_ALIKE*fabs(rises) && fabs(rises) < RISES_ALIKE*fabs(slope))
         return slope/s->h;
@@ -52,10 +53,10 @@ static double spin_rate_at_end(const step_t *s, int k)
 /* Where in the step a spin is against its mode, and not at the end: where it is farthest, or 1. */
 static double turn_of_spin(const step_t *s, int k)
 {
-    const omniroll_bearing_t *const bearing = s->core_bearing + k;
+    const omniroll_bearing_t *const bearing = s->hold.bearing + k;
     const double start = -bearing->mode*bearing_start(s, k);
-    const double bound = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->residual_of_rates;
-    nodes_t rate = times(gauss_slope, s->states->held + k);
+    const double bound = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->hold.residual;
+    nodes_t rate = times(gauss_slope, s->hold.states->held + k);
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] *= -bearing->mode;
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, bound);
@@ -66,23 +67,23 @@ ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
 {
     nodes_t rate;
     for (int b = 0; b < BLOCKS; b++)
-        rate.lanes[b] = -s->core_bearing[k].mode*s->rate_core[bearing_rates_at(s->wheels) + k].lanes[b];
+        rate.lanes[b] = -s->hold.bearing[k].mode*s->rate_core[bearing_rates_at(s->wheels) + k].lanes[b];
     return rate;
 }
 
 /* How far a bearing is beyond the end of its mode at the step's end, and what is beyond rounding. */
 ALWAYS_INLINE double bearing_at_end(const step_t *s, int k, double *beyond)
 {
-    const omniroll_bearing_t *const bearing = s->core_bearing + k;
+    const omniroll_bearing_t *const bearing = s->hold.bearing + k;
     const double start = bearing_start(s, k);
     if (bearing->mode) {
-        *beyond = PASSED*EPS*(bearing->size + fabs(start)) + s->residual_of_rates;
+        *beyond = PASSED*EPS*(bearing->size + fabs(start)) + s->hold.residual;
         if (is_spin(s, k))
             return spin_at_end(s, k);
         return -bearing->mode*(start + s->h*weighted(s->rate_core + bearing_rates_at(s->wheels) + k, &gauss_weight));
     }
-    const double torque = weighted(s->states->held + k, &gauss_end) + s->states->late[k];
-    const double most = bound_of(s->core_bearing + k);
+    const double torque = weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k];
+    const double most = bound_of(s->hold.bearing + k);
     *beyond = 0;
     return fabs(torque) - most - BEARING_LANDS*rounding_of_holding(torque, most);
 }
@@ -90,22 +91,23 @@ ALWAYS_INLINE double bearing_at_end(const step_t *s, int k, double *beyond)
 /* What is rounding of it, where the bearing sticks. */
 ALWAYS_INLINE double rounding_at_end(const step_t *s, int k)
 {
-    return s->core_bearing[k].mode ? 0
-        : rounding_of_holding(weighted(s->states->held + k, &gauss_end) + s->states->late[k], bound_of(s->core_bearing + k));
+    return s->hold.bearing[k].mode ? 0
+        : rounding_of_holding(weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k],
+                              bound_of(s->hold.bearing + k));
 }
 
 /* The rate of that at the step's end. */
 static double bearing_rate_at_end(const step_t *s, int k)
 {
-    const omniroll_bearing_t *const bearing = s->core_bearing + k;
+    const omniroll_bearing_t *const bearing = s->hold.bearing + k;
     if (is_spin(s, k))
         return spin_rate_at_end(s, k);
     if (bearing->mode)
         return -bearing->mode*weighted(s->rate_core + bearing_rates_at(s->wheels) + k, &gauss_end);
-    const nodes_t *const held = s->states->held + k;
-    const double torque = weighted(held, &gauss_end) + s->states->late[k], sign = torque < 0 ? -1 : 1;
-    const double rounding = rounding_of_holding(torque, bound_of(s->core_bearing + k));
-    double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*s->core_bearing[k].torque;
+    const nodes_t *const held = s->hold.states->held + k;
+    const double torque = weighted(held, &gauss_end) + s->hold.states->late[k], sign = torque < 0 ? -1 : 1;
+    const double rounding = rounding_of_holding(torque, bound_of(s->hold.bearing + k));
+    double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*s->hold.bearing[k].torque;
     if (fabs(rate)*s->h < HELD_RISES*rounding)
         rate = rises/s->h;
     return fabs(rate)*s->h < 0.5*BEARING_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
@@ -116,23 +118,24 @@ static double bearing_rate_at_end(const step_t *s, int k)
 ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 {
     /* but a spin is what the state says: one as slow as that may be about to stop                                  */
-    if (SET_IN_SERIES && is_spin(s, k) && -s->core_bearing[k].mode*(s->states->held[k].node[0] - bearing_start(s, k)) > 0)
+    if (SET_IN_SERIES && is_spin(s, k)
+        && -s->hold.bearing[k].mode*(s->hold.states->held[k].node[0] - bearing_start(s, k)) > 0)
         return 0;
-    return (SET_AXLES_STICK || SET_ROLLERS_TURN) && s->core_bearing[k].mode && fabs(bearing_start(s, k)) <= beyond;
+    return (SET_AXLES_STICK || SET_ROLLERS_TURN) && s->hold.bearing[k].mode && fabs(bearing_start(s, k)) <= beyond;
 }
 
 /* Whether a bearing ends no step by itself: one that holds a wheel which stands with others is looked at with these, and
  * one that cannot hold anything turns on. */
 ALWAYS_INLINE int ends_no_step(const step_t *s, int k)
 {
-    return (SET_STANDS && s->standing->has_part[k]) || (s->core_bearing[k].mode && !may_hold(s->core_bearing + k));
+    return (SET_STANDS && s->hold.standing->has_part[k]) || (s->hold.bearing[k].mode && !may_hold(s->hold.bearing + k));
 }
 
 /* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
  * step's end changes it later: not before a length that is shorter. */
 static double length_to_bearing(step_t *s, const int wheels, double length)
 {
-    for (int k = 0; k < s->core_bearing_count; k++) {
+    for (int k = 0; k < s->hold.count; k++) {
         double beyond;
         if (ends_no_step(s, k))
             continue;
@@ -145,8 +148,8 @@ static double length_to_bearing(step_t *s, const int wheels, double length)
         const double reached = reached_from(s, value, rate);
         if (comes_first(s, reached, length)) {
             length = reached;
-            s->landing = wheels + s->guards + s->of_contacts + k;
-            s->unsure = rate > 0 ? rounding_at_end(s, k)/rate : 0;
+            s->event.landing = wheels + s->event.guards + s->hold.of_contacts + k;
+            s->event.unsure = rate > 0 ? rounding_at_end(s, k)/rate : 0;
         }
     }
     return length;
@@ -155,7 +158,7 @@ static double length_to_bearing(step_t *s, const int wheels, double length)
 /* A bearing whose mode ends inside the step and not at its end: where, or 1. */
 static double turn_of_bearing(const step_t *s, int k)
 {
-    const omniroll_bearing_t *const bearing = s->core_bearing + k;
+    const omniroll_bearing_t *const bearing = s->hold.bearing + k;
     const double start = bearing_start(s, k);
     if (ends_no_step(s, k))
         return 1;
@@ -164,12 +167,12 @@ static double turn_of_bearing(const step_t *s, int k)
     if (bearing->mode) {
         const nodes_t rate = turning_rate(s, k);
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
-                           PASSED*EPS*(bearing->size + fabs(start)) + s->residual_of_rates);
+                           PASSED*EPS*(bearing->size + fabs(start)) + s->hold.residual);
     }
-    const double most = bound_of(s->core_bearing + k);
-    const double bound = most + HELD_NOISE*rounding_of_holding(s->core_bearing[k].torque, most);
-    if (LEBESGUE*largest_of(s->states->held + k) <= bound)
+    const double most = bound_of(s->hold.bearing + k);
+    const double bound = most + HELD_NOISE*rounding_of_holding(s->hold.bearing[k].torque, most);
+    if (LEBESGUE*largest_of(s->hold.states->held + k) <= bound)
         return 1;
-    const nodes_t rate = times(gauss_slope, s->states->held + k);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->core_bearing[k].torque, -bound, bound);
+    const nodes_t rate = times(gauss_slope, s->hold.states->held + k);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->hold.bearing[k].torque, -bound, bound);
 }

@@ -304,10 +304,10 @@ static int stop_bearings(omniroll_run_t *run, const work_t *work)
 /* What the polynomials of what holds, and of spins, lack at a step's end, from an evaluation there. */
 static void find_bearings_late(step_t *s, const int wheels, const arrays_t *at)
 {
-    const bearing_states_t *const states = s->states;
+    const bearing_states_t *const states = s->hold.states;
     if (SET_ROLLERS_TURN)
         bearing_rates_in_lanes(states, s->vehicle, wheels, at->nu, at->chi, s->core_here, states->rate);
-    for (int k = 0; k < s->core_bearing_count; k++)
+    for (int k = 0; k < s->hold.count; k++)
         states->late[k] = (is_spin(s, k) ? states->rate[k][0] : states->holding[k][0])
             - weighted(states->held + k, &gauss_end);
 }

@@ -65,7 +65,7 @@ static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
  * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
 static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    const int landed = s->landing - s->wheels - s->guards;
+    const int landed = s->event.landing - s->wheels - s->event.guards;
     if (SET_DISKS_STICK)
         keep_rollers_at_rest(run, work);
     if (run->hold.count)

@@ -4,21 +4,21 @@
  * their disks. */
 ALWAYS_INLINE void keep_bearings(step_t *s, const int wheels, int b, const arrays_t *at)
 {
-    const bearing_states_t *const states = s->states;
+    const bearing_states_t *const states = s->hold.states;
     bearing_rates_in_lanes(states, s->vehicle, wheels, at->nu, at->chi, core_at(s, b), states->rate);
-    for (int k = 0; k < s->core_bearing_count; k++)
+    for (int k = 0; k < s->hold.count; k++)
         states->held[k].lanes[b] = is_spin(s, k) ? states->rate[k] : states->holding[k];
 }
 
 /* Rollers that stick turn with their disks at the step's end, as in the row (keep_rollers_at_rest). */
 static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arrays_t *at)
 {
-    const bearing_states_t *const states = s->states;
+    const bearing_states_t *const states = s->hold.states;
     if (!SET_DISKS_STICK)
         return;
     bearing_rates_in_lanes(states, s->vehicle, wheels, at->nu, at->chi, s->core_here, states->rate);
-    for (int k = states->rollers_at; k < s->core_bearing_count; k++)
-        if (s->core_bearing[k].mode == 0)
+    for (int k = states->rollers_at; k < s->hold.count; k++)
+        if (s->hold.bearing[k].mode == 0)
             s->core_here[bearing_rates_at(wheels) + k] -= states->rate[k];
 }
 

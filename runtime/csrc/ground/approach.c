@@ -35,18 +35,18 @@ enum { NO_APPROACH, MISSES_REST, APPROACHES };
 /* What turns a slip on its way to rest, in m/s. */
 ALWAYS_INLINE double turns_slip(const step_t *s)
 {
-    return s->approach.across*s->rest_in;
+    return s->approach.across*s->contact.rest_in;
 }
 
 /* The power of the time to rest with which that is left, 1 + a, from the rates at the start of the step: how strongly
  * forces that turn take away what is across, over how fast the slip falls. */
 static void find_power_of_turn(const work_t *work, step_t *s, const double *towards)
 {
-    const int i = s->rests;
+    const int i = s->contact.rests;
     const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
     nodes_t per_turn[2];
     response_to_turn(s, i, i, per_turn);
-    const double falls = hypot(s->slip_start[2*i], s->slip_start[2*i + 1])/s->rest_in;
+    const double falls = hypot(s->slip.start[2*i], s->slip.start[2*i + 1])/s->contact.rest_in;
     s->approach.across = fabs(rate[1]*towards[0] - rate[0]*towards[1]);
     s->approach.fades = (per_turn[0].node[0]*towards[1] - per_turn[1].node[0]*towards[0])/falls;
 }
@@ -54,8 +54,8 @@ static void find_power_of_turn(const work_t *work, step_t *s, const double *towa
 /* The power m of the clock, 0 where a step in time is better; and what part of the time the step leaves. */
 static int choose_clock(step_t *s)
 {
-    const int i = s->rests;
-    const double allowed = s->residual_slip[i]/TURNS_AWAY, size = hypot(s->slip_start[2*i], s->slip_start[2*i + 1]);
+    const int i = s->contact.rests;
+    const double allowed = s->contact.residual_slip[i]/TURNS_AWAY, size = hypot(s->slip.start[2*i], s->slip.start[2*i + 1]);
     const double turn = turns_slip(s)/(size*fabs(s->approach.fades - 1));
     s->approach.leaves = 0;
     if (s->approach.fades > TURNS_OVER && s->approach.fades < FADES_FAST && FEW_MISSES*turns_slip(s) < allowed)
@@ -93,11 +93,11 @@ static void set_clock(step_t *s, int power)
 static double time_left(const step_t *s)
 {
     double along = 0, rate = 0;
-    for (int k = 2*s->rests; k < 2*s->rests + 2; k++) {
-        const double toward = s->toward[k].node[NODES - 1];
-        along += toward*s->end_slip[k], rate += toward*s->slip_rate[k].node[NODES - 1];
+    for (int k = 2*s->contact.rests; k < 2*s->contact.rests + 2; k++) {
+        const double toward = s->slip.toward[k].node[NODES - 1];
+        along += toward*s->slip.end[k], rate += toward*s->slip.rate[k].node[NODES - 1];
     }
-    return rate < -s->settles ? -along/rate : NAN;
+    return rate < -s->contact.settles ? -along/rate : NAN;
 }
 
 /* The rates at the nodes, and the length of the step with them. Returns whether they have been found. */
@@ -109,9 +109,9 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
         end_of_step(s, wheels);
         slips_at_end(s, wheels);
         const double late = time_left(s) - s->approach.leaves*s->h;
-        const double left = hypot(s->end_slip[2*s->rests], s->end_slip[2*s->rests + 1]);
+        const double left = hypot(s->slip.end[2*s->contact.rests], s->slip.end[2*s->contact.rests + 1]);
         const int meets = s->approach.leaves > 0 ? fabs(late) <= MEETS_END*s->approach.leaves*s->h
-                                                 : left <= s->residual_slip[s->rests];
+                                                 : left <= s->contact.residual_slip[s->contact.rests];
         s->rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;    /* one sweep says nothing of the next */
         if (s->rest <= sweep_tolerance && (meets || fabs(late) <= EPS*s->h))
             return meets && missed(s) <= tolerance;
@@ -130,13 +130,14 @@ static int nothing_else_happens(const step_t *s, const int wheels)
 {
     for (int i = 0; i < wheels; i++) {
         const double rate = s->rate_chi[i].node[NODES - 1], joint = s->joint[i];
-        if (!(fabs(s->end_chi[i]) < joint) || turn_beyond(&s->rate_chi[i], rate, s->h, s->chi[i], -joint, joint) < 1)
+        if (!(fabs(s->end.chi[i]) < joint) || turn_beyond(&s->rate_chi[i], rate, s->h, s->chi[i], -joint, joint) < 1)
             return 0;
-        if (s->grips[i] && !(weighted(&s->excess[i], &gauss_end) < TAKES_LESS - 1))
+        if (s->contact.grips[i] && !(weighted(&s->slip.excess[i], &gauss_end) < TAKES_LESS - 1))
             return 0;
-        const double *const slip = s->end_slip + 2*i;
-        const double along = s->toward[2*i].node[NODES - 1]*slip[0] + s->toward[2*i + 1].node[NODES - 1]*slip[1];
-        if (s->slides[i] && (i != s->rests || s->approach.leaves > 0) && !(along > CLEAR_OF_REST*s->residual_slip[i]))
+        const double *const slip = s->slip.end + 2*i;
+        const double along = s->slip.toward[2*i].node[NODES - 1]*slip[0] + s->slip.toward[2*i + 1].node[NODES - 1]*slip[1];
+        if (s->contact.slides[i] && (i != s->contact.rests || s->approach.leaves > 0)
+            && !(along > CLEAR_OF_REST*s->contact.residual_slip[i]))
             return 0;
     }
     return !(turn_of_contacts(s, wheels) < 1);
@@ -147,8 +148,8 @@ static int may_approach(const omniroll_run_t *run, const step_t *s, double longe
 {
     int keeps = 0;
     for (int i = 0; i < run->wheels; i++)
-        keeps |= s->keeps[i];
-    return s->turning && s->rest_in <= longest && !keeps && !s->stiff.on && s->guards == 0
+        keeps |= s->contact.keeps[i];
+    return s->contact.turning && s->contact.rest_in <= longest && !keeps && !s->stiff.on && s->event.guards == 0
         && run->row_count + MOST_PIECES <= run->row_capacity;
 }
 
@@ -159,17 +160,17 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
 {
     if (!may_approach(run, s, longest))
         return NO_APPROACH;
-    find_power_of_turn(work, s, run->grips[s->rests].towards);
+    find_power_of_turn(work, s, run->grips[s->contact.rests].towards);
     const int power = choose_clock(s);
     if (power == 0) {
-        const double transient = s->approach.fades > FADES_FAST ? TRANSIENT*s->rest_in/s->approach.fades : INFINITY;
+        const double transient = s->approach.fades > FADES_FAST ? TRANSIENT*s->contact.rest_in/s->approach.fades : INFINITY;
         const int shortens = transient < *most;
         *most = fmin(*most, transient);
         return shortens ? MISSES_REST : NO_APPROACH;
     }
     set_clock(s, power);
-    s->h = s->rest_in*(1 - s->approach.leaves);
-    s->landing = s->approach.leaves > 0 ? -1 : wheels + s->rests, s->late = 0;
+    s->h = s->contact.rest_in*(1 - s->approach.leaves);
+    s->event.landing = s->approach.leaves > 0 ? -1 : wheels + s->contact.rests, s->event.late = 0;
     if (settle_approach(s, wheels, size*run->tolerance, sweep_tolerance) && s->h <= longest) {
         states_at_nodes(s, wheels);
         end_of_step(s, wheels);
@@ -250,7 +251,7 @@ static void set_piece(const step_t *s, double left_before, double left_after, pi
 /* Pieces of which polynomials in time miss no more than those of steps may; returns how many. */
 static int divide_way(const step_t *s, piece_t *pieces)
 {
-    const double allowed = s->residual_slip[s->rests]/TURNS_AWAY;
+    const double allowed = s->contact.residual_slip[s->contact.rests]/TURNS_AWAY;
     double left = 1;
     int count = 0;
     while (count < MOST_PIECES - 1) {

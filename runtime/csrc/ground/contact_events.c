@@ -27,7 +27,7 @@ ALWAYS_INLINE int may_stand(const omniroll_bearing_t *bearings, int count)
 /* The same of a step. */
 ALWAYS_INLINE int may_stand_in(const step_t *s)
 {
-    return SET_STANDS && may_stand(s->core_bearing, s->core_bearing_count);
+    return SET_STANDS && may_stand(s->hold.bearing, s->hold.count);
 }
 
 ALWAYS_INLINE double far_from_noise(const step_t *s)
@@ -51,11 +51,11 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS], load[MOST_WHEELS];
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
     loads_in_state(s, wheels, point->core, load);
-    set_sliding_forces(wheels, s->vehicle, slip, load, s->friction, force, slope);
+    set_sliding_forces(wheels, s->vehicle, slip, load, s->contact.friction, force, slope);
     const double far = far_from_noise(s);
     for (int i = 0; i < wheels; i++) {
         const double size = sqrt(slip[2*i][0]*slip[2*i][0] + slip[2*i + 1][0]*slip[2*i + 1][0]);
-        const int by_slip = may_turn(s, i) && size > far*s->slip_noise[i];
+        const int by_slip = may_turn(s, i) && size > far*s->slip.noise[i];
         for (int k = 2*i; k < 2*i + 2 && by_slip; k++)
             push[k] = force[k];
     }
@@ -67,7 +67,7 @@ static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
 {
     lanes_t toward[2*MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
-        toward[k] = lanes_of(s->toward[k].node[NODES - 1]);
+        toward[k] = lanes_of(s->slip.toward[k].node[NODES - 1]);
     put_corners(s, wheels, at->chi, toward, at->ground_push, at->ground_yield);
 }
 
@@ -79,16 +79,16 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     const point_t point = point_at_end(s, wheels, &at);
     lanes_t load[MOST_WHEELS];
     loads_in_state(s, wheels, point.core, load);
-    if (s->turning)
+    if (s->contact.turning)
         push_at_end(s, wheels, &point, at.ground_push);
     if (SET_STRIPS)
         push_corners_at_end(s, wheels, &at);
     core_rates_there(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
-        if (s->grips[i])
-            s->excess_late[i] = excess_of(force, s->per_reach + 2*i, load_squared(s, i, load[i])[0])
-                - weighted(&s->excess[i], &gauss_end);
+        if (s->contact.grips[i])
+            s->slip.excess_late[i] = excess_of(force, s->contact.per_reach + 2*i, load_squared(s, i, load[i])[0])
+                - weighted(&s->slip.excess[i], &gauss_end);
     }
     if (SET_STANDS)
         measure_holding_at_end(s, wheels, &at);
@@ -114,9 +114,9 @@ ALWAYS_INLINE double noise_of_turns(const step_t *s, const int wheels)
 {
     double noise = 0;
     for (int i = 0; i < wheels; i++) {
-        const double size = may_turn(s, i) ? hypot(s->end_slip[2*i], s->end_slip[2*i + 1]) : 0;
-        if (size > s->slip_noise[i])
-            noise = fmax(noise, TURNED_BY*s->slip_noise[i]/size);
+        const double size = may_turn(s, i) ? hypot(s->slip.end[2*i], s->slip.end[2*i + 1]) : 0;
+        if (size > s->slip.noise[i])
+            noise = fmax(noise, TURNED_BY*s->slip.noise[i]/size);
     }
     return fmin(noise, MOST_TURN_NOISE);
 }
@@ -129,28 +129,28 @@ NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
     const point_t point = point_at_end(s, wheels, &at);
     slips_of(wheels, s->vehicle, point.nu, point.chi, point.core, slip);
     for (int k = 0; k < 2*wheels; k++)
-        s->end_slip[k] = slip[k][0];
-    s->turn_noise = s->turning && s->gripping ? noise_of_turns(s, wheels) : 0;
+        s->slip.end[k] = slip[k][0];
+    s->slip.turn_noise = s->contact.turning && s->contact.gripping ? noise_of_turns(s, wheels) : 0;
 }
 
 /* How far a contact is from the end of its mode at the step's end, negative before it, and the rate of that. Of one
  * that slips it is its slip along its direction there. */
 ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
 {
-    if (!s->grips[i]) {
-        const double x = s->toward[2*i].node[NODES - 1], y = s->toward[2*i + 1].node[NODES - 1];
-        *rate = -y*weighted(&s->slip_rate[2*i + 1], &gauss_end);
-        double along = y*s->end_slip[2*i + 1];
+    if (!s->contact.grips[i]) {
+        const double x = s->slip.toward[2*i].node[NODES - 1], y = s->slip.toward[2*i + 1].node[NODES - 1];
+        *rate = -y*weighted(&s->slip.rate[2*i + 1], &gauss_end);
+        double along = y*s->slip.end[2*i + 1];
         if (SET_FIRST_DIRECTION == 0) {
-            *rate -= x*weighted(&s->slip_rate[2*i], &gauss_end);
-            along += x*s->end_slip[2*i];
+            *rate -= x*weighted(&s->slip.rate[2*i], &gauss_end);
+            along += x*s->slip.end[2*i];
         }
         return -along;
     }
-    const double value = weighted(&s->excess[i], &gauss_end) + s->excess_late[i];
-    *rate = weighted(&s->excess[i], &gauss_end_slope)/s->h;
+    const double value = weighted(&s->slip.excess[i], &gauss_end) + s->slip.excess_late[i];
+    *rate = weighted(&s->slip.excess[i], &gauss_end_slope)/s->h;
     if (fabs(*rate)*s->h < grip_noise(s, value, GRIP_RISES))
-        *rate = (value - s->excess_start[i])/s->h;
+        *rate = (value - s->slip.excess_start[i])/s->h;
     if (fabs(*rate)*s->h < grip_noise(s, value, 0.5*GRIP_PASSED))           /* it is as it was                            */
         *rate = 0;
     return value;
@@ -160,10 +160,10 @@ ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
  * step then, also where it turns back at the end, so that its rate there is zero. */
 ALWAYS_INLINE int has_passed_rest(const step_t *s, int i, double beyond)
 {
-    double along = s->toward[2*i + 1].node[0]*s->slip_start[2*i + 1];
+    double along = s->slip.toward[2*i + 1].node[0]*s->slip.start[2*i + 1];
     if (SET_FIRST_DIRECTION == 0)
-        along += s->toward[2*i].node[0]*s->slip_start[2*i];
-    return beyond > s->slip_noise[i] && along > s->slip_noise[i];
+        along += s->slip.toward[2*i].node[0]*s->slip.start[2*i];
+    return beyond > s->slip.noise[i] && along > s->slip.noise[i];
 }
 
 /* Whether a slip goes in its direction by more than rounding at some node. */
@@ -171,44 +171,45 @@ ALWAYS_INLINE int has_gone(const step_t *s, int i)
 {
     double most = 0;
     for (int m = 0; m < NODES; m++)
-        most = fmax(most, s->toward[2*i].node[m]*s->at_slip[2*i].node[m]
-                    + s->toward[2*i + 1].node[m]*s->at_slip[2*i + 1].node[m]);
-    return most > s->slip_noise[i];
+        most = fmax(most, s->slip.toward[2*i].node[m]*s->slip.at[2*i].node[m]
+                    + s->slip.toward[2*i + 1].node[m]*s->slip.at[2*i + 1].node[m]);
+    return most > s->slip.noise[i];
 }
 
 /* Whether a slip begins with the step under loads that swing, and is not known so far, or no slip: it does not end there. */
 ALWAYS_INLINE int is_beginning(const step_t *s, int i)
 {
-    if (!SET_LOADS_FOLLOW || !s->slides[i] || fabs(s->slip_start[2*i]) > s->slip_noise[i]
-        || fabs(s->slip_start[2*i + 1]) > s->slip_noise[i])
+    if (!SET_LOADS_FOLLOW || !s->contact.slides[i] || fabs(s->slip.start[2*i]) > s->slip.noise[i]
+        || fabs(s->slip.start[2*i + 1]) > s->slip.noise[i])
         return 0;
-    return s->early || (SET_FIRST_DIRECTION == 0 && !has_gone(s, i));
+    return s->contact.early || (SET_FIRST_DIRECTION == 0 && !has_gone(s, i));
 }
 
 /* The length at which the first contact changes its mode, if that is before `length`. */
 static double length_to_change(step_t *s, const int wheels, double length)
 {
-    if (s->sliding)
+    if (s->contact.sliding)
         slips_at_end(s, wheels);
-    for (int i = 0; i < wheels && !s->blind; i++) {
+    for (int i = 0; i < wheels && !s->contact.blind; i++) {
         double rate;
-        if ((!s->slides[i] && !s->grips[i]) || is_beginning(s, i))
+        if ((!s->contact.slides[i] && !s->contact.grips[i]) || is_beginning(s, i))
             continue;
         const double change = change_at_end(s, i, &rate);
-        const double noise = s->slides[i] ? s->slip_noise[i] : grip_noise(s, change, GRIP_PASSED);
-        const double value = s->slides[i] ? change : change - GRIP_LANDS*GRIP_NOISE(change);
-        const double least_rate = s->slides[i] ? s->settles : 0;
-        if (!(rate > least_rate) && !(s->slides[i] ? has_passed_rest(s, i, value) : value > noise))
+        const double noise = s->contact.slides[i] ? s->slip.noise[i] : grip_noise(s, change, GRIP_PASSED);
+        const double value = s->contact.slides[i] ? change : change - GRIP_LANDS*GRIP_NOISE(change);
+        const double least_rate = s->contact.slides[i] ? s->contact.settles : 0;
+        if (!(rate > least_rate) && !(s->contact.slides[i] ? has_passed_rest(s, i, value) : value > noise))
             continue;
-        double reached = s->grips[i] ? reached_from(s, value, rate) : rate > least_rate ? s->h - value/rate : s->h/2;
+        double reached = s->contact.grips[i] ? reached_from(s, value, rate)
+            : rate > least_rate ? s->h - value/rate : s->h/2;
         /* No other length comes nearer to rest. Where wheels may stand the noise is more than rounding, and one may. */
-        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise
-            && !(may_stand_in(s) && fabs(reached - s->h) <= s->reach*s->h))
+        if (s->contact.slides[i] && fabs(value) <= SLIP_LANDS*noise
+            && !(may_stand_in(s) && fabs(reached - s->h) <= s->event.reach*s->h))
             reached = fmin(s->h, length);
-        if (reached < length || (reached == s->h && s->landing < 0)) {
+        if (reached < length || (reached == s->h && s->event.landing < 0)) {
             length = reached;
-            s->landing = wheels + s->guards + i;
-            s->unsure = s->grips[i] && rate > 0 ? grip_noise(s, change, 1)/rate : 0;
+            s->event.landing = wheels + s->event.guards + i;
+            s->event.unsure = s->contact.grips[i] && rate > 0 ? grip_noise(s, change, 1)/rate : 0;
         }
     }
     return length;
@@ -218,7 +219,7 @@ static double length_to_change(step_t *s, const int wheels, double length)
 ALWAYS_INLINE int holds_throughout(const step_t *s, int i)
 {
     double least, most;
-    bounds_of(&s->excess[i], &least, &most);
+    bounds_of(&s->slip.excess[i], &least, &most);
     return most <= 0;
 }
 
@@ -228,23 +229,23 @@ static double turn_of_contacts(const step_t *s, const int wheels)
     double turned = 1;
     for (int i = 0; i < wheels; i++) {
         nodes_t rate;
-        if (s->grips[i] && holds_throughout(s, i))
+        if (s->contact.grips[i] && holds_throughout(s, i))
             continue;
-        if (s->grips[i]) {
-            rate = times(gauss_slope, &s->excess[i]);
-            turned = fmin(turned, turn_beyond(&rate, weighted(&s->excess[i], &gauss_end_slope), 1, s->excess_start[i],
-                                              -INFINITY, grip_noise(s, s->excess_start[i], GRIP_TURNS)));
+        if (s->contact.grips[i]) {
+            rate = times(gauss_slope, &s->slip.excess[i]);
+            turned = fmin(turned, turn_beyond(&rate, weighted(&s->slip.excess[i], &gauss_end_slope), 1, s->slip.excess_start[i],
+                                              -INFINITY, grip_noise(s, s->slip.excess_start[i], GRIP_TURNS)));
         } else if (may_turn(s, i) && SET_FIRST_DIRECTION == 0) {
             for (int m = 0; m < NODES; m++)
-                if (s->toward[2*i].node[m]*s->at_slip[2*i].node[m]
-                    + s->toward[2*i + 1].node[m]*s->at_slip[2*i + 1].node[m] < -s->slip_noise[i])
+                if (s->slip.toward[2*i].node[m]*s->slip.at[2*i].node[m]
+                    + s->slip.toward[2*i + 1].node[m]*s->slip.at[2*i + 1].node[m] < -s->slip.noise[i])
                     turned = fmin(turned, 0.5);
-        } else if (s->slides[i]) {
-            const double sign = s->toward[2*i + 1].node[0];
+        } else if (s->contact.slides[i]) {
+            const double sign = s->slip.toward[2*i + 1].node[0];
             for (int b = 0; b < BLOCKS; b++)
-                rate.lanes[b] = -sign*s->slip_rate[2*i + 1].lanes[b];
-            turned = fmin(turned, turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -sign*s->slip_start[2*i + 1],
-                                              -INFINITY, 2*s->slip_noise[i]));
+                rate.lanes[b] = -sign*s->slip.rate[2*i + 1].lanes[b];
+            turned = fmin(turned, turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -sign*s->slip.start[2*i + 1],
+                                              -INFINITY, 2*s->slip.noise[i]));
         }
     }
     return turned;

@@ -20,13 +20,13 @@ static void force_in_direction(step_t *s, int i)
     vehicle_t one_contact;
     one_contact.wheels = 1;
     for (int b = 0; b < BLOCKS; b++) {
-        const lanes_t toward[2] = {s->toward[2*i].lanes[b], s->toward[2*i + 1].lanes[b]};
+        const lanes_t toward[2] = {s->slip.toward[2*i].lanes[b], s->slip.toward[2*i + 1].lanes[b]};
         const lanes_t load = load_at(s, i, b);
         lanes_t force[2], slope[4];
-        set_sliding_forces(1, &one_contact, toward, &load, s->friction + 2*i, force, slope);
+        set_sliding_forces(1, &one_contact, toward, &load, s->contact.friction + 2*i, force, slope);
         for (int k = 0; k < 2; k++) {
-            s->push[2*i + k].lanes[b] = force[k];
-            s->turned[2*i + k].lanes[b] = slope[2*k + 1]*toward[0] - slope[2*k]*toward[1];
+            s->slip.push[2*i + k].lanes[b] = force[k];
+            s->slip.turned[2*i + k].lanes[b] = slope[2*k + 1]*toward[0] - slope[2*k]*toward[1];
         }
     }
 }
@@ -51,8 +51,8 @@ static void put_corner_forces(const int wheels, const vehicle_t *vehicle, const 
 ALWAYS_INLINE void put_corners(const step_t *s, const int wheels, const lanes_t *chi, const lanes_t *toward,
                                lanes_t *push, lanes_t *yield)
 {
-    put_corner_forces(wheels, s->vehicle, s->corner, chi, toward, s->load, s->friction,
-                      s->states->torque + s->states->rollers_at, push, yield);
+    put_corner_forces(wheels, s->vehicle, s->contact.corner, chi, toward, s->contact.load, s->contact.friction,
+                      s->hold.states->torque + s->hold.states->rollers_at, push, yield);
 }
 
 /* The same at a vector of nodes. */
@@ -60,12 +60,12 @@ static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t 
 {
     lanes_t toward[2*MOST_WHEELS], push[2*MOST_WHEELS], yield[MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
-        toward[k] = s->toward[k].lanes[b], push[k] = s->push[k].lanes[b];
+        toward[k] = s->slip.toward[k].lanes[b], push[k] = s->slip.push[k].lanes[b];
     put_corners(s, wheels, chi, toward, push, yield);
     for (int i = 0; i < wheels; i++) {
-        s->yield[i].lanes[b] = yield[i];
-        for (int k = 2*i; k < 2*i + 2 && s->corner[i]; k++)
-            s->push[k].lanes[b] = push[k], s->turned[k].lanes[b] = lanes_of(0);
+        s->slip.yield[i].lanes[b] = yield[i];
+        for (int k = 2*i; k < 2*i + 2 && s->contact.corner[i]; k++)
+            s->slip.push[k].lanes[b] = push[k], s->slip.turned[k].lanes[b] = lanes_of(0);
     }
 }
 
@@ -73,10 +73,10 @@ static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t 
 static void forces_in_directions(step_t *s, const int wheels)
 {
     for (int i = 0; i < wheels; i++)
-        if (s->slides[i])
+        if (s->contact.slides[i])
             force_in_direction(s, i);
         else
-            memset(s->push + 2*i, 0, 2*sizeof *s->push);
+            memset(s->slip.push + 2*i, 0, 2*sizeof *s->slip.push);
     if (SET_STRIPS) {
         lanes_t chi[MOST_WHEELS];
         for (int i = 0; i < wheels; i++)
@@ -102,7 +102,7 @@ NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t 
 /* Whether a wheel stands in a step: its contact and its axle stick. Its rate by nu is rounding alone. */
 ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
 {
-    return SET_STANDS && s->standing->stands[2*wheel + 1];
+    return SET_STANDS && s->hold.standing->stands[2*wheel + 1];
 }
 
 /* Speeds of contacts that stick follow from nu: into the core that it is part of. */
@@ -111,7 +111,7 @@ NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t 
     lanes_t rates[MOST_WHEELS];
     rolling_wheels(wheels, s->vehicle, nu, chi, rates);
     for (int i = 0; i < wheels; i++)
-        if (s->grips[i])
+        if (s->contact.grips[i])
             core[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : rates[i];
 }
 
@@ -121,14 +121,14 @@ NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t
     lanes_t axial[MOST_WHEELS];
     rolling_axial(wheels, s->vehicle, nu, chi, core, axial);
     for (int i = 0; i < wheels; i++)
-        if (s->grips[i])
+        if (s->contact.grips[i])
             core[contact_speeds_at(wheels) + i] = axial[i];
 }
 
 /* The slips of a contact at the nodes, along its directions and across them. */
 ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, nodes_t *across)
 {
-    const nodes_t *const x = s->toward + 2*i, *const y = x + 1, *const slip = s->at_slip + 2*i;
+    const nodes_t *const x = s->slip.toward + 2*i, *const y = x + 1, *const slip = s->slip.at + 2*i;
     for (int b = 0; b < BLOCKS; b++) {
         along->lanes[b] = slip[0].lanes[b]*x->lanes[b] + slip[1].lanes[b]*y->lanes[b];
         across->lanes[b] = slip[1].lanes[b]*x->lanes[b] - slip[0].lanes[b]*y->lanes[b];
@@ -139,7 +139,7 @@ ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, node
 static void self_response_at(step_t *s, const int wheels, int i, int b, const point_t *point, arrays_t *at,
                             const lanes_t *without)
 {
-    const double push = s->friction_force;
+    const double push = s->contact.friction_force;
     for (int k = 0; k < 2; k++) {
         lanes_t nu_dot[3];
         const lanes_t here = at->ground_push[2*i + k];
@@ -147,7 +147,7 @@ static void self_response_at(step_t *s, const int wheels, int i, int b, const po
         core_rates_there(wheels, point, nu_dot);
         at->ground_push[2*i + k] = here;
         for (int j = 0; j < 2; j++)
-            s->self_response[4*i + 2*j + k].lanes[b] = (at->slip_dot[2*i + j] - without[2*i + j])/push;
+            s->slip.self_response[4*i + 2*j + k].lanes[b] = (at->slip_dot[2*i + j] - without[2*i + j])/push;
     }
 }
 
@@ -166,7 +166,7 @@ NEVER_INLINE void find_self_responses(step_t *s, const int wheels, const int *as
                 self_response_at(s, wheels, i, b, &point, &at, without);
     }
     for (int i = 0; i < wheels; i++) {
-        s->knows_response[i] |= ask[i];
+        s->slip.knows_response[i] |= ask[i];
         s->sweeps += 2*ask[i];
     }
     s->sweeps++;
@@ -175,7 +175,7 @@ NEVER_INLINE void find_self_responses(step_t *s, const int wheels, const int *as
 /* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes. */
 ALWAYS_INLINE void self_response_to_turn(const step_t *s, int i, nodes_t *rate)
 {
-    const nodes_t *const response = s->self_response + 4*i, *const turned = s->turned + 2*i;
+    const nodes_t *const response = s->slip.self_response + 4*i, *const turned = s->slip.turned + 2*i;
     for (int j = 0; j < 2; j++)
         for (int b = 0; b < BLOCKS; b++)
             rate[j].lanes[b] = response[2*j].lanes[b]*turned[0].lanes[b]
@@ -185,7 +185,7 @@ ALWAYS_INLINE void self_response_to_turn(const step_t *s, int i, nodes_t *rate)
 /* What forces on contact j do to component k of the rate of contact i's slip at the start of the step. */
 ALWAYS_INLINE const double *response_to_force(const step_t *s, int i, int k, int j)
 {
-    return s->response + (2*s->place[i] + k)*2*s->responding + 2*s->place[j];
+    return s->contact.response + (2*s->contact.place[i] + k)*2*s->contact.responding + 2*s->contact.place[j];
 }
 
 /* What a turn of contact j's directions does to the rates of contact i's slip, per turn at the nodes, by what forces do
@@ -195,7 +195,7 @@ ALWAYS_INLINE void response_to_turn(const step_t *s, int i, int j, nodes_t *rate
     for (int k = 0; k < 2; k++) {
         const double *const response = response_to_force(s, i, k, j);
         for (int b = 0; b < BLOCKS; b++)
-            rate[k].lanes[b] = response[0]*s->turned[2*j].lanes[b] + response[1]*s->turned[2*j + 1].lanes[b];
+            rate[k].lanes[b] = response[0]*s->slip.turned[2*j].lanes[b] + response[1]*s->slip.turned[2*j + 1].lanes[b];
     }
 }
 
@@ -274,7 +274,7 @@ ALWAYS_INLINE void columns_of_turns(const step_t *s, int i, const nodes_t *respo
         IN_REGISTERS
         for (int b = 0; b < BLOCKS; b++)
             column[j].lanes[b] = gauss_integral[j].lanes[b]
-                *(x*s->toward[2*i].lanes[b] + y*s->toward[2*i + 1].lanes[b]);
+                *(x*s->slip.toward[2*i].lanes[b] + y*s->slip.toward[2*i + 1].lanes[b]);
         column[j].node[j] += fmax(along->node[j], 0);
     }
     column[NODES] = *across;
@@ -319,7 +319,7 @@ ALWAYS_INLINE double turned_within(const step_t *s, const nodes_t *response)
 
 ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
 {
-    nodes_t *const x = s->toward + 2*i, *const y = x + 1;
+    nodes_t *const x = s->slip.toward + 2*i, *const y = x + 1;
     const lanes_t most = lanes_of(MOST_TURN);
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t by = lanes_select(turn->lanes[b] < most, turn->lanes[b], most);
@@ -337,9 +337,9 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
     nodes_t pushed[2];
     for (int k = 0; k < 2; k++)
         for (int b = 0; b < BLOCKS; b++)
-            pushed[k].lanes[b] = s->push[2*i + k].lanes[b] - before[k].lanes[b];
+            pushed[k].lanes[b] = s->slip.push[2*i + k].lanes[b] - before[k].lanes[b];
     for (int other = 0; other < wheels; other++)
-        for (int k = 0; k < 2 && s->slides[other] && (other != i || turned_together(s, i)); k++) {
+        for (int k = 0; k < 2 && s->contact.slides[other] && (other != i || turned_together(s, i)); k++) {
             const double *const response = response_to_force(s, other, k, i);
             nodes_t rate, moved;
             for (int b = 0; b < BLOCKS; b++)
@@ -348,7 +348,7 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
                 stretch_nodes(s, &rate);
             integrate_to_nodes(0, s->h, &rate, &moved);
             for (int b = 0; b < BLOCKS; b++)
-                s->at_slip[2*other + k].lanes[b] += moved.lanes[b];
+                s->slip.at[2*other + k].lanes[b] += moved.lanes[b];
         }
 }
 
@@ -357,7 +357,7 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
 ALWAYS_INLINE int asks_response(const step_t *s, int i)
 {
     if (SET_HAS_CONTACT_SPEEDS)
-        return !s->knows_response[i] && fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint[i];
+        return !s->slip.knows_response[i] && fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]) > ROLLS*s->joint[i];
     return 0;
 }
 
@@ -367,7 +367,7 @@ static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *resp
     int ask[MOST_WHEELS] = {0};
     if ((ask[i] = asks_response(s, i)))
         find_self_responses(s, wheels, ask);
-    if (s->knows_response[i])
+    if (s->slip.knows_response[i])
         self_response_to_turn(s, i, response);
     if (SET_APPROACHES)
         for (int k = 0; k < 2 && s->approach.stretched; k++)
@@ -383,7 +383,7 @@ ALWAYS_INLINE int is_near_rest(const step_t *s, const nodes_t *response, const n
 /* Whether the roller of a contact that slips sticks on its disk. */
 ALWAYS_INLINE int may_share(const step_t *s, int i)
 {
-    return SET_ROLLERS_TURN && s->states->sticks[s->states->rollers_at + i][0] > 0.5;
+    return SET_ROLLERS_TURN && s->hold.states->sticks[s->hold.states->rollers_at + i][0] > 0.5;
 }
 
 /* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there by more than
@@ -398,7 +398,7 @@ ALWAYS_INLINE int cannot_go_aside(const step_t *s, int i)
 ALWAYS_INLINE void turn_forward(const step_t *s, int i, nodes_t *turn)
 {
     for (int b = 0; b < BLOCKS; b++)
-        turn->lanes[b] = s->toward[2*i].lanes[b]/s->toward[2*i + 1].lanes[b];
+        turn->lanes[b] = s->slip.toward[2*i].lanes[b]/s->slip.toward[2*i + 1].lanes[b];
 }
 
 /* The direction with which a slip begins the step, at all nodes. */
@@ -406,7 +406,7 @@ static void begin_direction(step_t *s, int i)
 {
     for (int k = 2*i; k < 2*i + 2; k++)
         for (int b = 0; b < BLOCKS; b++)
-            s->toward[k].lanes[b] = lanes_of(s->begun[k]);
+            s->slip.toward[k].lanes[b] = lanes_of(s->slip.begun[k]);
 }
 
 /* New directions of one contact, from the slips at the nodes, and its forces. A slip that has not begun by the end of the
@@ -415,7 +415,7 @@ static void find_direction(step_t *s, const int wheels, int i)
 {
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
-    if (largest_of(&across) < s->slip_noise[i] && largest_of(&along) < s->slip_noise[i]) {
+    if (largest_of(&across) < s->slip.noise[i] && largest_of(&along) < s->slip.noise[i]) {
         begin_direction(s, i);
         force_in_direction(s, i);
         return;
@@ -430,7 +430,7 @@ static void find_direction(step_t *s, const int wheels, int i)
     } else
         for (int b = 0; b < BLOCKS; b++)
             turn.lanes[b] = across.lanes[b]/along.lanes[b];
-    const nodes_t before[2] = {s->push[2*i], s->push[2*i + 1]};
+    const nodes_t before[2] = {s->slip.push[2*i], s->slip.push[2*i + 1]};
     turn_directions(s, i, &turn);
     force_in_direction(s, i);
     if (is_near)
@@ -448,7 +448,7 @@ ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
             chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
         slips_of(wheels, s->vehicle, nu, chi, core_at(s, b), slip);
         for (int k = 0; k < 2*wheels; k++)
-            s->at_slip[k].lanes[b] = slip[k];
+            s->slip.at[k].lanes[b] = slip[k];
     }
 }
 
@@ -457,7 +457,7 @@ static void follow_loads(step_t *s, const int wheels)
 {
     loads_at_nodes(s, wheels);
     for (int i = 0; i < wheels; i++)
-        if (s->slides[i])
+        if (s->contact.slides[i])
             force_in_direction(s, i);
 }
 
@@ -472,10 +472,10 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
     slips_at_nodes(s, wheels);
     for (int i = 0; i < wheels; i++) {
         nodes_t along, across;
-        if (!may_turn(s, i) || s->keeps[i])
+        if (!may_turn(s, i) || s->contact.keeps[i])
             continue;
         along_and_across(s, i, &along, &across);
-        if (largest_of(&across) > SLIP_FOLLOWED*s->slip_noise[i])
+        if (largest_of(&across) > SLIP_FOLLOWED*s->slip.noise[i])
             return 0;
     }
     return 1;
@@ -485,7 +485,7 @@ NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
 static void find_directions(step_t *s, const int wheels)
 {
     if (SET_STRIPS) {
-        for (int b = 0; b < BLOCKS && s->sliding; b++) {
+        for (int b = 0; b < BLOCKS && s->contact.sliding; b++) {
             lanes_t chi[MOST_WHEELS];
             for (int i = 0; i < wheels; i++)
                 chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
@@ -494,13 +494,13 @@ static void find_directions(step_t *s, const int wheels)
     }
     if (SET_LOADS_FOLLOW)
         follow_loads(s, wheels);
-    if (SET_FIRST_DIRECTION || !s->turning)     /* of massless rollers only the sign, which a phase keeps        */
+    if (SET_FIRST_DIRECTION || !s->contact.turning)     /* of massless rollers only the sign, which a phase keeps        */
         return;
     slips_at_nodes(s, wheels);
     if (SET_STANDS)
         find_shared_directions(s, wheels);
     for (int i = 0; i < wheels; i++)
-        if (may_turn(s, i) && !s->keeps[i] && !turned_together(s, i))
+        if (may_turn(s, i) && !s->contact.keeps[i] && !turned_together(s, i))
             find_direction(s, wheels, i);
 }
 
@@ -512,10 +512,10 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
         const lanes_t *const force = at->ground_force + 2*i;
         lanes_t taken = -load_squared(s, i, load_at(s, i, b));
         for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
-            const lanes_t part = force[k]*s->per_reach[2*i + k];
+            const lanes_t part = force[k]*s->contact.per_reach[2*i + k];
             taken += part*part;
-            s->slip_rate[2*i + k].lanes[b] = at->slip_dot[2*i + k];
+            s->slip.rate[2*i + k].lanes[b] = at->slip_dot[2*i + k];
         }
-        s->excess[i].lanes[b] = taken;
+        s->slip.excess[i].lanes[b] = taken;
     }
 }

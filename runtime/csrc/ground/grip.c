@@ -216,13 +216,13 @@ static void contacts_have_switched(omniroll_run_t *run, const int *directions)
 static int ends_mode(const step_t *s, int i)
 {
     double rate;
-    if (!s->slides[i] && !s->grips[i])
+    if (!s->contact.slides[i] && !s->contact.grips[i])
         return 0;
     const double value = change_at_end(s, i, &rate);
-    if (s->landing == s->wheels + s->guards + i)
+    if (s->event.landing == s->wheels + s->event.guards + i)
         return 1;
-    const double left = s->keeps[i] ? s->residual_slip[i] : s->slip_noise[i];
-    return rate > 0 && value > -(s->slides[i] ? left : grip_noise(s, value, GRIP_PASSED));
+    const double left = s->contact.keeps[i] ? s->contact.residual_slip[i] : s->slip.noise[i];
+    return rate > 0 && value > -(s->contact.slides[i] ? left : grip_noise(s, value, GRIP_PASSED));
 }
 
 /* Whether a contact goes on in the direction that the step has found, into `found`, and not in that of its slip (2,),
@@ -231,18 +231,18 @@ static int ends_mode(const step_t *s, int i)
  * much across it as is left along it, where others come to rest with it. */
 static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double *found)
 {
-    if (SET_STANDS && SET_ROLLERS_TURN && s->keeps[i])
+    if (SET_STANDS && SET_ROLLERS_TURN && s->contact.keeps[i])
         return 1;
     const double size = length_of(slip, 2);
-    const double same = fmin(SAME*size, NO_OTHER*s->slip_noise[i]);
+    const double same = fmin(SAME*size, NO_OTHER*s->slip.noise[i]);
     const double left = turned_together(s, i) ? 0 : fmax(LEFT_BY_SWEEPS*s->rest*run->ground.arms[0], same);
-    if (!turned_together(s, i) && !(size < far_from_noise(s)*s->slip_noise[i]))
+    if (!turned_together(s, i) && !(size < far_from_noise(s)*s->slip.noise[i]))
         return 0;
     for (int k = 0; k < 2; k++)
-        found[k] = weighted(&s->toward[2*i + k], &gauss_end);
+        found[k] = weighted(&s->slip.toward[2*i + k], &gauss_end);
     const double length = sqrt(found[0]*found[0] + found[1]*found[1]);
     found[0] /= length, found[1] /= length;
-    return goes_along(slip, found, ALONG*EPS*(speeds_of_slip(run, i) + s->h*s->friction_makes) + left);
+    return goes_along(slip, found, ALONG*EPS*(speeds_of_slip(run, i) + s->h*s->contact.friction_makes) + left);
 }
 
 static int forbid(omniroll_run_t *run, const work_t *work);
@@ -265,19 +265,19 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
     int ended = 0;
     find_loads(run, work);
     roll(run, work, 1);
-    if (s->turning)
+    if (s->contact.turning)
         slips_now(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
-        const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
-        const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
-        const int turns = s->turning && may_turn(s, i);
-        double found[2] = {s->toward[2*i].node[NODES - 1], s->toward[2*i + 1].node[NODES - 1]};
-        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, found);
+        const double size = s->contact.turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
+        const int ends = s->event.landing >= s->wheels + s->event.guards && ends_mode(s, i);
+        const int turns = s->contact.turning && may_turn(s, i);
+        double found[2] = {s->slip.toward[2*i].node[NODES - 1], s->slip.toward[2*i + 1].node[NODES - 1]};
+        const int known = !ends && size > s->slip.noise[i] && !keeps_direction(run, s, i, slip + 2*i, found);
         for (int k = 0; k < 2 && turns; k++)
             grip->towards[k] = known ? slip[2*i + k]/size : found[k];
         /* the row says where it goes: its slip does not */
-        if (turns && !(known && size > far_from_noise(s)*s->slip_noise[i]))
+        if (turns && !(known && size > far_from_noise(s)*s->slip.noise[i]))
             run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
         grip->keeps = turns && !known;
         grip->resting = grip->sticks || ends;
@@ -295,41 +295,42 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 {
     int contacts[MOST_WHEELS];
     double without[2*MOST_WHEELS];
-    s->responding = 0;
-    s->load = work->load, s->friction = work->friction, s->response = work->response;
-    s->friction_makes = run->ground.friction, s->friction_force = run->ground.typical;
-    s->sliding = s->turning = s->gripping = 0;
-    s->turn_noise = 0;
-    s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
+    s->contact.responding = 0;
+    s->contact.load = work->load, s->contact.friction = work->friction, s->contact.response = work->response;
+    s->contact.friction_makes = run->ground.friction, s->contact.friction_force = run->ground.typical;
+    s->contact.sliding = s->contact.turning = s->contact.gripping = 0;
+    s->slip.turn_noise = 0;
+    s->contact.settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
         if (slides(run, i))
-            contacts[s->place[i] = s->responding++] = i;
-        s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
+            contacts[s->contact.place[i] = s->contact.responding++] = i;
+        s->contact.slides[i] = slides(run, i), s->contact.grips[i] = grip->sticks, s->slip.noise[i] = slip_rounding(run, i);
         for (int k = 0; k < 2; k++)
-            s->per_reach[2*i + k] = grip->carries ? 1/(grip->at_rest*grip->staying[k]) : 0;
-        s->per_load[i] = grip->carries ? 1/grip->at_rest : 0, s->presses[i] = grip->carries;
-        s->sliding |= s->slides[i];
-        s->gripping |= s->grips[i];
+            s->contact.per_reach[2*i + k] = grip->carries ? 1/(grip->at_rest*grip->staying[k]) : 0;
+        s->contact.per_load[i] = grip->carries ? 1/grip->at_rest : 0, s->contact.presses[i] = grip->carries;
+        s->contact.sliding |= s->contact.slides[i];
+        s->contact.gripping |= s->contact.grips[i];
     }
-    s->turning = s->sliding && SET_FIRST_DIRECTION == 0;
+    s->contact.turning = s->contact.sliding && SET_FIRST_DIRECTION == 0;
     if (SET_STRIPS) {
-        s->turning = 0;
+        s->contact.turning = 0;
         for (int i = 0; i < wheels; i++) {
-            s->corner[i] = s->slides[i] && roller_mode(run, i);
-            s->turning |= may_turn(s, i);
+            s->contact.corner[i] = s->contact.slides[i] && roller_mode(run, i);
+            s->contact.turning |= may_turn(s, i);
         }
     }
     if (SET_STANDS)
-        s->shared_rows = work->shared_rows, s->shared_row = work->shared_row, s->shared_turn = work->shared_turn;
-    if (s->sliding)
-        slips_now(run, work, s->slip_start);
-    if (s->turning) {
-        const at_rest_t slipping = {.contacts = s->responding, .count = s->responding, .which = contacts};
+        s->slip.shared_rows = work->shared_rows, s->slip.shared_row = work->shared_row,
+            s->slip.shared_turn = work->shared_turn;
+    if (s->contact.sliding)
+        slips_now(run, work, s->slip.start);
+    if (s->contact.turning) {
+        const at_rest_t slipping = {.contacts = s->contact.responding, .count = s->contact.responding, .which = contacts};
         elements_t response = *work->problem;
         lanes_t given[2*MOST_WHEELS], yield[MOST_WHEELS];
         response.matrix = work->response, response.given = without, response.width = 2 - SET_FIRST_DIRECTION;
-        response.count = response.wide = s->responding;
+        response.count = response.wide = s->contact.responding;
         forces_now(run, work, given, yield);
         find_response(run, work, &slipping, 0, given, &response);
     }
@@ -338,19 +339,19 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 /* The first guess of a step: directions as they are at its start, where the rates have just been found. */
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    s->rolls = SET_ROLLS;
+    s->contact.rolls = SET_ROLLS;
     for (int i = 0; i < wheels; i++) {
-        s->rolls &= s->grips[i];
-        s->excess_start[i] = s->grips[i] ? excess_now(run, work, i) : -1;
-        s->excess_late[i] = 0, s->knows_response[i] = 0;
+        s->contact.rolls &= s->contact.grips[i];
+        s->slip.excess_start[i] = s->contact.grips[i] ? excess_now(run, work, i) : -1;
+        s->slip.excess_late[i] = 0, s->slip.knows_response[i] = 0;
         if (SET_STANDS)
-            s->turned_together[i] = 0;
-        s->begun[2*i] = run->grips[i].towards[0], s->begun[2*i + 1] = run->grips[i].towards[1];
+            s->slip.turned_together[i] = 0;
+        s->slip.begun[2*i] = run->grips[i].towards[0], s->slip.begun[2*i + 1] = run->grips[i].towards[1];
         begin_direction(s, i);
         for (int b = 0; b < BLOCKS && SET_LOADS_FOLLOW; b++)
-            s->at_load[i].lanes[b] = work->load[i];
+            s->slip.at_load[i].lanes[b] = work->load[i];
     }
-    s->blind = s->rolls;
+    s->contact.blind = s->contact.rolls;
     forces_in_directions(s, wheels);
 }
 
@@ -372,7 +373,7 @@ ALWAYS_INLINE double left_before_rest(double error)
 /* The error of a step towards rest, over that allowed, as if it had come there. */
 ALWAYS_INLINE double error_at_rest(const step_t *s, double error)
 {
-    return error*gained_before_rest(fmax(1 - s->h/s->rest_in, 0));
+    return error*gained_before_rest(fmax(1 - s->h/s->contact.rest_in, 0));
 }
 
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
@@ -382,36 +383,36 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
 {
     const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
     double time[MOST_WHEELS], first = INFINITY;
-    s->rest_in = INFINITY;
+    s->contact.rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
-        s->keeps[i] = 0, time[i] = INFINITY;
-        if (!s->turning || !may_turn(s, i))
+        s->contact.keeps[i] = 0, time[i] = INFINITY;
+        if (!s->contact.turning || !may_turn(s, i))
             continue;
-        const double *const slip = s->slip_start + 2*i, *const towards = run->grips[i].towards;
+        const double *const slip = s->slip.start + 2*i, *const towards = run->grips[i].towards;
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
         const double left = slip[0]*towards[0] + slip[1]*towards[1];
         const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
-        s->residual_slip[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip_noise[i]);
-        if (!(falls > s->settles && left > 0))
+        s->contact.residual_slip[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip.noise[i]);
+        if (!(falls > s->contact.settles && left > 0))
             continue;
-        s->keeps[i] = !s->strays && fabs(across)*left <= falls*s->residual_slip[i];
-        if (s->keeps[i] || left > s->slip_noise[i])
+        s->contact.keeps[i] = !s->contact.strays && fabs(across)*left <= falls*s->contact.residual_slip[i];
+        if (s->contact.keeps[i] || left > s->slip.noise[i])
             time[i] = left/falls;
         first = fmin(first, time[i]);
     }
     for (int i = 0; i < wheels; i++) {
-        s->keeps[i] = s->keeps[i] && time[i] <= MUCH_LATER*first;       /* till then others may turn it            */
-        if (!s->keeps[i] && time[i] < s->rest_in)
-            s->rest_in = time[i], s->rests = i;
+        s->contact.keeps[i] = s->contact.keeps[i] && time[i] <= MUCH_LATER*first;   /* till then others may turn it  */
+        if (!s->contact.keeps[i] && time[i] < s->contact.rest_in)
+            s->contact.rest_in = time[i], s->contact.rests = i;
     }
-    return (1 - (run->rest_error > 0 ? left_before_rest(run->rest_error) : LEFT))*s->rest_in;
+    return (1 - (run->rest_error > 0 ? left_before_rest(run->rest_error) : LEFT))*s->contact.rest_in;
 }
 
 /* The length of the next try after a step towards a rest that missed too much: by what this tells about the rest, and
  * where that has not been enough, by how much less the last try missed than the one before. */
 static double farther_from_rest(const step_t *s, double error, const tried_t *before)
 {
-    double part = (1 - left_before_rest(error_at_rest(s, error)))*s->rest_in/s->h;
+    double part = (1 - left_before_rest(error_at_rest(s, error)))*s->contact.rest_in/s->h;
     if (before->error < INFINITY && s->h < before->h) {
         const double power = log(before->error/error)/log(before->h/s->h);
         part = pow(AIM/error, 1/fmax(power, EASIEST_TURN));
@@ -422,11 +423,11 @@ static double farther_from_rest(const step_t *s, double error, const tried_t *be
 /* The length of steps is kept while slips come near rest, and stands again behind it. */
 static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm, double error)
 {
-    if (s->landing >= s->wheels + s->guards) {
+    if (s->event.landing >= s->wheels + s->event.guards) {
         run->step = fmax(run->step, run->calm_step);
         run->calm_step = run->rest_error = 0;
-    } else if (s->rest_in < INFINITY) {
-        if (s->rest_in < calm)
+    } else if (s->contact.rest_in < INFINITY) {
+        if (s->contact.rest_in < calm)
             run->calm_step = fmax(run->calm_step, calm);
         run->rest_error = fmax(error_at_rest(s, error), EPS);
     }
@@ -436,9 +437,9 @@ static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm, do
 static int has_strayed(const step_t *s, const int wheels)
 {
     for (int i = 0; i < wheels; i++)
-        for (int m = 0; m < NODES && s->keeps[i]; m++)
-            if (fabs(s->toward[2*i].node[m]*s->at_slip[2*i + 1].node[m]
-                     - s->toward[2*i + 1].node[m]*s->at_slip[2*i].node[m]) > STRAYS*s->residual_slip[i])
+        for (int m = 0; m < NODES && s->contact.keeps[i]; m++)
+            if (fabs(s->slip.toward[2*i].node[m]*s->slip.at[2*i + 1].node[m]
+                     - s->slip.toward[2*i + 1].node[m]*s->slip.at[2*i].node[m]) > STRAYS*s->contact.residual_slip[i])
                 return 1;
     return 0;
 }
@@ -447,10 +448,11 @@ static int has_strayed(const step_t *s, const int wheels)
  * last node, and something of the slip is left across the direction there. */
 static int rests_early(const step_t *s, const int wheels)
 {
-    const int i = s->landing - wheels - s->guards;
-    if (i < 0 || i >= wheels || !s->turning || !may_turn(s, i) || s->keeps[i] || !(s->rest_in < INFINITY))
+    const int i = s->event.landing - wheels - s->event.guards;
+    if (i < 0 || i >= wheels || !s->contact.turning || !may_turn(s, i) || s->contact.keeps[i]
+        || !(s->contact.rest_in < INFINITY))
         return 0;
-    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > STRAYS*s->residual_slip[i];
+    return length_of(s->slip.end + 2*i, 2) > STRAYS*s->contact.residual_slip[i];
 }
 
 /* Contacts whose mode has ended at this instant, each told once. */

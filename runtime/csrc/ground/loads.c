@@ -7,7 +7,7 @@ ALWAYS_INLINE void loads_in_state(const step_t *s, const int wheels, const lanes
 {
     lanes_t presses[MOST_WHEELS], margin[MOST_WHEELS], rise[MOST_WHEELS];
     for (int i = 0; i < wheels; i++)
-        load[i] = s->load[i], presses[i] = lanes_of(s->presses[i]);
+        load[i] = s->contact.load[i], presses[i] = lanes_of(s->contact.presses[i]);
     if (SET_LOADS_FOLLOW)
         set_support_state(wheels, s->vehicle, core + tilt_at(wheels), core + tilt_rates_at(wheels), presses, load, margin,
                           rise);
@@ -21,7 +21,7 @@ ALWAYS_INLINE void loads_at_nodes(step_t *s, const int wheels)
     for (int b = 0; b < BLOCKS; b++) {
         loads_in_state(s, wheels, core_at(s, b), load);
         for (int i = 0; i < wheels; i++)
-            s->at_load[i].lanes[b] = load[i];
+            s->slip.at_load[i].lanes[b] = load[i];
     }
 }
 
@@ -29,14 +29,14 @@ ALWAYS_INLINE void loads_at_nodes(step_t *s, const int wheels)
 ALWAYS_INLINE lanes_t load_at(const step_t *s, int i, int b)
 {
     if (SET_LOADS_FOLLOW)
-        return s->at_load[i].lanes[b];
-    return s->load[i];
+        return s->slip.at_load[i].lanes[b];
+    return s->contact.load[i];
 }
 
 /* A load as part of that at rest, squared. */
 ALWAYS_INLINE lanes_t load_squared(const step_t *s, int i, lanes_t load)
 {
     if (SET_LOADS_FOLLOW)
-        return (load*s->per_load[i])*(load*s->per_load[i]);
+        return (load*s->contact.per_load[i])*(load*s->contact.per_load[i]);
     return lanes_of(1);
 }

@@ -7,7 +7,7 @@ static int sharing_contacts(const step_t *s, const int wheels, int *contact)
     int count = 0, is_near = 0;
     for (int i = 0; i < wheels; i++) {
         nodes_t along, across, response[2];
-        if (!s->slides[i] || s->keeps[i] || !may_share(s, i))
+        if (!s->contact.slides[i] || s->contact.keeps[i] || !may_share(s, i))
             continue;
         along_and_across(s, i, &along, &across);
         response_to_turn(s, i, i, response);
@@ -37,7 +37,7 @@ static void put_shared_rows(step_t *s, const int wheels, int i, const int *conta
     for (int q = 0; q < count; q++)
         response_to_other(s, wheels, i, contact[q], response + 2*q);
     for (int m = 0; m < NODES; m++) {
-        const double x = s->h*s->toward[2*i].node[m], y = s->h*s->toward[2*i + 1].node[m];
+        const double x = s->h*s->slip.toward[2*i].node[m], y = s->h*s->slip.toward[2*i + 1].node[m];
         nodes_t integral;                           /* to node m, from the values at the nodes               */
         for (int l = 0; l < NODES; l++)
             integral.node[l] = gauss_integral[l].node[m];
@@ -53,24 +53,24 @@ static void put_shared_rows(step_t *s, const int wheels, int i, const int *conta
  * across: it counts as its rounding. */
 static void turns_together(step_t *s, const int wheels, const int *contact, int count, nodes_t *turn)
 {
-    const double rounding = ROUNDED_SLIP*EPS*s->h*s->friction_makes;
-    nodes_t **const row = s->shared_row;
+    const double rounding = ROUNDED_SLIP*EPS*s->h*s->contact.friction_makes;
+    nodes_t **const row = s->slip.shared_row;
     int turns = 0;
     for (int p = 0; p < count; p++) {
         const int i = contact[p], first = p*NODES;
         nodes_t along;
         along_and_across(s, i, &along, turn + p);
         for (int m = 0; m < NODES; m++)
-            row[first + m] = s->shared_rows + (first + m)*count;
+            row[first + m] = s->slip.shared_rows + (first + m)*count;
         put_shared_rows(s, wheels, i, contact, count, row + first);
-        const double least = fmax(s->slip_noise[i], rounding);
+        const double least = fmax(s->slip.noise[i], rounding);
         turns |= !(largest_of(turn + p) <= rounding);
         for (int m = 0; m < NODES; m++)
             row[first + m][p].node[m] += fabs(along.node[m]) < least ? least : along.node[m];
     }
     if (turns) {
         eliminate(row, count);
-        solve_eliminated(row, s->shared_rows, count, turn);
+        solve_eliminated(row, s->slip.shared_rows, count, turn);
     } else
         memset(turn, 0, sizeof *turn*(size_t)count);
 }
@@ -80,14 +80,14 @@ static void find_shared_directions(step_t *s, const int wheels)
 {
     int contact[MOST_WHEELS];
     const int count = sharing_contacts(s, wheels, contact);
-    memset(s->turned_together, 0, sizeof s->turned_together);
+    memset(s->slip.turned_together, 0, sizeof s->slip.turned_together);
     if (count)
-        turns_together(s, wheels, contact, count, s->shared_turn);
+        turns_together(s, wheels, contact, count, s->slip.shared_turn);
     for (int p = 0; p < count; p++) {
         const int i = contact[p];
-        const nodes_t before[2] = {s->push[2*i], s->push[2*i + 1]};
-        s->turned_together[i] = 1;
-        turn_directions(s, i, s->shared_turn + p);
+        const nodes_t before[2] = {s->slip.push[2*i], s->slip.push[2*i + 1]};
+        s->slip.turned_together[i] = 1;
+        turn_directions(s, i, s->slip.shared_turn + p);
         force_in_direction(s, i);
         move_others(s, wheels, i, before);
     }

@@ -26,7 +26,7 @@ static void move_rate(nodes_t *rate, double grows)
 
 static void move_directions(step_t *s, int i, double grows)
 {
-    const nodes_t *const x = s->toward + 2*i, *const y = x + 1;
+    const nodes_t *const x = s->slip.toward + 2*i, *const y = x + 1;
     const nodes_t by_x = moved_along(x, grows), by_y = moved_along(y, grows);
     nodes_t turn;
     for (int b = 0; b < BLOCKS; b++)
@@ -39,13 +39,13 @@ static void move_directions(step_t *s, int i, double grows)
 static void move_nodes(step_t *s, const int wheels, double length)
 {
     const double grows = length/s->h - 1;
-    if (!s->turning || !(fabs(grows) > EPS && fabs(grows) < MOST_MOVED))
+    if (!s->contact.turning || !(fabs(grows) > EPS && fabs(grows) < MOST_MOVED))
         return;
     for (int k = 0; k < 3; k++)
         move_rate(s->rate_nu + k, grows);
     for (int c = 0; c < s->core; c++)
         move_rate(s->rate_core + c, grows);
     for (int i = 0; i < wheels; i++)
-        if (may_turn(s, i) && !s->keeps[i])
+        if (may_turn(s, i) && !s->contact.keeps[i])
             move_directions(s, i, grows);
 }

@@ -263,11 +263,11 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 {
     lanes_t nu_dot[3];
     /* contacts come before the bearings among the events */
-    s->of_contacts = run->wheels;
+    s->hold.of_contacts = run->wheels;
     for (int k = 0; k < 9; k++)
-        s->directions[k] = lanes_of(run->hold.directions[k]);
+        s->hold.directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
-        s->absent[k] = lanes_of(run->hold.absent[k]);
+        s->hold.absent[k] = lanes_of(run->hold.absent[k]);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
 }
 
@@ -303,13 +303,13 @@ static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
 /* What has come to its end at the end of the step is let go, or rests. */
 static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    const int landed = s->landing - (s->wheels + s->guards + s->of_contacts);
+    const int landed = s->event.landing - (s->wheels + s->event.guards + s->hold.of_contacts);
     omniroll_bearing_t *const bearings = core_bearings(run);
     lanes_t nu_dot[3];
     demand_t now;
     stand_at_end(run, work);
     bearings_have_stuck(run, work);         /* once more: nu has just lost what standing wheels take from it    */
-    memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
+    memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     demand_now(run, work, &now);
     const int used_up = landed >= run->core_bearing_count && release_where_used(run, work, &now, -INFINITY);

@@ -28,7 +28,7 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
 /* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
 ALWAYS_INLINE double margin_in_corner(const step_t *s, int i, double arm)
 {
-    return s->load[i][0]*s->friction[2*i][0] - s->core_bearing[s->states->rollers_at + i].sliding/arm;
+    return s->contact.load[i][0]*s->contact.friction[2*i][0] - s->hold.bearing[s->hold.states->rollers_at + i].sliding/arm;
 }
 
 /* The length of a step from here in which no roller that turns on a contact that slips comes to take all of its
@@ -36,12 +36,12 @@ ALWAYS_INLINE double margin_in_corner(const step_t *s, int i, double arm)
 static double longest_in_corners(const step_t *s, const int wheels)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], time = INFINITY;
-    find_arms(wheels, s->vehicle, s->standing, s->joint, s->chi, arm, per_chi);
+    find_arms(wheels, s->vehicle, s->hold.standing, s->joint, s->chi, arm, per_chi);
     for (int i = 0; i < wheels; i++) {
-        const double taken = s->core_bearing[s->states->rollers_at + i].sliding/arm[i];
+        const double taken = s->hold.bearing[s->hold.states->rollers_at + i].sliding/arm[i];
         const double left = margin_in_corner(s, i, arm[i]);
         const double rises = -taken/arm[i]*per_chi[i]*s->start_core[rates_at(wheels) + i];
-        if (s->corner[i] && left > 0 && rises > 0)
+        if (s->contact.corner[i] && left > 0 && rises > 0)
             time = fmin(time, (1 - LEFT_BEFORE_STRIP)*left/rises);
     }
     return time;
@@ -51,9 +51,9 @@ static double longest_in_corners(const step_t *s, const int wheels)
 static double turn_of_corners(const step_t *s, const int wheels)
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], turned = 1;
-    find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, arm, per_chi);
+    find_arms(wheels, s->vehicle, s->hold.standing, s->joint, s->end.chi, arm, per_chi);
     for (int i = 0; i < wheels; i++)
-        if (s->corner[i] && margin_in_corner(s, i, arm[i]) < 0)
+        if (s->contact.corner[i] && margin_in_corner(s, i, arm[i]) < 0)
             turned = 0.5;
     return turned;
 }
@@ -68,20 +68,20 @@ static void demand_at_end(const step_t *s, const int wheels, demand_t *now, dema
 {
     double per_chi[MOST_WHEELS];
     for (int k = 0; k < 3; k++) {
-        now->force[k] = weighted(&s->force[k], &gauss_end) + s->demand_late.force[k];
-        change->force[k] = weighted(&s->force[k], &gauss_end_slope)/s->h;
+        now->force[k] = weighted(&s->hold.force[k], &gauss_end) + s->hold.demand_late.force[k];
+        change->force[k] = weighted(&s->hold.force[k], &gauss_end_slope)/s->h;
     }
-    find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, now->arm, per_chi);
+    find_arms(wheels, s->vehicle, s->hold.standing, s->joint, s->end.chi, now->arm, per_chi);
     for (int i = 0; i < wheels; i++)
-        change->arm[i] = per_chi[i]*s->end_rate[i];
+        change->arm[i] = per_chi[i]*s->end.rate[i];
     for (int k = 0; SET_STANDS && k < 2*wheels; k++) {
-        now->along[k] = weighted(&s->along[k], &gauss_end) + s->demand_late.along[k];
-        change->along[k] = weighted(&s->along[k], &gauss_end_slope)/s->h;
+        now->along[k] = weighted(&s->hold.along[k], &gauss_end) + s->hold.demand_late.along[k];
+        change->along[k] = weighted(&s->hold.along[k], &gauss_end_slope)/s->h;
     }
-    for (int d = 0; SET_STANDS && d < s->standing->count; d++) {
-        const int k = s->standing->bearing[d], at = 2*s->standing->wheel[d] + s->standing->direction[d];
-        now->of_bearings[at] = weighted(s->states->held + k, &gauss_end) + s->states->late[k];
-        change->of_bearings[at] = weighted(s->states->held + k, &gauss_end_slope)/s->h;
+    for (int d = 0; SET_STANDS && d < s->hold.standing->count; d++) {
+        const int k = s->hold.standing->bearing[d], at = 2*s->hold.standing->wheel[d] + s->hold.standing->direction[d];
+        now->of_bearings[at] = weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k];
+        change->of_bearings[at] = weighted(s->hold.states->held + k, &gauss_end_slope)/s->h;
     }
 }
 
@@ -103,21 +103,22 @@ static double length_to_use(step_t *s, const int wheels, double length)
 {
     demand_t now, change, before;
     double forces[MOST_STANDING];
-    if (!s->standing->count)
+    if (!s->hold.standing->count)
         return length;
     memset(&now, 0, sizeof now), memset(&change, 0, sizeof change);
     demand_at_end(s, wheels, &now, &change);
-    if (!s->nearly_used && uses_little(s->standing, &now, s->used_by))
+    if (!s->hold.nearly_used && uses_little(s->hold.standing, &now, s->hold.used_by))
         return length;
-    const double use = least_use(s->standing, &now, s->used_by), rounding = rounding_of_use(s->standing, use);
+    const double use = least_use(s->hold.standing, &now, s->hold.used_by);
+    const double rounding = rounding_of_use(s->hold.standing, use);
     const double value = use - 1 - USE_LIFTS*rounding, span = USE_SLOPE*s->h;
-    s->nearly_used |= value > -NEAR_USED;
+    s->hold.nearly_used |= value > -NEAR_USED;
     if (value <= 0 && length <= s->h)
         return length;
     demand_later(&now, &change, wheels, -span, &before);
-    double rate = use_less_before(s->standing, &now, &before, use)/span;
+    double rate = use_less_before(s->hold.standing, &now, &before, use)/span;
     if (fabs(rate)*s->h < HELD_RISES*rounding)
-        rate = (use - least_use(s->standing, &s->demand_start, forces))/s->h;
+        rate = (use - least_use(s->hold.standing, &s->hold.demand_start, forces))/s->h;
     if (fabs(rate)*s->h < 0.5*USE_LIFTS*rounding)       /* it is as it was                                      */
         rate = 0;
     if (!(rate > 0 || value > 0))
@@ -125,8 +126,8 @@ static double length_to_use(step_t *s, const int wheels, double length)
     const double reached = reached_from(s, value, rate);
     if (!comes_first(s, reached, length))
         return length;
-    s->landing = wheels + s->guards + s->of_contacts + s->core_bearing_count;
-    s->unsure = rate > 0 ? rounding/rate : 0;
+    s->event.landing = wheels + s->event.guards + s->hold.of_contacts + s->hold.count;
+    s->event.unsure = rate > 0 ? rounding/rate : 0;
     return reached;
 }
 
@@ -135,15 +136,15 @@ static void demand_at_node(const step_t *s, const int wheels, int m, demand_t *n
 {
     double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
     for (int k = 0; k < 3; k++)
-        now->force[k] = s->force[k].node[m];
+        now->force[k] = s->hold.force[k].node[m];
     for (int k = 0; SET_STANDS && k < 2*wheels; k++)
-        now->along[k] = s->along[k].node[m];
+        now->along[k] = s->hold.along[k].node[m];
     for (int i = 0; i < wheels; i++)
         chi[i] = s->at_chi[i].node[m];
-    find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now->arm, per_chi);
-    for (int d = 0; SET_STANDS && d < s->standing->count; d++)
-        now->of_bearings[2*s->standing->wheel[d] + s->standing->direction[d]]
-            = s->states->held[s->standing->bearing[d]].node[m];
+    find_arms(wheels, s->vehicle, s->hold.standing, s->joint, chi, now->arm, per_chi);
+    for (int d = 0; SET_STANDS && d < s->hold.standing->count; d++)
+        now->of_bearings[2*s->hold.standing->wheel[d] + s->hold.standing->direction[d]]
+            = s->hold.states->held[s->hold.standing->bearing[d]].node[m];
 }
 
 /* The power that bearings can take in a motion; exactly none of those whose rows are all but across it. */
@@ -167,18 +168,19 @@ static double turn_of_motion(const step_t *s, const int wheels, int m)
     nodes_t value;
     memset(&now, 0, sizeof now);
     demand_at_node(s, wheels, m, &now);
-    const double use = least_use(s->standing, &now, forces);
+    const double use = least_use(s->hold.standing, &now, forces);
     if (!(use > MUCH_USED && use < INFINITY))
         return 1;
-    motion_of_use(s->standing, &now, motion);
+    motion_of_use(s->hold.standing, &now, motion);
     for (int k = 0; k < NODES; k++) {
         demand_at_node(s, wheels, k, &now);
-        value.node[k] = dot3(motion, now.force) - taken_in_motion(s->standing, &now, motion);
+        value.node[k] = dot3(motion, now.force) - taken_in_motion(s->hold.standing, &now, motion);
     }
-    const double start = dot3(motion, s->demand_start.force) - taken_in_motion(s->standing, &s->demand_start, motion);
+    const double start = dot3(motion, s->hold.demand_start.force)
+        - taken_in_motion(s->hold.standing, &s->hold.demand_start, motion);
     const nodes_t rate = times(gauss_slope, &value);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY,
-                       HELD_NOISE*rounding_of_use(s->standing, use)/USE_ROUNDINGS);
+                       HELD_NOISE*rounding_of_use(s->hold.standing, use)/USE_ROUNDINGS);
 }
 
 /* Where in the step more is used than there is, though not at its end, or 1. */
@@ -187,20 +189,20 @@ static double turn_of_use(const step_t *s, const int wheels)
     demand_t now;
     double forces[MOST_STANDING], most = MUCH_USED;
     int at = -1;
-    memcpy(forces, s->used_by, sizeof forces);
+    memcpy(forces, s->hold.used_by, sizeof forces);
     memset(&now, 0, sizeof now);
-    for (int m = 0; m < NODES && s->standing->count; m++) {
+    for (int m = 0; m < NODES && s->hold.standing->count; m++) {
         demand_at_node(s, wheels, m, &now);
         if (SET_HOLDS) {
-            least_norm(&s->standing->rows, now.force, forces, 0);
-            const double use = largest_use(s->standing, &now, forces);
+            least_norm(&s->hold.standing->rows, now.force, forces, 0);
+            const double use = largest_use(s->hold.standing, &now, forces);
             at = use > most ? m : at, most = fmax(most, use);
             continue;
         }
-        if (uses_little(s->standing, &now, forces))
+        if (uses_little(s->hold.standing, &now, forces))
             continue;
-        const double use = least_use(s->standing, &now, forces);
-        if (use - 1 > HELD_NOISE*rounding_of_use(s->standing, use))
+        const double use = least_use(s->hold.standing, &now, forces);
+        if (use - 1 > HELD_NOISE*rounding_of_use(s->hold.standing, use))
             return gauss_node.node[m];
     }
     return at < 0 ? 1 : turn_of_motion(s, wheels, at);

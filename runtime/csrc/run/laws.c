@@ -10,7 +10,7 @@ static int unlawful_wheel(const omniroll_run_t *run, const step_t *s)
     const int wheels = run->wheels, rollers = run->bearing_count - run->axle_count;
     const int in_contact = rollers % (wheels*(run->rollers_per_wheel - 1)) ? wheels : 0;
     for (int i = 0; SET_GRIPS && i < wheels; i++)
-        if (s->grips[i] && s->excess_start[i] > 2*BROKEN_LAW)    /* squared, less 1                              */
+        if (s->contact.grips[i] && s->slip.excess_start[i] > 2*BROKEN_LAW)  /* squared, less 1                */
             return i;
     for (int k = 0; k < run->bearing_count; k++) {
         const omniroll_bearing_t *const bearing = run->bearings + k;

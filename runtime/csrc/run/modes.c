@@ -232,15 +232,15 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
 /* A step begins: what sticks in it, and what that is asked for. */
 static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
-    s->core_bearing_count = run->core_bearing_count, s->core_bearing = core_bearings(run), s->states = &work->states;
+    s->hold.count = run->core_bearing_count, s->hold.bearing = core_bearings(run), s->hold.states = &work->states;
     if (!SET_HOLDS && !SET_STANDS)
         return;
-    s->standing = work->standing;
-    memcpy(s->used_by, work->standing->used_by, sizeof s->used_by);
+    s->hold.standing = work->standing;
+    memcpy(s->hold.used_by, work->standing->used_by, sizeof s->hold.used_by);
     if (SET_STANDS)
         begin_standing(run, work, s);
     if (SET_STANDS || work->standing->count)
-        demand_now(run, work, &s->demand_start);
+        demand_now(run, work, &s->hold.demand_start);
 }
 
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and of
@@ -269,7 +269,7 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
         slipping_bearings_have_moved(run, work, s);
         return;
     }
-    memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
+    memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
     find_nearer(run, work);
     find_held_force(run, work);
     find_torques(run, work);

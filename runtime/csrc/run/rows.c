@@ -302,7 +302,7 @@ static void put_step(omniroll_run_t *run, const step_t *s)
         return;
     double *out = run->steps + (run->row_count - 1)*step_size(run);
     *out++ = s->h;
-    *out++ = s->late;
+    *out++ = s->event.late;
     for (int c = 0; c < integrated_size(run); c++) {
         const nodes_t *const rate = rate_in_step(run, s, c);
         if (vanishes(rate)) {           /* as of accounts of what does not happen                          */

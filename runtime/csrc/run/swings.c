@@ -25,8 +25,8 @@ static int bound_of_share(const omniroll_run_t *run, int guard)
 /* A step has been taken: whether it has landed on a guard of a wheel at its joint. */
 static void joints_have_moved(omniroll_run_t *run, const step_t *s)
 {
-    const int guard = s->landing - s->wheels, first = s->guards - run->pivot_guards;
-    run->landed_by = guard >= first && guard < s->guards ? (int)run->leads_to[2*guard] : NOTHING;
+    const int guard = s->event.landing - s->wheels, first = s->event.guards - run->pivot_guards;
+    run->landed_by = guard >= first && guard < s->event.guards ? (int)run->leads_to[2*guard] : NOTHING;
     run->landed_wheel = run->landed_by != NOTHING ? (int)run->leads_to[2*guard + 1] : 0;
     for (int i = 0; i < run->wheels; i++)
         if (pivots(run, i))

@@ -20,7 +20,7 @@
 ALWAYS_INLINE double turns(const step_t *s, int wheel)
 {
     if (SET_HOLDS)
-        return s->turns[wheel];
+        return s->hold.turns[wheel];
     return 1;
 }
 
@@ -33,7 +33,7 @@ NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t
 ALWAYS_INLINE int follows_nu(const step_t *s, const int wheels, int c)
 {
     if (SET_GRIPS)
-        return c < coupled_size(wheels) && s->grips[c%wheels];
+        return c < coupled_size(wheels) && s->contact.grips[c%wheels];
     return 0;
 }
 
@@ -50,7 +50,7 @@ ALWAYS_INLINE void integrate_core(step_t *s, int c)
 ALWAYS_INLINE int is_blind(const step_t *s)
 {
     if (SET_ROLLS)
-        return s->blind;
+        return s->contact.blind;
     return 0;
 }
 
@@ -58,7 +58,7 @@ ALWAYS_INLINE int is_blind(const step_t *s)
 ALWAYS_INLINE int first_found(const step_t *s)
 {
     if (SET_GRIPS)
-        return s->blind ? coupled_size(s->wheels) : 0;
+        return s->contact.blind ? coupled_size(s->wheels) : 0;
     return 0;
 }
 
@@ -66,7 +66,7 @@ ALWAYS_INLINE int first_found(const step_t *s)
 ALWAYS_INLINE int only_rolls(const step_t *s, const int wheels)
 {
     if (SET_ROLLS)
-        return s->blind && s->core == coupled_size(wheels);
+        return s->contact.blind && s->core == coupled_size(wheels);
     return 0;
 }
 
@@ -152,7 +152,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
     if (SET_GRIPS && SET_HAS_CONTACT_SPEEDS) {
-        for (int b = 0; b < BLOCKS && s->gripping && !only_rolls(s, wheels); b++) {
+        for (int b = 0; b < BLOCKS && s->contact.gripping && !only_rolls(s, wheels); b++) {
             lanes_t nu[3], chi[MOST_WHEELS];
             for (int k = 0; k < 3; k++)
                 nu[k] = s->at_nu[k].lanes[b];
@@ -162,7 +162,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
         }
     }
     if (SET_HAS_HEADING)
-        integrate_to_nodes(s->heading, s->h, &s->rate_pose[2], &s->at_heading);
+        integrate_to_nodes(s->acts.heading, s->h, &s->rate_pose[2], &s->acts.at_heading);
 }
 
 ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at);
@@ -170,7 +170,7 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
 /* What is rounding of what a contact that sticks takes: so many roundings, and what directions of slow slips add. */
 ALWAYS_INLINE double grip_noise(const step_t *s, double taken, double roundings)
 {
-    return roundings*GRIP_NOISE(taken) + s->turn_noise;
+    return roundings*GRIP_NOISE(taken) + s->slip.turn_noise;
 }
 
 ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
@@ -198,12 +198,12 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     for (int i = 0; i < wheels; i++)
         at->chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
     if (SET_HAS_HEADING)
-        point.heading = s->at_heading.lanes[b];
+        point.heading = s->acts.at_heading.lanes[b];
     if (SET_INPUTS) {
         for (int k = 0; k < SET_ACTING*wheels; k++)
-            at->input[k] = s->input[k] + (s->h*s->input_slope[k])*clock_of(s)->lanes[b];
+            at->input[k] = s->acts.input[k] + (s->h*s->acts.input_slope[k])*clock_of(s)->lanes[b];
         for (int k = SET_ACTING*wheels; k < SET_INPUTS*wheels && !only_rolls(s, wheels); k++)
-            at->input[k] = lanes_of(s->input[k]);
+            at->input[k] = lanes_of(s->acts.input[k]);
         point.inputs = at->input;
     }
     if (SET_CORE_PARTS) {
@@ -211,29 +211,29 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         point.core_dot = s->core_dot;
     }
     if (SET_HOLDS) {
-        point.directions = s->held ? s->directions : 0;
-        point.absent = s->absent;
+        point.directions = s->hold.held ? s->hold.directions : 0;
+        point.absent = s->hold.absent;
         point.held_force = at->held_force;
     }
     if (SET_STANDS)
-        point.directions = s->directions, point.absent = s->absent, point.held_force = at->held_force;
+        point.directions = s->hold.directions, point.absent = s->hold.absent, point.held_force = at->held_force;
     if (SET_OWN_BEARINGS)
-        put_bearing_states(s->states, &point);
+        put_bearing_states(s->hold.states, &point);
     if (SET_GRIPS) {
         for (int k = 0; k < 2*wheels; k++)
-            at->ground_push[k] = s->push[k].lanes[b];
+            at->ground_push[k] = s->slip.push[k].lanes[b];
         put_contacts(at, &point);
     }
     if (SET_STRIPS) {
         for (int i = 0; i < wheels; i++)
-            at->ground_yield[i] = s->yield[i].lanes[b];
+            at->ground_yield[i] = s->slip.yield[i].lanes[b];
         point.ground_yield = at->ground_yield;
     }
     if (SET_SHARES) {
         for (int i = 0; i < wheels; i++)
-            at->next_share[i] = s->next_share[i].lanes[b];
-        point.load = s->load, point.friction = s->friction, point.next_share = at->next_share;
-        point.next_before = s->next_before;
+            at->next_share[i] = s->slip.next_share[i].lanes[b];
+        point.load = s->contact.load, point.friction = s->contact.friction, point.next_share = at->next_share;
+        point.next_before = s->contact.next_before;
     }
     return point;
 }
@@ -243,9 +243,9 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
 ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const arrays_t *at)
 {
     for (int k = 0; k < 3; k++)
-        s->force[k].lanes[b] = at->held_force[k];
+        s->hold.force[k].lanes[b] = at->held_force[k];
     for (int k = 0; k < 2*wheels; k++)
-        s->along[k].lanes[b] = at->ground_force[k];
+        s->hold.along[k].lanes[b] = at->ground_force[k];
 }
 
 ALWAYS_INLINE void keep_bearings(step_t *s, const int wheels, int b, const arrays_t *at);
@@ -256,17 +256,17 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
     if (SET_GRIPS)
         keep_contacts(s, wheels, b, at);
     for (int i = 0; SET_SHARES && i < wheels; i++)
-        s->next_share[i].lanes[b] = at->next_share[i];
+        s->slip.next_share[i].lanes[b] = at->next_share[i];
     if (SET_HOLDS)
-        for (int k = 0; s->held && k < 3; k++)
-            s->force[k].lanes[b] = at->held_force[k];
+        for (int k = 0; s->hold.held && k < 3; k++)
+            s->hold.force[k].lanes[b] = at->held_force[k];
     if (SET_STANDS)
         keep_standing(s, wheels, b, at);
     if (SET_ROLLERS_TURN)
         keep_bearings(s, wheels, b, at);
     else if (SET_OWN_BEARINGS)
-        for (int k = 0; s->held && k < s->core_bearing_count; k++)
-            s->states->held[k].lanes[b] = s->states->holding[k];
+        for (int k = 0; s->hold.held && k < s->hold.count; k++)
+            s->hold.states->held[k].lanes[b] = s->hold.states->holding[k];
     (void)s, (void)wheels, (void)b, (void)at;
 }
 
@@ -337,7 +337,7 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
         return coupled_sweep(s, wheels, slow);
     if (SET_IS_ACTED_ON && s->stiff.on)
         return stiff_sweep(s, wheels, slow);
-    if (SET_ROLLS && s->blind)
+    if (SET_ROLLS && s->contact.blind)
         return rolling_sweep(s, wheels);
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
@@ -368,10 +368,10 @@ ALWAYS_INLINE int stands_on_joint(const step_t *s, int wheel)
 ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
 {
     for (int i = 0; i < wheels; i++) {
-        s->end_chi[i] = s->chi[i] + s->h*weighted(&s->rate_chi[i], &gauss_weight);
-        s->end_rate[i] = weighted(&s->rate_chi[i], &gauss_end);
+        s->end.chi[i] = s->chi[i] + s->h*weighted(&s->rate_chi[i], &gauss_weight);
+        s->end.rate[i] = weighted(&s->rate_chi[i], &gauss_end);
         if (SET_SHARES && stands_on_joint(s, i))         /* sweeps leave roundings of its rate                      */
-            s->end_chi[i] = s->chi[i], s->end_rate[i] = 0;
+            s->end.chi[i] = s->chi[i], s->end.rate[i] = 0;
     }
 }
 
@@ -392,21 +392,24 @@ ALWAYS_INLINE double missed(const step_t *s)
         for (int i = 0; i < s->wheels; i++)
             tails += s->size*tail(&s->rate_chi[i]);
     if (SET_HOLDS) {
-        for (int k = 0; s->held && k < 3; k++) {    /* beyond its rounding, as the nu' that the force would give */
-            const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->force_size[k]);
-            tails += s->per_force[k]*fmax(missing, 0);
+        for (int k = 0; s->hold.held && k < 3; k++) {    /* beyond its rounding, as the nu' that the force would give */
+            const double size = fabs(s->hold.force[k].node[0]) + s->hold.force_size[k];
+            const double missing = tail(&s->hold.force[k]) - FORCE_NOISE*EPS*size;
+            tails += s->hold.per_force[k]*fmax(missing, 0);
         }
     }
     if (SET_STANDS) {
-        for (int k = 0; s->standing->count && k < 3; k++) {     /* the same of wheels that stand                  */
-            const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->standing->size[k]);
-            tails += s->standing->per_force*fmax(missing, 0);
+        for (int k = 0; s->hold.standing->count && k < 3; k++) {     /* the same of wheels that stand                  */
+            const double size = fabs(s->hold.force[k].node[0]) + s->hold.standing->size[k];
+            const double missing = tail(&s->hold.force[k]) - FORCE_NOISE*EPS*size;
+            tails += s->hold.standing->per_force*fmax(missing, 0);
         }
     }
     if (SET_GRIPS)
-        for (int i = 0; i < s->wheels && !s->blind; i++)    /* the same of contacts that stick                     */
-            if (s->grips[i])
-                tails += s->friction_makes*fmax(tail(&s->excess[i]) - grip_noise(s, s->excess[i].node[0], FORCE_NOISE), 0);
+        for (int i = 0; i < s->wheels && !s->contact.blind; i++)    /* the same of contacts that stick      */
+            if (s->contact.grips[i])
+                tails += s->contact.friction_makes
+                    *fmax(tail(&s->slip.excess[i]) - grip_noise(s, s->slip.excess[i].node[0], FORCE_NOISE), 0);
     return s->h*tails/(2*NODES);
 }
 
@@ -414,7 +417,7 @@ ALWAYS_INLINE double missed(const step_t *s)
 ALWAYS_INLINE int first_integrated(const step_t *s, const int wheels)
 {
     if (SET_GRIPS)
-        return s->rolls ? coupled_size(wheels) : 0;
+        return s->contact.rolls ? coupled_size(wheels) : 0;
     return 0;
 }
 
@@ -422,7 +425,7 @@ ALWAYS_INLINE int first_integrated(const step_t *s, const int wheels)
 ALWAYS_INLINE void end_of_core(step_t *s)
 {
     for (int k = 0; k < 3; k++)
-        s->end_nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
+        s->end.nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
     if (SET_CORE_PARTS)
         for (int c = first_integrated(s, s->wheels); c < s->core; c++)
             s->end_core[c] = s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight);
@@ -463,5 +466,5 @@ static void integrate_pose(step_t *s, const double *pose)
     for (int b = 0; b < BLOCKS; b++)
         lanes_turn(theta.lanes[b], &s->rate_pose[0].lanes[b], &s->rate_pose[1].lanes[b]);
     for (int k = 0; k < 3; k++)
-        s->travel[k] = s->h*weighted(&s->rate_pose[k], &gauss_weight);
+        s->end.travel[k] = s->h*weighted(&s->rate_pose[k], &gauss_weight);
 }

@@ -58,10 +58,10 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
     for (int i = 0; i < wheels; i++)
         at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint[i]);
     if (SET_HAS_HEADING)
-        point.heading = lanes_of(early ? s->heading : s->at_heading.node[m]);
+        point.heading = lanes_of(early ? s->acts.heading : s->acts.at_heading.node[m]);
     if (SET_INPUTS)
         for (int k = 0; k < SET_INPUTS*wheels; k++)
-            at->input[k] = lanes_of(s->input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->input_slope[k]);
+            at->input[k] = lanes_of(s->acts.input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->acts.input_slope[k]);
     return point;
 }
 

@@ -68,22 +68,22 @@ static void guard_accelerations(const step_t *s, const double *weight, nodes_t *
 /* The rate of a guard at the nodes. */
 ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 {
-    const double *weights = s->guard.weights + 3*guard;
+    const double *weights = s->event.guard.weights + 3*guard;
     nodes_t rate;
-    if (SET_SHARES && s->guard.share[guard]) {
-        const int bound = s->guard.share[guard];
-        rate = times(gauss_slope, s->next_share + wheel_of_share(bound));
+    if (SET_SHARES && s->event.guard.share[guard]) {
+        const int bound = s->event.guard.share[guard];
+        rate = times(gauss_slope, s->slip.next_share + wheel_of_share(bound));
         for (int b = 0; b < BLOCKS; b++)
             rate.lanes[b] *= (bound < 0 ? -1 : 1)/s->h;
         return rate;
     }
     for (int b = 0; b < BLOCKS; b++)
-        rate.lanes[b] = s->guard.slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
+        rate.lanes[b] = s->event.guard.slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
             + weights[2]*s->rate_nu[2].lanes[b]);
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS)
-        guard_accelerations(s, s->guard_rows + guard_size(s->wheels)*guard + 6, &rate);
+        guard_accelerations(s, s->event.guard_rows + guard_size(s->wheels)*guard + 6, &rate);
     if (SET_SLIPS) {
-        const double *weight = s->guard_rows + guard_size(s->wheels)*guard + 6;
+        const double *weight = s->event.guard_rows + guard_size(s->wheels)*guard + 6;
         for (int part = 0; part < GUARDED_PARTS; part++) {
             const nodes_t *const rates = s->rate_core + guarded_at(s->wheels, part);
             for (int i = 0; i < guarded_size(s->wheels, part); i++, weight++)
@@ -104,7 +104,7 @@ ALWAYS_INLINE double reached_from(const step_t *s, double value, double rate)
 /* Whether this length is the first at which a mode ends; that of the step may be one. */
 ALWAYS_INLINE int comes_first(const step_t *s, double reached, double length)
 {
-    return reached < length || (reached == s->h && length == s->h && s->landing < 0);
+    return reached < length || (reached == s->h && length == s->h && s->event.landing < 0);
 }
 
 static void find_bearings_late(step_t *s, const int wheels, const arrays_t *at);
@@ -117,18 +117,18 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     for (int k = 0; k < 3; k++)
         at->nu[k] = lanes_of(s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight));
     for (int i = 0; i < wheels; i++)
-        at->chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint[i]);
+        at->chi[i] = lanes_clamp(lanes_of(s->end.chi[i]), s->joint[i]);
     if (SET_HAS_HEADING)
-        point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
+        point.heading = lanes_of(s->acts.heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
     for (int k = 0; k < SET_INPUTS*wheels; k++)
-        at->input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
+        at->input[k] = lanes_of(s->acts.input[k] + s->h*s->acts.input_slope[k]);
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
     if (SET_CORE_PARTS)
         point.core = s->core_here;
     if (SET_GRIPS) {
         for (int k = 0; k < 2*wheels; k++)
-            at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
+            at->ground_push[k] = lanes_of(weighted(&s->slip.push[k], &gauss_end));
         if (SET_STANDS)
             rollers_at_rest_at_end(s, wheels, at);
         wheels_stick(s, wheels, at->nu, at->chi, s->core_here);
@@ -142,9 +142,9 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
 ALWAYS_INLINE void measure_holding_at_end(step_t *s, const int wheels, const arrays_t *at)
 {
     for (int k = 0; (SET_HOLDS || SET_STANDS) && k < 3; k++)
-        s->demand_late.force[k] = at->held_force[k][0] - weighted(&s->force[k], &gauss_end);
+        s->hold.demand_late.force[k] = at->held_force[k][0] - weighted(&s->hold.force[k], &gauss_end);
     for (int k = 0; SET_STANDS && k < 2*wheels; k++)
-        s->demand_late.along[k] = at->ground_force[k][0] - weighted(&s->along[k], &gauss_end);
+        s->hold.demand_late.along[k] = at->ground_force[k][0] - weighted(&s->hold.along[k], &gauss_end);
     if (SET_OWN_BEARINGS)
         find_bearings_late(s, wheels, at);
 }
@@ -162,16 +162,16 @@ NEVER_INLINE void measure_bearings_at_end(step_t *s, const int wheels)
 /* The length at which the first guard is reached, if that is before `length`. */
 ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 {
-    for (int k = 0; k < s->guards; k++) {
+    for (int k = 0; k < s->event.guards; k++) {
         const nodes_t rates = guard_rate(s, k);
-        const double value = s->guard.start[k] + s->h*weighted(&rates, &gauss_weight);
+        const double value = s->event.guard.start[k] + s->h*weighted(&rates, &gauss_weight);
         const double rate = weighted(&rates, &gauss_end);
-        if (!(rate > 0 || value > PASSED*s->guard.noise[k]))
+        if (!(rate > 0 || value > PASSED*s->event.guard.noise[k]))
             continue;
         const double reached = rate > 0 ? s->h - value/rate : s->h/2;
         if (reached < length) {
             length = reached;
-            s->landing = wheels + k;
+            s->event.landing = wheels + k;
         }
     }
     return length;
@@ -189,16 +189,16 @@ NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
 ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 {
     double length = most;
-    s->landing = -1, s->unsure = 0;
+    s->event.landing = -1, s->event.unsure = 0;
     for (int i = 0; i < wheels; i++) {
-        const double sign = s->end_chi[i] < 0 ? -1 : 1;
-        const double beyond = sign*s->end_chi[i] - s->edge[i], rate = sign*s->end_rate[i];
+        const double sign = s->end.chi[i] < 0 ? -1 : 1;
+        const double beyond = sign*s->end.chi[i] - s->event.edge[i], rate = sign*s->end.rate[i];
         if (!(rate > 0 || beyond > 0))
             continue;
         const double reached = rate > 0 ? s->h - beyond/rate : s->h/2;
         if (reached < length) {
             length = reached;
-            s->landing = i;
+            s->event.landing = i;
         }
     }
     if (SET_IS_ACTED_ON)
@@ -210,7 +210,7 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
     if (SET_HOLDS || SET_STANDS)
         length = length_to_use(s, wheels, length);
     if (SET_DECIDES)
-        s->unsure = fmax(s->unsure, s->tick);
+        s->event.unsure = fmax(s->event.unsure, s->event.tick);
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
 
@@ -218,7 +218,7 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
  * a part of the step, and the run's time knows no part of a tick. */
 ALWAYS_INLINE int is_near(const step_t *s, double moved)
 {
-    return fabs(moved) <= fmax(s->reach*s->h, s->unsure);
+    return fabs(moved) <= fmax(s->event.reach*s->h, s->event.unsure);
 }
 
 enum { SETTLED, UNSETTLED, TOO_LONG };
@@ -229,21 +229,21 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
 {
     const int first_look = is_blind(s);
     if (first_look)
-        s->blind = 0;
+        s->contact.blind = 0;
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
     end_of_core(s);
-    if (SET_STICKS && !SET_STANDS && s->held && s->landing >= wheels + s->guards)
+    if (SET_STICKS && !SET_STANDS && s->hold.held && s->event.landing >= wheels + s->event.guards)
         measure_bearings_at_end(s, wheels);
-    if (SET_GRIPS && s->landing >= wheels + s->guards)
+    if (SET_GRIPS && s->event.landing >= wheels + s->event.guards)
         measure_contacts_at_end(s, wheels);
     if (first_look) {
         look_at_contacts(s, wheels);
-        s->late = length_to_event(s, wheels, most) - s->h;
-        return is_near(s, s->late) && s->landing < wheels + s->guards;
+        s->event.late = length_to_event(s, wheels, most) - s->h;
+        return is_near(s, s->event.late) && s->event.landing < wheels + s->event.guards;
     }
-    s->late = length_to_event(s, wheels, most) - s->h;
-    return is_near(s, s->late);
+    s->event.late = length_to_event(s, wheels, most) - s->h;
+    return is_near(s, s->event.late);
 }
 
 /* Whether what sticks lets go so much later than the step ends that its force there would not be the largest one to
@@ -251,13 +251,14 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
 ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
 {
     if (SET_GRIPS) {
-        const int contact = s->landing - wheels - s->guards;
-        return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
+        const int contact = s->event.landing - wheels - s->event.guards;
+        return contact >= 0 && !(contact < wheels && s->contact.slides[contact])
+            && fabs(s->event.late) > fmax(CLOSE*s->h, s->event.unsure);
     }
     if (SET_IN_SERIES) {  /* the spin is no number that can be set to zero there                    */
-        const int bearing = s->landing - wheels - s->guards;
-        return bearing >= s->states->rollers_at && bearing < s->core_bearing_count
-            && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
+        const int bearing = s->event.landing - wheels - s->event.guards;
+        return bearing >= s->hold.states->rollers_at && bearing < s->hold.count
+            && fabs(s->event.late) > fmax(CLOSE*s->h, s->event.unsure);
     }
     return 0;
 }
@@ -268,7 +269,7 @@ ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_bef
 {
     int patience = PATIENT;
     if (SET_GRIPS) {
-        if (s->turning)
+        if (s->contact.turning)
             patience = PATIENT_IN_TURNS;
         if (is_blind(s))
             patience = PATIENT_OF_NU;
@@ -283,12 +284,12 @@ ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_bef
 ALWAYS_INLINE double glance_misses(step_t *s, const int wheels, double allowed)
 {
     double misses = 0;
-    if (SET_ROLLS && s->blind) {
-        s->blind = 0;
+    if (SET_ROLLS && s->contact.blind) {
+        s->contact.blind = 0;
         states_at_nodes(s, wheels);
         look_at_contacts(s, wheels);
         misses = missed(s);
-        s->blind = !(misses > allowed);
+        s->contact.blind = !(misses > allowed);
     }
     (void)s, (void)wheels, (void)allowed;
     return misses;
@@ -302,14 +303,32 @@ ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
     return 0;
 }
 
+/* Whether a sweep shows that a step is too long: the one `long_at`, or where speeds are coupled each one from then on. */
+ALWAYS_INLINE int shows_too_long(const step_t *s, int k, int long_at, double change, double tolerance)
+{
+    if (SET_IS_COUPLED)
+        return k >= 2 && missed(s) > fmax(4*tolerance, 10*change);
+    if (k == long_at)
+        return missed(s) > fmax(4*tolerance, SET_LOADS_FOLLOW ? change : 0);
+    return k == 1 && is_much_too_long(s, tolerance);
+}
+
+/* What the next sweeps would change after one that has changed so much, as a geometric series; the first one has no ratio. By
+ * Newton's rule with slopes that turn within the step large and small ratios take turns, and the first is the guess's. */
+ALWAYS_INLINE double left_by_sweeps(int k, double change, double last, double ratio, double ratio_before)
+{
+    const double next = SET_IS_COUPLED ? fmax(ratio, k > 1 ? ratio_before : 1) : ratio;
+    return last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
+}
+
 /* The next length of a step. Where rates have settled, and an event that has cut it is not in what was left, rounding
  * hides it there: it lies between the two. */
 ALWAYS_INLINE double length_between(const step_t *s, double length, int is_settled, double *cut)
 {
     if (SET_GRIPS) {
-        if (is_settled && s->landing >= 0 && length < s->h)
+        if (is_settled && s->event.landing >= 0 && length < s->h)
             *cut = fmin(*cut, s->h);
-        else if (s->landing < 0 && *cut < INFINITY)
+        else if (s->event.landing < 0 && *cut < INFINITY)
             return fmax(s->h, (s->h + *cut)/2);
     }
     (void)s, (void)is_settled, (void)cut;
@@ -320,7 +339,7 @@ ALWAYS_INLINE double length_between(const step_t *s, double length, int is_settl
 ALWAYS_INLINE int changes_rounding(step_t *s, const int wheels, double change, double ratio, double tolerance)
 {
     if (SET_GRIPS)
-        return s->turning && !(ratio < 0.5) && change <= tolerance && directions_are_found(s, wheels);
+        return s->contact.turning && !(ratio < 0.5) && change <= tolerance && directions_are_found(s, wheels);
     return 0;
 }
 
@@ -348,7 +367,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         double change = sweep(s, wheels, !(ratio < RENEW));
         if (SET_CHI_FEEDS_BACK && change < s->h*s->size*lanes_largest(s->turning_moved))
             change = s->h*s->size*lanes_largest(s->turning_moved);
-        s->early = k < TELL_SLIPS;
+        s->contact.early = k < TELL_SLIPS;
         end_of_step(s, wheels);
         const double found = length_to_event(s, wheels, most);
         const double length = length_between(s, found, change <= sweep_tolerance, &cut), moved = length - s->h;
@@ -365,10 +384,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
                 continue;
             }
         }
-        /* What the next sweeps would still change, as a geometric series; the first sweep has no ratio. By Newton's rule
-         * with slopes that turn within the step large and small ratios take turns, and the first is the guess's. */
-        const double next = SET_IS_COUPLED ? fmax(ratio, k > 1 ? ratio_before : 1) : ratio;
-        double rest = last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
+        double rest = left_by_sweeps(k, change, last, ratio, ratio_before);
         if (rest > sweep_tolerance && changes_rounding(s, wheels, change, ratio, tolerance))
             rest = 0;
         if (SET_IS_ACTED_ON)
@@ -380,7 +396,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
                 return SETTLED;
             moves += moves_on;
             if (unseen || moves_on) {
-                s->h += s->late;
+                s->h += s->event.late;
                 last = INFINITY;
                 continue;
             }
@@ -390,12 +406,12 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
             return UNSETTLED;
         if (SET_IN_SERIES)
-            shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h;
+            shifted = s->event.landing >= wheels + s->event.guards && fabs(moved) > s->event.reach*s->h;
         last = change > 0 ? change : 1e-300;
         change_length(s, wheels, length, ratio);
         if (k == long_at && glance_misses(s, wheels, 4*tolerance) > 4*tolerance)
             return TOO_LONG;
-        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > fmax(4*tolerance, SET_LOADS_FOLLOW ? change : 0)) || (k == 1 && is_much_too_long(s, tolerance)))
+        if (shows_too_long(s, k, long_at, change, tolerance))
             return TOO_LONG;
         if (SET_IS_ACTED_ON) {
             if (s->stiff.on && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */
@@ -454,13 +470,13 @@ ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)
 static double turn_outside(const step_t *s, int wheel)
 {
     const double edge = s->joint[wheel]*ROUNDED;
-    return turn_beyond(&s->rate_chi[wheel], s->end_rate[wheel], s->h, s->chi[wheel], -edge, edge);
+    return turn_beyond(&s->rate_chi[wheel], s->end.rate[wheel], s->h, s->chi[wheel], -edge, edge);
 }
 
 /* A guard that is positive inside the step and not at its end: where it is largest, or 1. */
 static double turn_of_guard(const step_t *s, int guard)
 {
     const nodes_t rate = guard_rate(s, guard);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard.start[guard],
-                       -INFINITY, PASSED*s->guard.noise[guard]);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->event.guard.start[guard],
+                       -INFINITY, PASSED*s->event.guard.noise[guard]);
 }

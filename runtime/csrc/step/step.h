@@ -137,110 +137,140 @@ ALWAYS_INLINE int wheel_of_share(int bound)
     return (bound < 0 ? -bound : bound) - 1;
 }
 
+/* What ends a step. */
 typedef struct {
-    int wheels;
-    const vehicle_t *vehicle;
-    const lanes_t *momenta;
-    const double *joint;                        /* N: pi/n of each wheel                       */
-    double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
-    double edge[MOST_WHEELS];                   /* the |chi| that ends the step: the joint, or little more for a
-                                                 * wheel that rests there and turns back         */
-    double h;
-    nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
-    nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
-    nodes_t rate_pose[3];
-    double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], travel[3];   /* travel: of the pose, in the step */
     int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
     double late;                                /* the event comes this much later than h,       */
     double reach;                               /* at most this part of h                        */
     double unsure;                              /* rounding hides the event's instant for so long */
     double tick;                                /* what the run's time is rounded to             */
-    long long sweeps;
-    double heading;                             /* at the start                                  */
-    nodes_t at_heading;
-    double input[MOST_INPUTS*MOST_WHEELS], input_slope[MOST_INPUTS*MOST_WHEELS];
-    int core;                                   /* how many numbers it has beside nu             */
-    const double *start_core;
-    double *end_core, *weight;                  /* weight: size of nu over that of each number   */
-    nodes_t *rate_core;
-    lanes_t *at_core;                           /* at the nodes, vector by vector: core_at()     */
-    lanes_t *core_here, *core_dot;              /* scratch                                       */
+    double edge[MOST_WHEELS];                   /* the |chi| that ends the step: the joint, or little more for a
+                                                 * wheel that rests there and turns back         */
     const double *guard_rows;                   /* of the run                                    */
-    const coupled_t *coupled;
-    int fresh, renewals;                        /* no sweep yet; of its slopes, in this try      */
+    int guards;
+    guards_t guard;
+} event_t;
+
+/* Contacts as they are at the start of a step. */
+typedef struct {
     int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
     int sliding, turning, gripping;             /* whether there are such, with directions, and such as stick */
     int rolls;                                  /* all stick: what is coupled with nu follows from it */
     int blind;                                  /* and no sweep asks yet with how much friction */
+    int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
+    int early;                                  /* whether the first sweeps have not told yet how slips begin   */
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
-    double residual_slip[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
+    double residual_slip[MOST_WHEELS];          /* of a slip across its direction, in m/s, that is nothing    */
     double rest_in;                             /* the time until the first other slip comes to rest         */
     int rests;                                  /* which slip that is                                        */
     const lanes_t *load, *friction;
-    const double *response;                     /* of the rates of slips to forces, of contacts that slip */
-    int place[MOST_WHEELS], responding;         /* their places there, and how many there are    */
-    nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */
-    double begun[2*MOST_WHEELS];                /* the same at the start of the step              */
-    nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
-    nodes_t self_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
-    int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
-    nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], excess[MOST_WHEELS];
     double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take under their loads at rest */
     double per_load[MOST_WHEELS], presses[MOST_WHEELS];     /* over these loads; 1 for contacts that carry one, else 0 */
-    nodes_t at_load[MOST_WHEELS];               /* loads at the nodes, where they follow from the motion: loads.c */
-    double slip_start[2*MOST_WHEELS], excess_start[MOST_WHEELS], excess_late[MOST_WHEELS];
-    double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
-    double end_slip[2*MOST_WHEELS];
-    double turn_noise;                          /* of what contacts that stick take, by directions of slow slips  */
-    int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
-    int all_turn;                               /* whether no wheel stands on its joint         */
+    const double *response;                     /* of the rates of slips to forces, of contacts that slip */
+    int place[MOST_WHEELS], responding;         /* their places there, and how many there are    */
+    double settles, friction_makes, friction_force;
     const lanes_t *next_before;
-    nodes_t next_share[MOST_WHEELS];            /* of wheels that stand on their joints and may slip */
+} contacts_t;
+
+/* Their slips and forces at the nodes of a step. */
+typedef struct {
+    nodes_t toward[2*MOST_WHEELS];              /* directions of the slips                        */
+    double begun[2*MOST_WHEELS];                /* the same at the start of the step              */
+    nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
+    nodes_t self_response[4*MOST_WHEELS];       /* of a contact's slip to forces on it, 2 x 2             */
+    int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
+    nodes_t at[2*MOST_WHEELS], rate[2*MOST_WHEELS], excess[MOST_WHEELS];
+    nodes_t at_load[MOST_WHEELS];               /* loads, where they follow from the motion: loads.c       */
+    double start[2*MOST_WHEELS], end[2*MOST_WHEELS], noise[MOST_WHEELS];
+    double excess_start[MOST_WHEELS], excess_late[MOST_WHEELS];
+    double turn_noise;                          /* of what contacts that stick take, by directions of slow slips  */
     nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
-    approach_t approach;
-    nodes_t rate_account[MOST_ACCOUNTS];
+    nodes_t next_share[MOST_WHEELS];            /* of wheels that stand on their joints and may slip */
+    nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
+    int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
+} slips_t;
+
+/* What sticks in a step, and what holds it. */
+typedef struct {
     int held;                                   /* bearings that stick                             */
     int of_contacts;                            /* events of contacts, which stand before those of bearings */
     double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
     lanes_t directions[9], absent[3];           /* of nu                                         */
     nodes_t force[3];                           /* that holds, at the nodes                      */
     double force_size[3], per_force[3];
-    int core_bearing_count;
-    double residual_of_rates;                       /* of bearings, by the iteration at the nodes    */
-    const omniroll_bearing_t *core_bearing;      /* those whose rates are numbers of the core      */
+    int count;                                  /* of bearings whose rates are numbers of the core */
+    const omniroll_bearing_t *bearing;          /* these                                           */
+    double residual;                            /* of their rates, by the iteration at the nodes   */
     const bearing_states_t *states;
     const standing_t *standing;
     nodes_t along[2*MOST_WHEELS];               /* what wheels that stand ask for, at nodes */
-    demand_t demand_start, demand_late;            /* at the start; what the polynomials lack at the end */
+    demand_t demand_start, demand_late;         /* at the start; what the polynomials lack at the end */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
-    nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
-    int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
-    double size;                                /* of nu                                         */
+} holding_t;
+
+/* What acts in a step, and the heading. */
+typedef struct {
+    double heading;                             /* at the start                                  */
+    nodes_t at_heading;
+    double input[MOST_INPUTS*MOST_WHEELS], input_slope[MOST_INPUTS*MOST_WHEELS];
+} acting_t;
+
+/* The state at a step's end. travel: of the pose, in the step. */
+typedef struct {
+    double nu[3], chi[MOST_WHEELS], rate[MOST_WHEELS], travel[3];
+} end_t;
+
+typedef struct {
+    int wheels;
+    const vehicle_t *vehicle;
+    const lanes_t *momenta;
+    const double *joint;                        /* N: pi/n of each wheel                       */
+    double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
+    double h;
+    nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
+    nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
+    nodes_t rate_pose[3];
+    end_t end;
+    event_t event;
+    acting_t acts;
+    int core;                                   /* how many numbers it has beside nu             */
+    const double *start_core;
+    double *end_core, *weight;                  /* weight: size of nu over that of each number   */
+    nodes_t *rate_core;
+    lanes_t *at_core;                           /* at the nodes, vector by vector: core_at()     */
+    lanes_t *core_here, *core_dot;              /* scratch                                       */
+    nodes_t rate_account[MOST_ACCOUNTS];
+    contacts_t contact;
+    slips_t slip;
+    approach_t approach;
+    holding_t hold;
+    int all_turn;                               /* whether no wheel stands on its joint         */
     lanes_t turning_moved;                      /* how far the last sweep has moved the wheels' rates, where these */
                                                 /* depend on the angles                          */
+    long long sweeps;
+    const coupled_t *coupled;
+    int fresh, renewals;                        /* no sweep yet; of its slopes, in this try      */
     stiff_t stiff;
     sprung_t sprung;
-    int early;                                  /* whether the first sweeps have not told yet how slips begin   */
+    double size;                                /* of nu                                         */
     double rest;                                /* what further sweeps would change              */
     double bend_in;                             /* the time until a wheel comes to where rates bend */
-    int guards;
-    guards_t guard;
 } step_t;
 
 /* Whether a contact slips in a direction that turns. */
 ALWAYS_INLINE int may_turn(const step_t *s, int i)
 {
     if (SET_STRIPS)
-        return s->slides[i] && !s->corner[i];
-    return s->slides[i];
+        return s->contact.slides[i] && !s->contact.corner[i];
+    return s->contact.slides[i];
 }
 
 /* Whether the directions of a contact have been found together with others in the last sweep. */
 ALWAYS_INLINE int turned_together(const step_t *s, int i)
 {
     if (SET_STANDS)
-        return s->turned_together[i];
+        return s->slip.turned_together[i];
     return 0;
 }
 

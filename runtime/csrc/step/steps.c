@@ -24,26 +24,26 @@ ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *w
 ALWAYS_INLINE void begin_held_forces(const omniroll_run_t *run, step_t *s, const int wheels)
 {
     for (int i = 0; i < wheels; i++)
-        s->turns[i] = !sticks(run, i);
+        s->hold.turns[i] = !sticks(run, i);
     for (int k = 0; k < 9; k++)
-        s->directions[k] = lanes_of(run->hold.directions[k]);
+        s->hold.directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++) {
-        s->absent[k] = lanes_of(run->hold.absent[k]);
-        s->force_size[k] = run->hold.size[k];
-        s->per_force[k] = run->hold.per_force[k];
+        s->hold.absent[k] = lanes_of(run->hold.absent[k]);
+        s->hold.force_size[k] = run->hold.size[k];
+        s->hold.per_force[k] = run->hold.per_force[k];
     }
 }
 
 ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int wheels)
 {
-    s->guards = all_guards(run);
-    for (int k = 0; k < s->guards; k++) {
+    s->event.guards = all_guards(run);
+    for (int k = 0; k < s->event.guards; k++) {
         const double *const guard = run->guards + guard_size(wheels)*k;
-        s->guard.start[k] = guard_value(run, guard, &s->guard.noise[k]);
-        s->guard.slope[k] = guard[1];
-        s->guard.share[k] = SET_SHARES ? bound_of_share(run, k) : 0;
+        s->event.guard.start[k] = guard_value(run, guard, &s->event.guard.noise[k]);
+        s->event.guard.slope[k] = guard[1];
+        s->event.guard.share[k] = SET_SHARES ? bound_of_share(run, k) : 0;
         for (int m = 0; m < 3; m++)
-            s->guard.weights[3*k + m] = guard[2 + m];
+            s->event.guard.weights[3*k + m] = guard[2 + m];
     }
 }
 
@@ -55,37 +55,37 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     for (int i = 0; i < wheels; i++)
         s->chi[i] = run->chi[i];
     if (SET_HAS_HEADING)
-        s->heading = remainder(run->pose[2], TURN);
+        s->acts.heading = remainder(run->pose[2], TURN);
     if (SET_INPUTS) {
         const double *slopes = run->inputs + SET_INPUTS*wheels;
         for (int k = 0; k < SET_INPUTS*wheels; k++) {
-            s->input[k] = input_now(run, k);
-            s->input_slope[k] = slopes[k];
+            s->acts.input[k] = input_now(run, k);
+            s->acts.input_slope[k] = slopes[k];
         }
     }
     if (SET_CORE_PARTS)
         begin_core_of_step(run, work, s);
     if (SET_SLIPS || SET_CHI_FEEDS_BACK)
-        s->guard_rows = run->guards;
+        s->event.guard_rows = run->guards;
     s->all_turn = all_turn(wheels, &work->vehicle);
     if (SET_SHARES)
-        s->next_before = work->next_before;
+        s->contact.next_before = work->next_before;
     if (SET_IS_COUPLED)
         s->coupled = &work->coupled_speeds;
     if (SET_GRIPS) {
         begin_contacts(run, work, s, wheels);
-        s->strays = 0;
+        s->contact.strays = 0;
     }
     if (SET_APPROACHES)
         s->approach.stretched = 0;
     if (SET_STICKS) {
-        s->held = run->hold.count, s->of_contacts = 0;
+        s->hold.held = run->hold.count, s->hold.of_contacts = 0;
         begin_holding(run, work, s);
     }
     if (SET_HOLDS)
         begin_held_forces(run, s, wheels);
     if (SET_OWN_BEARINGS)
-        s->residual_of_rates = residual_of_rates(run);
+        s->hold.residual = residual_of_rates(run);
     if (SET_IS_ACTED_ON)
         begin_guards(run, s, wheels);
     (void)work;
@@ -198,12 +198,12 @@ ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest,
 ALWAYS_INLINE void nothing_is_late(step_t *s)
 {
     if (SET_HOLDS || SET_STANDS) {
-        memset(&s->demand_late, 0, sizeof s->demand_late);
-        s->nearly_used = 0;
+        memset(&s->hold.demand_late, 0, sizeof s->hold.demand_late);
+        s->hold.nearly_used = 0;
     }
     if (SET_OWN_BEARINGS)
-        for (int k = 0; k < s->core_bearing_count; k++)
-            s->states->late[k] = 0;
+        for (int k = 0; k < s->hold.count; k++)
+            s->hold.states->late[k] = 0;
     (void)s;
 }
 
@@ -214,9 +214,9 @@ ALWAYS_INLINE double length_to_joint(step_t *s, const int wheels, double longest
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
         /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
-        s->edge[i] = fabs(s->chi[i]) >= s->joint[i] && s->chi[i]*rate > 0 ? s->joint[i]*ROUNDED : s->joint[i];
+        s->event.edge[i] = fabs(s->chi[i]) >= s->joint[i] && s->chi[i]*rate > 0 ? s->joint[i]*ROUNDED : s->joint[i];
         if (rate != 0)
-            length = fmin(length, (s->edge[i] - sign*s->chi[i])/(sign*rate));
+            length = fmin(length, (s->event.edge[i] - sign*s->chi[i])/(sign*rate));
     }
     return length > 1e-3*longest ? length : 1e-3*longest;
 }
@@ -270,14 +270,14 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
 ALWAYS_INLINE void end_late(step_t *s, const int wheels)
 {
     for (int k = 0; k < 3; k++) {
-        s->end_nu[k] += s->late*weighted(&s->rate_nu[k], &gauss_end);
-        s->travel[k] += s->late*weighted(&s->rate_pose[k], &gauss_end);
+        s->end.nu[k] += s->event.late*weighted(&s->rate_nu[k], &gauss_end);
+        s->end.travel[k] += s->event.late*weighted(&s->rate_pose[k], &gauss_end);
     }
     for (int i = 0; i < wheels; i++)
-        s->end_chi[i] += s->late*s->end_rate[i];
+        s->end.chi[i] += s->event.late*s->end.rate[i];
     if (SET_CORE_PARTS)
         for (int c = first_integrated(s, wheels); c < s->core; c++)
-            s->end_core[c] += s->late*weighted(&s->rate_core[c], &gauss_end);
+            s->end_core[c] += s->event.late*weighted(&s->rate_core[c], &gauss_end);
 }
 
 /* Where in the step, x in (0, 1), a wheel or a guard is beyond its bound and back at the end; 1 if none is. */
@@ -287,7 +287,7 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         turned = fmin(turned, turn_outside(s, i));
     if (SET_IS_ACTED_ON)
-        for (int k = 0; k < s->guards; k++)
+        for (int k = 0; k < s->event.guards; k++)
             turned = fmin(turned, turn_of_guard(s, k));
     if (SET_GRIPS)
         turned = fmin(turned, turn_of_contacts(s, wheels));
@@ -296,7 +296,7 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     if (SET_HOLDS || SET_STANDS)
         turned = fmin(turned, turn_of_use(s, wheels));
     if (SET_OWN_BEARINGS)
-        for (int k = 0; k < s->core_bearing_count; k++)
+        for (int k = 0; k < s->hold.count; k++)
             turned = fmin(turned, turn_of_bearing(s, k));
     return turned;
 }
@@ -327,7 +327,7 @@ static void name_hardest(omniroll_run_t *run, const step_t *s)
 ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, double factor, double error,
                              const tried_t *before, double allowed, double *ahead)
 {
-    if (SET_GRIPS && s->turning && s->rest_in < INFINITY)
+    if (SET_GRIPS && s->contact.turning && s->contact.rest_in < INFINITY)
         return farther_from_rest(s, error, before);
     if (SET_IS_ACTED_ON && !SET_IS_COUPLED) {
         const bend_t found = bend(s, wheels, allowed);
@@ -415,7 +415,7 @@ ALWAYS_INLINE int passes_too_much(step_t *s, const int wheels, lengths_t *of)
     }
     if (SET_GRIPS) {
         if (has_strayed(s, wheels)) {
-            s->strays = 1;
+            s->contact.strays = 1;
             return 1;
         }
         if (rests_early(s, wheels)) {
@@ -439,7 +439,7 @@ ALWAYS_INLINE void put_next_length(omniroll_run_t *run, step_t *s, const lengths
     }
     if (SET_GRIPS)
         keep_calm_step(run, s, of->calm, error);
-    if (s->landing >= 0)
+    if (s->event.landing >= 0)
         run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*(SET_GRIPS ? of->whole : of->most));
     else if (run->pauses && s->h >= of->rest)
         run->step = fmax(run->step, of->meant);
@@ -451,8 +451,8 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     lengths_t of = first_lengths(run);
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
-    s->reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
-    s->tick = EPS*limit_of_step(run);
+    s->event.reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+    s->event.tick = EPS*limit_of_step(run);
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &of.most, run, work);
         if (SET_GRIPS)
@@ -460,7 +460,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         if (SET_APPROACHES) {
             const double longest = fmin(fmax(of.calm, run->calm_step), of.rest);
             const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &of.most, size,
-                                                            size*sweep_tolerance(run, s->rest_in)) : NO_APPROACH;
+                                                            size*sweep_tolerance(run, s->contact.rest_in)) : NO_APPROACH;
             if (approach == MISSES_REST)
                 continue;
             if (approach == APPROACHES) {
@@ -525,7 +525,7 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
     if (SET_ACCOUNTS)
         for (int k = 0; k < account_size(wheels); k++)
             run->accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
-                + s->late*weighted(&s->rate_account[k], &gauss_end);
+                + s->event.late*weighted(&s->rate_account[k], &gauss_end);
     (void)work;
 }
 
@@ -580,7 +580,7 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
 
 ALWAYS_INLINE int asks_damping(const step_t *s, const int wheels)
 {
-    return s->stiff.by_newton && DAMPED*s->stiff.steepest > 1 && s->landing < wheels;
+    return s->stiff.by_newton && DAMPED*s->stiff.steepest > 1 && s->event.landing < wheels;
 }
 
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
@@ -591,18 +591,18 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     else
         put_step(run, s);
     for (int k = 0; k < 3; k++) {
-        run->nu[k] = s->end_nu[k];
-        run->pose[k] = sum_and_rest(run->pose[k], s->travel[k] + run->pose_carry[k], &run->pose_carry[k]);
+        run->nu[k] = s->end.nu[k];
+        run->pose[k] = sum_and_rest(run->pose[k], s->end.travel[k] + run->pose_carry[k], &run->pose_carry[k]);
     }
     for (int i = 0; i < wheels; i++) {
-        const double sign = s->end_chi[i] < 0 ? -1 : 1;
-        run->chi[i] = i == s->landing ? sign*run->joint[i] : fmax(fmin(s->end_chi[i], run->joint[i]), -run->joint[i]);
+        const double sign = s->end.chi[i] < 0 ? -1 : 1;
+        run->chi[i] = i == s->event.landing ? sign*run->joint[i] : fmax(fmin(s->end.chi[i], run->joint[i]), -run->joint[i]);
     }
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS && run->modal_count)
         carry_rows(run, work);                  /* which guards read                                        */
     const double limit = limit_of_step(run);
-    const int last = s->landing < 0 && s->h >= limit - run->elapsed - run->carry;
-    const double h = s->h + s->late + run->carry, sum = run->elapsed + h;
+    const int last = s->event.landing < 0 && s->h >= limit - run->elapsed - run->carry;
+    const double h = s->h + s->event.late + run->carry, sum = run->elapsed + h;
     run->carry = last ? 0 : h - (sum - run->elapsed);
     run->elapsed = last ? limit : fmin(sum, limit);
     for (int k = 0; k < 3; k++)
@@ -614,7 +614,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     }
     run->step_count++;
     if (SET_IS_ACTED_ON) {
-        run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
+        run->at_event = is_over(run) || run->elapsed >= run->next_time || s->event.landing >= wheels;
         take_what_acts(run, s, work, wheels);
         if (!SET_GRIPS && asks_damping(s, wheels))
             damp(run, work, s, wheels);

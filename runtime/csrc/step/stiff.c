@@ -99,7 +99,7 @@ ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
 /* The rates of the core that Newton's rule asks for: of a vehicle that rolls where all contacts stick. */
 NEVER_INLINE void rates_while_blind(const step_t *s, const int wheels, const point_t *point, lanes_t *nu_dot)
 {
-    if (s->blind)
+    if (s->contact.blind)
         rolling_rates(wheels, point, nu_dot);
     else
         core_rates(wheels, point, nu_dot);
@@ -117,7 +117,7 @@ ALWAYS_INLINE void newton_rates(const step_t *s, const int wheels, const point_t
 ALWAYS_INLINE void core_sticks(const step_t *s, const int wheels, const arrays_t *at)
 {
     if (SET_GRIPS) {
-        if (!s->gripping || only_rolls(s, wheels))
+        if (!s->contact.gripping || only_rolls(s, wheels))
             return;
         wheels_stick(s, wheels, at->nu, at->chi, s->core_here);
         if (SET_HAS_CONTACT_SPEEDS)
