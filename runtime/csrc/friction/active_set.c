@@ -125,11 +125,11 @@ static void keep_best(friction_balls_t *b)
         return;
     b->least = residual;
     for (int k = 0; k < b->rows; k++)
-        b->best[k] = b->force[k];
+        b->best.force[k] = b->force[k];
     for (int e = 0; e < b->equalities; e++)
-        b->best_multiplier[e] = b->multiplier[e];
+        b->best.multiplier[e] = b->multiplier[e];
     for (int c = 0; c < 2*b->balls; c++)
-        b->best_active[c] = b->active[c];
+        b->best.active[c] = b->active[c];
 }
 
 /* Constraints that forces have passed, and those that hold nothing; returns how many. */
@@ -156,9 +156,9 @@ static int change_active(friction_balls_t *b)
 FRICTION_LINKAGE void friction_polish(friction_balls_t *b, int changes)
 {
     for (int k = 0; k < b->rows; k++)
-        b->inside[k] = b->force[k];
+        b->inside.force[k] = b->force[k];
     for (int e = 0; e < b->equalities; e++)
-        b->inside_multiplier[e] = b->multiplier[e];
+        b->inside.multiplier[e] = b->multiplier[e];
     for (int change = 0; change <= changes; change++) {
         double before = INFINITY;
         put_on_edges(b);
@@ -179,10 +179,10 @@ FRICTION_LINKAGE void friction_polish(friction_balls_t *b, int changes)
 FRICTION_LINKAGE void friction_take_best(friction_balls_t *b)
 {
     for (int k = 0; k < b->rows && b->least < INFINITY; k++)
-        b->force[k] = b->best[k];
+        b->force[k] = b->best.force[k];
     for (int e = 0; e < b->equalities && b->least < INFINITY; e++)
-        b->multiplier[e] = b->best_multiplier[e];
+        b->multiplier[e] = b->best.multiplier[e];
     for (int c = 0; c < 2*b->balls && b->least < INFINITY; c++)
-        b->active[c] = b->best_active[c];
+        b->active[c] = b->best.active[c];
     friction_slopes(b);
 }

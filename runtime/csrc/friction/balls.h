@@ -17,6 +17,12 @@ typedef struct {
     double along[2];
 } friction_direction_t;
 
+/* x, multipliers and active set that are kept. */
+typedef struct {
+    double *force, *multiplier;
+    int *active;
+} friction_kept_t;
+
 /* x^T matrix x/2 + given^T x is least; `size` is what a force's unit is in x. */
 typedef struct {
     int dense, apart, rows, balls, dense_balls, equalities;     /* rows: dense + apart                      */
@@ -25,9 +31,9 @@ typedef struct {
     double *force, *multiplier, *slope, *scale;     /* x, those of equalities, slopes, sizes of balls' terms */
     double *slack, *pull;                           /* two of each ball: its circle and its strip           */
     double *slack_step, *pull_step, *product, *step, *multiplier_step;
-    double *best, *best_multiplier, *inside, *inside_multiplier;
+    friction_kept_t best, inside;
     double *block, *coupled, *right;                /* block: 4 of each dense ball, 1 of each row apart     */
-    int *active, *best_active, *moves;              /* two of each ball; rows apart that may change         */
+    int *active, *moves;                            /* two of each ball; rows apart that may change         */
     friction_direction_t *direction;
     int directions;
     double unit;                                    /* what products are measured by                        */

@@ -48,15 +48,15 @@ static void lay_out_balls(friction_balls_t *b, room_t *room, int dense, int dens
     b->equality = numbers(room, equalities*dense), b->wanted = numbers(room, equalities);
     b->mobility = numbers(room, apart), b->yaw = numbers(room, apart), b->yaw_rows = numbers(room, dense);
     b->size = numbers(room, rows), b->given = numbers(room, rows), b->force = numbers(room, rows);
-    b->slope = numbers(room, rows), b->step = numbers(room, rows), b->best = numbers(room, rows);
-    b->inside = numbers(room, rows), b->right = numbers(room, rows + equalities);
+    b->slope = numbers(room, rows), b->step = numbers(room, rows), b->best.force = numbers(room, rows);
+    b->inside.force = numbers(room, rows), b->right = numbers(room, rows + equalities);
     b->multiplier = numbers(room, equalities), b->multiplier_step = numbers(room, equalities);
-    b->best_multiplier = numbers(room, equalities), b->inside_multiplier = numbers(room, equalities);
+    b->best.multiplier = numbers(room, equalities), b->inside.multiplier = numbers(room, equalities);
     b->scale = numbers(room, balls), b->block = numbers(room, 4*dense_balls + apart);
     b->slack = numbers(room, 2*balls), b->pull = numbers(room, 2*balls);
     b->product = numbers(room, 2*balls);
     b->slack_step = numbers(room, 2*balls), b->pull_step = numbers(room, 2*balls);
-    b->active = flags(room, 2*balls), b->best_active = flags(room, 2*balls), b->moves = flags(room, apart);
+    b->active = flags(room, 2*balls), b->best.active = flags(room, 2*balls), b->moves = flags(room, apart);
     b->system.matrix = numbers(room, size*size);
     b->system.scale = numbers(room, size), b->system.scratch = numbers(room, size);
     b->system.row = flags(room, size), b->system.column = flags(room, size);
@@ -202,11 +202,11 @@ static double minimise(friction_balls_t *b, int at_once, int *rounds)
     if (at_once)
         friction_polish(b, 0);
     else {
-        keep(b->rows, b->force, b->inside), keep(b->equalities, b->multiplier, b->inside_multiplier);
+        keep(b->rows, b->force, b->inside.force), keep(b->equalities, b->multiplier, b->inside.multiplier);
         friction_slopes(b);
     }
     for (int t = 0; t < count && !(b->least <= (t ? OBEYED : STICKS)); t++) {
-        keep(b->rows, b->inside, b->force), keep(b->equalities, b->inside_multiplier, b->multiplier);
+        keep(b->rows, b->inside.force, b->force), keep(b->equalities, b->inside.multiplier, b->multiplier);
         *rounds += friction_go_inside(b, targets[t], MOST_ROUNDS - *rounds);
         friction_polish(b, CHANGES);
     }
@@ -276,13 +276,13 @@ static int choose_least_norm(friction_balls_t *b, room_t *room, double residual)
         return 0;
     put_norm(&norm, b->size);
     minimise(&norm, 1, &rounds);
-    keep(b->rows, b->force, b->best);
+    keep(b->rows, b->force, b->best.force);
     for (int i = 0; i < b->dense_balls; i++)
         for (int k = norm.ball[i].first; k < norm.ball[i].first + norm.ball[i].rows; k++)
             b->force[k] = norm.force[k];
     friction_slopes(b);
     if (!(friction_residual(b) <= fmax(OBEYED, 2*residual))) {
-        keep(b->rows, b->best, b->force);
+        keep(b->rows, b->best.force, b->force);
         friction_slopes(b);
     }
     return 1;
