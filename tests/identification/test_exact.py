@@ -112,3 +112,18 @@ def test_where_wheels_switch_together_and_part_there_are_differences():
     found = Prediction(Model(ROBOT, options, omniroll.Instruments()), [omniroll.Log(empty)])
     assert found.slopes(("mass",), (1.0,)).differenced == ()
     assert found.slopes(("mass", "chi[0]"), (1.0, 0.1)).differenced == ("mass", "chi[0]")
+
+
+TRACKS = {"drive": {}, "track": {"wheel_radius": 0.02, "driven": False}}
+
+
+@pytest.mark.parametrize("wheels", [
+    {"rows": 2, "row_offset": 0.01, "rollers_per_wheel": 10}, {"roller_angle": np.pi / 4}, {"meridian_radius": 0.02},
+    {"kinds": TRACKS, "wheel_kinds": ["drive", "drive", "track"]},
+], ids=["two rows", "mecanum", "profile", "kinds"])  # fmt: skip
+def test_wheels_whose_runs_have_no_derivatives_are_fitted_by_differences(wheels):
+    """They have no library of derivatives, which a fit must not try to compile."""
+    rates = {"t": TIMES, "wheel_rate": np.zeros((len(TIMES), 3)), "gyro": np.zeros(len(TIMES))}
+    model = Model(ROBOT.replace(**wheels), {"nu": (0.2, 0.1, 0.3)}, omniroll.Instruments(), CORRECTIONS)
+    slopes = Prediction(model, [omniroll.Log(rates)]).slopes(("mass", "gyro_bias", "gyro_delay"), (1.0, 1.0, 1.0))
+    assert slopes.differenced == ("mass", "gyro_delay")

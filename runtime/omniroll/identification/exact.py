@@ -16,7 +16,7 @@ from omniroll.identification.reading_slopes import reading_slopes
 from omniroll.results.trajectory import Trajectory
 
 UNUSED = ("pose[0]",)  # stands for no number where only delays are asked for
-OF_HELD = {"net_torque", "accelerometer"}  # readings that feel the torques which hold bearings at rest
+OF_HELD = {"net_torque", "accelerometer"}  # readings that depend on the torques which hold bearings at rest
 Readings = dict[str, np.ndarray]
 
 
@@ -48,9 +48,12 @@ def _by_correction(number: str, true: Readings) -> Readings:
 
 
 def _known(run: Trajectory, log: Log, wanted: set[str]) -> set[str] | None:
-    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all, and where
-    the log has readings that feel the torques of bearings at rest: between rows these are known, not their derivatives.
+    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all, as runs of
+    mecanum wheels, two rows, profiles and wheels of several kinds, and where the log has readings that depend on the
+    torques of bearings at rest: between rows these are known, not their derivatives.
     """
+    if run.vehicle.rows > 1 or run.vehicle.rows_move or run.vehicle.has_kinds:
+        return None
     plain, effects = run.effects.kernel(run.vehicle, run.roller_model, "python"), run.effects.effects
     if not {*BEARINGS}.isdisjoint(run.effects.drives()) and OF_HELD.intersection(log.fitted):
         return None
