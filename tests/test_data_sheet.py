@@ -1,6 +1,7 @@
 """Vehicles and motors from data sheets: what is derived, what is assumed, and that each number says which."""
 
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -157,7 +158,7 @@ def test_a_scene_takes_data_sheets_and_marks_them(tmp_path):
 @pytest.mark.parametrize(
     "change, to, said",
     [
-        ("mass = 12.0\n", "", ["platform_mass: is missing; give it, or mass", "hub_mass: is missing",
+        ("mass = 12.0\n", "", ["platform_mass: is missing; give it, or mass, beside which", "hub_mass: is missing",
                                "roller_mass: is missing"]),
         ("wheel_diameter = 0.1\n", "", ["wheel_radius: is missing; give it, or wheel_diameter"]),
         ("roller_length = 0.025\n", "", ["roller_length: is missing"]),
@@ -173,3 +174,13 @@ def test_what_a_scene_lacks_of_a_data_sheet(change, to, said, tmp_path):
         omniroll.load_scene(path)
     found = "\n".join(str(problem) for problem in refused.value.problems)
     assert all(part in found for part in said), found
+
+
+@pytest.mark.parametrize("key, wrong", [("mass", -12.0), ("wheel_diameter", 0), ("roller_length", -1)])
+def test_a_wrong_number_of_a_data_sheet_is_not_missing(key, wrong, tmp_path):
+    """One message, of the number: nothing else follows from it."""
+    path = Path(tmp_path, "sheet.toml")
+    path.write_text(re.sub(rf"^{key} = .*$", f"{key} = {wrong}", SCENE, flags=re.MULTILINE))
+    with pytest.raises(omniroll.SceneError) as refused:
+        omniroll.load_scene(path)
+    assert [(problem.table, problem.key) for problem in refused.value.problems] == [("vehicle", key)]

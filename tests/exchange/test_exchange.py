@@ -179,7 +179,7 @@ def test_what_is_no_such_vehicle(read, text, words):
 
 
 def test_a_file_that_is_not_there(mujoco, tmp_path):
-    with pytest.raises(omniroll.InvalidValueError, match="must be a URDF or MJCF file"):
+    with pytest.raises(omniroll.InvalidValueError, match="is no file: give a URDF or MJCF file"):
         import_vehicle(tmp_path / "nothing.urdf")
 
 

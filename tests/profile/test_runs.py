@@ -148,7 +148,7 @@ def test_a_session_goes_the_same_way(vehicle):
 
 def test_what_does_not_go_with_a_profile_is_refused_in_a_sentence():
     for effects in ((Contact(law="viscous", coefficient=30.0),), (Bearings(roller_viscous=1e-6),)):
-        with pytest.raises(InvalidValueError, match="meridian_radius = .*is not derived beside this"):
+        with pytest.raises(InvalidValueError, match="meridian_radius = .*does not go with"):
             run(BALLS, effects=effects)
     with pytest.raises(InvalidValueError, match="does not go with a roller_profile or meridian_radius"):
         run(BALLS, engine="python")

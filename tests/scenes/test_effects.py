@@ -120,6 +120,25 @@ def test_a_rotor_counts_once_and_has_one_gear(tmp_path):
     assert refused(rotor, "") == ["gear_ratio"]
 
 
+@pytest.mark.parametrize(
+    "more, table, words",
+    [
+        ("[bearings]\nwheel_coulomb = 0.01\n", "bearings", "give Bearings a wheel_speed"),
+        ("[reactions]\nheight = 0.1\n", "reactions", "take rows = 1"),
+        ("[contact]\nlaw = 'coulomb'\nfriction = 0.4\n[springs]\nheight = 0.1\n", "springs", "leave them out"),
+    ],
+)  # fmt: skip
+def test_what_two_rows_refuse_is_said_of_its_table(more, table, words, tmp_path):
+    path = tmp_path / "scene.toml"
+    wheels = "[vehicle]\npreset = 'paper'\nrollers_per_wheel = 10\nrows = 2\nrow_offset = 0.01\n"
+    path.write_text(wheels + "[start]\nnu = [1, 0, 0]\n[run]\nduration = 0.1\n" + more)
+    with pytest.raises(SceneError) as refused:
+        load_scene(path)
+    (problem,) = refused.value.problems
+    assert problem.table == table and problem.key is None and problem.line is not None
+    assert "does not go with two rows of rollers" in problem.expected and words in problem.expected
+
+
 def test_rows_that_do_not_match_their_times(tmp_path):
     (said,) = lines_of(tmp_path, "[drive]\ntorque = [[1, 0, 0]]\ntimes = [0, 1]\n")
     assert said.startswith("[drive] torque = [[1, 0, 0]]: must have 2 rows")

@@ -56,6 +56,8 @@ def test_the_picture_has_lines_or_maps_and_crosses_where_runs_stopped(scene):
     assert sheet(sweep, many).axes[0].lines[1].get_xdata().tolist() == [0.75]
     wide = SceneSweep.of(scene, [Axis.read("vehicle.mass=1,2"), Axis.read("start.nu.1=0.5:1:7")])
     assert len(sheet(wide, wide.run()).axes) == 12  # six maps with their scales
+    units = [Axis.read(f"controller.twist{entry}=1").unit for entry in ("", ".1", ".3")]
+    assert units == ["m/s, m/s, rad/s", "m/s", "rad/s"]
     three = [Axis.read("vehicle.mass=1"), Axis.read("start.nu.1=1"), Axis.read("run.duration=0.1")]
     assert sheet(SceneSweep.of(scene, three), many) is None
 

@@ -114,7 +114,7 @@ def read_tree(path: str | PathLike) -> Tree:
     mujoco = extras.needed("mujoco", "mujoco", PURPOSE)
     path = validation.file_path("path", path)
     if not path.is_file():
-        raise InvalidValueError("path", str(path), "must be a URDF or MJCF file")
+        raise InvalidValueError("path", str(path), "is no file: give a URDF or MJCF file")
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         assumed = _without_files(mujoco, spec)

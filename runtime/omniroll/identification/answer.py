@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.errors import InvalidValueError
-from omniroll.identification.arrangements import better_arrangement
+from omniroll.identification.arrangements import better_arrangement, percent
 from omniroll.identification.determination import LOOSE, undetermined
 from omniroll.identification.experiments import Experiment, experiments
 from omniroll.identification.log import Log
@@ -159,7 +159,7 @@ class Fit:
     def misses(self) -> tuple[str, ...]:
         """Where the model does not read what the logs do at all: not this model, or not these columns."""
         found = [
-            f"{log.name}, {name}: the fitted model leaves {100 * share:.2g} % of it, which is no noise: not this model"
+            f"{log.name}, {name}: the fitted model leaves {percent(share)} of it, which is no noise: not this model"
             for log, left in zip(self.logs, self.residuals, strict=True)
             for name, value in left.items()
             if (share := _share(value, log.data[name])) > MISSED and _alike(value) > TOGETHER

@@ -49,9 +49,14 @@ def better_arrangement(model: Model, logs: Sequence[Log]) -> str | None:
     if found.get(best, base) > BETTER * base:
         return None
     return (
-        f"with the wheels' columns {best} the model as it was leaves {100 * found[best]:.2g} % of the readings, "
-        f"and {100 * base:.2g} % as they are: are columns swapped?"
+        f"with the wheels' columns {best} the model as it was leaves {percent(found[best])} of the readings, "
+        f"and {percent(base)} as they are: are columns swapped?"
     )
+
+
+def percent(share: float) -> str:
+    """A share as text with two digits: 0.018 is 1.8 %, 4.83 is 480 %."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def _candidates(model: Model, logs: Sequence[Log]) -> Iterator[Arrangement]:

@@ -48,9 +48,11 @@ def _by_correction(number: str, true: Readings) -> Readings:
 
 
 def _known(run: Trajectory, log: Log, wanted: set[str]) -> set[str] | None:
-    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all, as runs of
-    mecanum wheels, two rows, profiles and wheels of several kinds, and where the log has readings that depend on the
-    torques of bearings at rest: between rows these are known, not their derivatives.
+    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all.
+
+    Runs of mecanum wheels, two rows, profiles and wheels of several kinds have none. Where bearings may be at rest and
+    the log has readings that depend on what holds them there are none either: between rows these torques are known, not
+    their derivatives.
     """
     if run.vehicle.rows > 1 or run.vehicle.rows_move or run.vehicle.has_kinds:
         return None

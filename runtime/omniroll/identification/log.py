@@ -181,7 +181,11 @@ class Log:
         if self.drive == "motor_current" and data.pop("motor_voltage", None) is not None:
             self.said.append("motor_voltage is left alone: the currents drive the model, whatever they take")
         if len(data) < 2:
-            raise LogError(self.name, None, None, None, f"has no reading; there are {', '.join(ENTRIES)}")
+            bound = (
+                f"has no reading; there are {', '.join(ENTRIES)}. "
+                "`columns` (--columns gyro=...) names columns that are called otherwise"
+            )
+            raise LogError(self.name, None, None, None, bound)
         return data
 
     def _place(self, column: str) -> tuple[str, int]:

@@ -227,7 +227,7 @@ def _refuse_beside_wheels(vehicle: Vehicle, effects: Sequence[str]) -> None:
         present = {*effects} - ({"rows"} if vehicle.rows == 1 else set())  # of a general set, at an offset of zero
         beside = [entries[other]["meaning"] for other in excluded if other in present]
         if beside:
-            bound = f"is not derived beside this: {beside[0]}; leave that out, or take {instead}"
+            bound = f"does not go with {beside[0]}; leave that out, or take {instead}"
             field = field or profiles.field_of(vehicle)
             raise InvalidValueError(field, getattr(vehicle, field), bound)
 

@@ -253,13 +253,21 @@ def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, An
         if asked in tables:
             reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables[asked])
     except InvalidValueError as error:
-        findings.add(*_place(error.field, tables, asked), error.bound, shown(error.value))
+        table, key = _place(error, tables, asked)
+        findings.add(table, key, error.bound, None if key is None else shown(error.value))
 
 
-def _place(name: str, tables: dict[str, Any], asked: str) -> tuple[str, str]:
-    """The table and key that an argument comes from; `asked` where that table has such a key."""
+def _place(error: InvalidValueError, tables: dict[str, Any], asked: str) -> tuple[str, str | None]:
+    """The table and key that an argument comes from; `asked` where that table has such a key. Without a key where it is
+    the table as a whole that is refused."""
+    name = error.field
     if name in OPTIONS:
         return OPTIONS[name]
+    if name == "trajectory" and asked:
+        return asked, None
+    if name == "effects":
+        refused = [table for table in tables if str(error.value).lower().startswith(table)]
+        return next(iter(refused), "vehicle"), None if refused else name
     written = [table for table, content in tables.items() if name in content]
     known = [table.name for table, key in keys() if key.name == name and table.name in tables]
     return next(iter([asked] * (asked in known) + written + known), "vehicle"), name

@@ -52,8 +52,10 @@ class Axis:
 
     @property
     def unit(self) -> str:
-        """Of the key; "" where it has none."""
-        return TABLES[self.table].key(self.key).unit
+        """Of the key, or of the entry where a list has units of its own for each; "" where it has none."""
+        whole = TABLES[self.table].key(self.key).unit
+        units = whole.split(", ")
+        return units[self.entry - 1] if self.entry and len(units) > 1 else whole
 
     @classmethod
     def read(cls, text: str) -> "Axis":

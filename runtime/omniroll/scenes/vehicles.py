@@ -32,7 +32,7 @@ def vehicle_of(content: dict[str, Any], findings: Findings) -> Vehicle | None:
     `content` has the keys that are good by themselves.
     """
     content = _with_hands(content, findings)
-    make, needed, strangers, beside = _way(content)
+    make, needed, strangers, beside = _way(content, set(content) | findings.keys_in("vehicle"))
     for name in strangers:
         if name in content:
             findings.add("vehicle", name, f"cannot stand beside {beside}", shown(content[name]))
@@ -79,15 +79,18 @@ def _judged_alone(content: dict[str, Any], wrong: set[str | None]) -> dict[str, 
     return LENIENT | good | ({} if "rollers_per_wheel" in good else MANY_ROLLERS)
 
 
-def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str, ...], str]:
-    """How the table gives the vehicle: what makes it, the keys that it needs, those that it excludes, and why."""
+def _way(content: dict[str, Any], given: set[str | None]) -> tuple[Callable, tuple[str, ...], tuple[str, ...], str]:
+    """How the table gives the vehicle: what makes it, the keys that it needs, those that it excludes, and why.
+
+    given  the keys that are in the table, those that are not good as well: they are not missing
+    """
     if content.get("preset") in ROBOTS:
         return _make_preset, (), (*SIZE_NAMES, *PART_NAMES), "the preset of a robot"
     if "preset" in content:
         return _make_preset, (), PART_NAMES, "a preset"
-    if any(name in content for name in PART_NAMES):
-        if "mass" in content and "platform_mass" not in content:
-            needs = ALWAYS if content.get("roller_angle") else SHEET_NEEDS
+    if given.intersection(PART_NAMES):
+        if "mass" in given and "platform_mass" not in given:
+            needs = ALWAYS if "roller_angle" in given and content.get("roller_angle", 1) else SHEET_NEEDS
             return _make_parts, needs, NUMBER_NAMES[1:], "parts, which give it"
         return _make_parts, ALWAYS + tuple(BODIES), NUMBER_NAMES, "parts, which give it"
     return _make_numbers, ALWAYS + NUMBER_NAMES, (), ""
@@ -100,6 +103,8 @@ def _say_what_is_missing(content: dict[str, Any], needed: tuple[str, ...], findi
         other = instead.get(name)
         if not {name, other} & (set(content) | already):
             alternative = f"; give it, or {other}" if other and needed != ALWAYS + NUMBER_NAMES else ""
+            if other == "mass":
+                alternative += ", beside which the other masses are assumed"
             findings.add(
                 "vehicle",
                 name,

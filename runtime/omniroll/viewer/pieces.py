@@ -43,7 +43,11 @@ def pieces_of(run: Trajectory) -> Pieces:
     """The pieces of a run. Raises InvalidValueError for a run that was saved without its polynomials."""
     last = len(run) - 1
     if run.dense is None and last > 0:
-        raise InvalidValueError("run", run, "was saved without its polynomials (dense=False), so that it cannot move")
+        bound = (
+            "was saved without its polynomials (dense=False), so that it cannot move: take the .npz file or the folder "
+            "that omniroll run has written"
+        )
+        raise InvalidValueError("run", run, bound)
     rows = np.column_stack([[run.step_rows, run.step_rows + 1], [last, last]])
     tolerances = _tolerances(run)
     short = _shortened(_steps(run, np.diff(run.elapsed[rows], axis=0)[0, :-1]), tolerances) if last > 0 else []
