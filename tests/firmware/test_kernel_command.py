@@ -175,6 +175,13 @@ def test_float_without_a_macro(tmp_path):
     run(tmp_path / "program")
 
 
+@pytest.mark.parametrize("scene, has_step", [("driven", True), ("two-rows", False), ("robomaster-mecanum", False)])
+def test_files_without_a_step_say_so(scene, has_step, tmp_path, capsys):
+    assert main(["kernel", f"{ROOT}/scenes/{scene}.toml", "--output", str(tmp_path)]) == 0
+    assert ("there is no omniroll_step" in capsys.readouterr().err) is not has_step
+    assert ("int omniroll_step(" in (tmp_path / "omniroll.h").read_text()) is has_step
+
+
 def test_a_file_is_no_folder(tmp_path, capsys):
     (tmp_path / "file").touch()
     assert main(["kernel", "free", "--output", str(tmp_path / "file")]) == 1
@@ -197,7 +204,7 @@ def test_files_of_others_stay(tmp_path, capsys):
     (("free", "--prefix", "3wheels"), "C identifier"),
     (("free", "--prefix", "Base"), "lower case"),
     (("free", "--prefix", "_base"), "underscore"),
-    (("no-such-scene.toml",), "no-such-scene.toml"),
+    (("no-such-scene.toml",), "no-such-scene.toml': is no file; name a scene, or a roller model: massless"),
 ])  # fmt: skip
 def test_calls_that_make_no_sense(arguments, said, tmp_path, capsys):
     assert kernel_command(*arguments, "--output", tmp_path / "new") == 2

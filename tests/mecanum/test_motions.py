@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import omniroll
 from omniroll import InvalidValueError, Vehicle
+from omniroll.exchange.plant import Plant
 from omniroll.kernels.kernel import kernel
 from tests.mecanum.corners import usual
 
@@ -114,7 +115,7 @@ def test_a_session_goes_as_a_run_does():
 
 @pytest.mark.parametrize("effects, words", [
     ([omniroll.Bearings(roller_viscous=1e-5)], "roller_angle = .*rollers' bearings"),
-    ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks"),
+    ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks; give Bearings a wheel_sp"),
 ])  # fmt: skip
 def test_what_is_not_derived_is_refused(effects, words):
     with pytest.raises(InvalidValueError, match=words):
@@ -124,6 +125,9 @@ def test_what_is_not_derived_is_refused(effects, words):
 def test_other_refusals():
     with pytest.raises(InvalidValueError, match="engine = 'python'.*mecanum"):
         run(usual(), engine="python")
+    for derivatives in (False, True):  # as an FMU and as a function for CasADi
+        with pytest.raises(InvalidValueError, match="roller_angle = .*does not go with mecanum.*no generated step"):
+            Plant.of(usual(), derivatives=derivatives)
     with pytest.raises(InvalidValueError, match="sharp tips"):
         run(usual(roller_axis_radius=0.05 * math.cos(math.pi / 9) * (1 - 1e-6)), roller_model="free")
     with pytest.raises(InvalidValueError, match="wheel_inertia = .*sin"):

@@ -1,6 +1,7 @@
 """omniroll kernel SCENE --output DIR: the C files that a scene's firmware needs."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -49,6 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
     from omniroll.kernels import firmware
 
     prefix = firmware.checked_prefix(arguments.prefix)
+    if arguments.scene not in ROLLER_MODELS and not Path(arguments.scene).exists():
+        bound = f"is no file; name a scene, or a roller model: {', '.join(ROLLER_MODELS)}"
+        raise InvalidValueError("SCENE", arguments.scene, bound)
     kernel = None if arguments.scene in ROLLER_MODELS else scene_kernel(Path(arguments.scene))
     if kernel is None and arguments.constants:
         raise InvalidValueError("SCENE", arguments.scene, "is a roller model; --constants needs a scene with a vehicle")
@@ -70,6 +74,9 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"{str(path):<{width}}  {len(text.splitlines()):>5} lines  {len(text):>7} bytes")
     source = arguments.output / f"{prefix}.c"
     print(f"cc -std=c99 -O2 -ffp-contract=off -c {source} -o {source.with_suffix('.o')}")
+    if f"{prefix}_step(" not in files[f"{prefix}.h"]:
+        said = f"there is no {prefix}_step for what this scene calls for; integrate the rates of the other functions"
+        print(f"omniroll: {said}", file=sys.stderr)
     return 0
 
 

@@ -15,7 +15,7 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels import firmware, sets
 from omniroll.kernels.kernel import DERIVATIVES, Kernel
 from omniroll.validation import trailing
-from omniroll.vehicles import checks
+from omniroll.vehicles import checks, profiles
 from omniroll.vehicles.checks import refuse_two_rows
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, SWITCHING
@@ -63,8 +63,10 @@ class Plant:
             raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
         acting = EffectSet.checked(without_controllers(effects), vehicle)
         roller_model = ROLLER_MODEL.checked(roller_model)
-        bound = acting.kernel(vehicle, roller_model, "python", also=(DERIVATIVES, SECOND) if derivatives else ())
+        bound = acting.kernel(vehicle, roller_model, "python")
         refuse_what_no_step_has(bound)
+        if derivatives:
+            bound = acting.kernel(vehicle, roller_model, "python", also=(DERIVATIVES, SECOND))
         start = {
             "nu": checks.speeds(nu),
             "pose": trailing("pose", pose, (3,)),
@@ -94,9 +96,11 @@ class Plant:
 
 def refuse_what_no_step_has(bound: Kernel) -> None:
     """Raises InvalidValueError where the generated step does not decide all that acts."""
-    refuse_two_rows(bound.vehicle, "vehicle", bound.set_name, "export it with rows = 1, the middle of the wheels")
-    checks.refuse_kinds(bound.vehicle, "vehicle", bound.set_name, "there is no generated step for these yet")
-    checks.refuse_moving_rows(bound.vehicle, "vehicle", bound.set_name, "there is no generated step for these yet")
+    vehicle, moves = bound.vehicle, profiles.field_of(bound.vehicle) or "roller_angle"
+    none = "there is no generated step for these yet"
+    refuse_two_rows(vehicle, "rows", vehicle.rows, "export it with rows = 1, the middle of the wheels")
+    checks.refuse_kinds(vehicle, "wheel_kinds", vehicle.wheel_kinds, none)
+    checks.refuse_moving_rows(vehicle, moves, getattr(vehicle, moves), none)
     if bound.slips:
         bound = "cannot be exported: the generated step is that of wheels that roll"
         raise InvalidValueError("effects", "Contact", bound)

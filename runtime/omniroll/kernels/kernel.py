@@ -217,6 +217,8 @@ BESIDE = {  # effects that a vehicle's wheels bring, the field that does, and wh
     KINDS: ("wheel_kinds", "wheels that are all alike"),
 }
 
+SMOOTH = {"axle_sticking": "give Bearings a wheel_speed, below which it fades"}  # what to take in an effect's place
+
 
 def _refuse_beside_wheels(vehicle: Vehicle, effects: Sequence[str]) -> None:
     """Raise InvalidValueError for what is not derived for mecanum wheels, profiles or wheels of several kinds."""
@@ -225,9 +227,10 @@ def _refuse_beside_wheels(vehicle: Vehicle, effects: Sequence[str]) -> None:
         entries = {entry["name"]: entry for entry in generated_data.load("effects")["effects"]} if has else {}
         excluded = entries[name]["excludes"] if has else ()
         present = {*effects} - ({"rows"} if vehicle.rows == 1 else set())  # of a general set, at an offset of zero
-        beside = [entries[other]["meaning"] for other in excluded if other in present]
+        beside = [other for other in excluded if other in present]
         if beside:
-            bound = f"does not go with {beside[0]}; leave that out, or take {instead}"
+            way_out = SMOOTH.get(beside[0], "leave that out")
+            bound = f"does not go with {entries[beside[0]]['meaning']}; {way_out}, or take {instead}"
             field = field or profiles.field_of(vehicle)
             raise InvalidValueError(field, getattr(vehicle, field), bound)
 
