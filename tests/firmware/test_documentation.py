@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete
 
-import omniroll
+import omniroll.cli
 from firmware.files import NUMBER_TYPES, STRICT, run, tool
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,6 +46,25 @@ def test_the_commands_and_the_program_of_the_page(tmp_path):
         made = tmp_path / "program"
         run(tool("gcc"), *STRICT, *flags, main, tmp_path / "firmware/omniroll.c", "-lm", "-o", made)
         assert subprocess.run([made]).returncode == 0
+
+
+@pytest.mark.long
+def test_the_program_of_the_page_drives_motors_without_a_limit_of_their_current(tmp_path):
+    scene = (ROOT / "scenes/driven.toml").read_text(encoding="utf-8")
+    (tmp_path / "driven.toml").write_text(re.sub(r"(?m)^current_limit.*$", "", scene))
+    command = ["kernel", str(tmp_path / "driven.toml"), "--output", str(tmp_path), "--constants"]
+    assert omniroll.cli.main(command) == 0
+    (program,) = blocks(PAGE, "c")
+    shown = 'printf("%.9f %.9f %.9f", state.nu[0], state.nu[1], state.nu[2]);\n    return status;'
+    (tmp_path / "main.c").write_text("#include <stdio.h>\n" + program.replace("return status;", shown))
+    run(tool("gcc"), *STRICT, tmp_path / "main.c", tmp_path / "omniroll.c", "-lm", "-o", tmp_path / "program")
+    (motor,) = omniroll.load_scene(tmp_path / "driven.toml").options["effects"]
+    driven = omniroll.simulate(
+        omniroll.load_scene(tmp_path / "driven.toml").vehicle, nu=(0, 0, 0), duration=1,
+        effects=[replace(motor, voltage=(4, -2, -2), times=None)],
+    )  # fmt: skip
+    assert numbers(run(tmp_path / "program")) == pytest.approx(driven.nu[-1].tolist(), abs=1e-6)
+    assert abs(driven.nu[-1]).max() > 1
 
 
 @pytest.mark.long

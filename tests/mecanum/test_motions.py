@@ -115,7 +115,7 @@ def test_a_session_goes_as_a_run_does():
 
 @pytest.mark.parametrize("effects, words", [
     ([omniroll.Bearings(roller_viscous=1e-5)], "roller_angle = .*rollers' bearings"),
-    ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks; give Bearings a wheel_sp"),
+    ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks; give Bearings a wh"),
 ])  # fmt: skip
 def test_what_is_not_derived_is_refused(effects, words):
     with pytest.raises(InvalidValueError, match=words):
