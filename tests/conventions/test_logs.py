@@ -43,7 +43,7 @@ def test_twists_by_their_usual_names(tmp_path, names):
 
 @pytest.mark.parametrize("text, words", [
     ("", "must have a line of names"),
-    ("t,torque_1,torque_3\n0,1,2\n", "must have commands"),
+    ("t,torque_1,torque_3\n0,1,2\n", "must have commands.*log_columns, names"),
     ("torque_1\n0\n", "must have a column t, time"),
     ("t,vx,vy,wz\n", "must have a line of names and lines of numbers"),
     ("t,vx,vy,wz\n1,1,2,3\n0,1,2,3\n", "3: t = 0.0: must come after 1.0"),

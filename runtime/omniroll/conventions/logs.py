@@ -23,6 +23,7 @@ WHEELS = {  # kind, pattern of its names, unit
     "wheel_rate": (r"wheel_rate_(\d+)", "rad/s"),
 }
 COMMANDED = "cmd"  # what names of topics of commands have in them
+OTHERS = "; `columns`, in a scene log_columns, names columns that are called otherwise"
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,7 @@ def read_log(path: str | PathLike, columns: Mapping[str, str] | None = None) -> 
         if not places:
             wanted = f"commands: {', '.join(TWISTS[0])}; torque_1 ...; voltage_1 ...; or wheel_rate_1 ..."
             shown = ", ".join(list(table.columns)[:12]) or "nothing"
-            raise InvalidValueError("path", str(path), f"must have {wanted}; it has {shown}")
+            raise InvalidValueError("path", str(path), f"must have {wanted}; it has {shown}{OTHERS}")
         commands = {kind: _numbers(table, found, said) for kind, found in places.items()}
     except LogError as error:
         raise InvalidValueError("path", str(path), _bound(error)) from None
