@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 SUMMARY = "fit numbers of a scene to logs; write the scene with the fitted numbers, and pictures of what is left over"
 
 EXAMPLES = (
-    ("omniroll fit scenes/robot.toml drive.csv --free mass,wheel_viscous --plot", "numbers and their intervals"),
+    ("omniroll fit robot.toml drive.csv --free mass,wheel_viscous --plot", "numbers and their intervals"),
 )
 
 
