@@ -148,7 +148,8 @@ def test_a_scene_of_no_time_is_explained(tmp_path, capsys):
     path.write_text(Path("scenes/motion-3.toml").read_text().replace("duration = 20.0", "duration = 0"))
     assert cli.main(["explain", str(path)]) == 0
     said = capsys.readouterr().out
-    assert "not estimated" in said and "nothing to compare with: the motion takes no time" in said
+    assert "not estimated (rollers in two rows, by turns)\n" in said
+    assert "nothing to compare with: the motion takes no time" in said
 
 
 def test_a_ring_has_all_of_its_mass_at_its_radius():

@@ -93,13 +93,12 @@ def _effects_off(explanation: dict[str, Any]) -> list[str]:
         elif why:
             said.add(why)
         place = f"[{effect['table']}]"
-        lines.append(f"  {_named(effect, place)}  {_estimated(estimate, explanation['felt'])}")
+        none = f"{'-':<9} not estimated ({effect['meaning']})"
+        lines.append(f"  {_named(effect, place)}  {_estimated(estimate, explanation['felt']) if estimate else none}")
     return lines
 
 
-def _estimated(estimate: dict[str, Any] | None, felt: float) -> str:
-    if estimate is None:
-        return f"{'-':<9} not estimated"
+def _estimated(estimate: dict[str, Any], felt: float) -> str:
     distance = "-" if estimate["distance"] is None else f"{estimate['distance']:.1e}"
     if estimate["distance"] is not None and 0 < estimate["distance"] < felt:
         distance = f"< {felt:.0e}"
