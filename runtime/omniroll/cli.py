@@ -80,7 +80,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         if isinstance(error, omniroll.SceneError):  # each of its lines begins with the file's name
             print(error, file=sys.stderr)
             return BAD_CALL
-        print(f"omniroll: {error}", file=sys.stderr)
+        of_file = isinstance(error, OSError) and error.filename is not None and error.strerror
+        print(f"omniroll: {f'{error.filename}: {error.strerror}' if of_file else error}", file=sys.stderr)
         return next((code for kind, code in CODES.items() if isinstance(error, kind)), FAILED)
 
 

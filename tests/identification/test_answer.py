@@ -165,6 +165,8 @@ def test_an_experiment_that_would_determine_the_rest(scene, columns):
     assert (ahead.name, ahead.undetermined) == ("ahead", ()) and ahead.deviations["mass"] < 0.1
     assert (nothing.name, nothing.gain, nothing.undetermined) == ("nothing", 0, fit.undetermined)
     assert "mass: not determined" in str(nothing)
+    with pytest.raises(omniroll.InvalidValueError, match="candidates = .*where the drive itself is 0"):
+        fit.experiments(duration=1.0)
 
 
 def test_encoders_of_another_scale_and_a_late_tracker(scene):

@@ -85,6 +85,9 @@ def usual_drives(fit: Any, duration: float) -> dict[str, tuple[Effect, ...]]:
     own = drive.voltage if isinstance(drive, Motor) else drive.torque
     log = fit.logs[0]
     largest = float(np.abs(log.data[log.drive] if log.drive == "motor_voltage" else np.asarray(own)).max())
+    if not largest:
+        bound = "must be given where the drive itself is 0, as beside a controller: usual drives are as large as it is"
+        raise InvalidValueError("candidates", None, bound)
     rows = kernel(fit.vehicle, "massless", "python").wheel_rows
     ahead, aside, turn = (row / np.abs(row).max() for row in rows.T)
     times = fit.model.options.get("start_time", 0.0) + duration * np.linspace(0, 1, len(UP_AND_DOWN))
