@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import omniroll
+from omniroll import cli
 from omniroll.errors import LogError
 
 GOOD = ["t,wheel_rate_1,wheel_rate_2,wheel_rate_3,gyro", "0,1,2,3,0.1", "0.01,1,2,3,0.2", "0.02,1,2,3,0.3"]
@@ -85,3 +86,8 @@ def test_a_clock_in_another_unit_is_doubted(scale, unit):
     (said,) = omniroll.Log({"t": times, "gyro": np.zeros(60)}).said
     assert f"is the clock in {unit}? t [{unit}] says so" in said
     assert omniroll.Log({"t": times / scale, "gyro": np.zeros(60)}).said == []
+
+
+def test_a_log_that_is_not_there_is_named(capsys):
+    assert cli.main(["fit", "scenes/motion-3.toml", "no-such-log.csv", "--free", "mass"]) == 1
+    assert capsys.readouterr().err == "omniroll: no-such-log.csv: No such file or directory\n"
