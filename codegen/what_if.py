@@ -74,8 +74,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only-paper", action="store_true", help="run the steps of maxima/paper/ alone")
     parser.add_argument("--output", type=Path, default=ROOT / "out/what-if/equations.tex", metavar="FILE")
     parser.add_argument("--run", type=Path, metavar="SCENE", help="simulate the scene's bare vehicle by both equations")
-    parser.add_argument("--number", action="append", default=[], metavar="NAME=VALUE", help="of a new symbol")
+    parser.add_argument("--number", type=number, action="append", default=[], metavar="NAME=VALUE", help="of a new symbol")
     options = parser.parse_args(arguments)
+    if options.run and not options.run.is_file():
+        parser.error(f"argument --run: {options.run}: no such file; give a scene, for instance scenes/motion-3.toml")
+    if options.number and not options.run:
+        parser.error("argument --number: a number is one of the motion; give --run SCENE, too")
     try:
         found = derive(options.script, options.only_paper)
     except MaximaError as problem:
@@ -93,6 +97,15 @@ def main(arguments: list[str] | None = None) -> int:
     return run(options, changes) if options.run else 0
 
 
+def number(text: str) -> tuple[str, float]:
+    """The name and the value of NAME=VALUE. Raises argparse.ArgumentTypeError."""
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} must be NAME=VALUE, one number, as in g=9.81") from None
+
+
 def run(options: argparse.Namespace, changes: list[Change]) -> int:
     """The motions by the old and by the new equations, and their picture."""
     from omniroll import OmnirollError, load_scene
@@ -100,13 +113,12 @@ def run(options: argparse.Namespace, changes: list[Change]) -> int:
 
     folder, motions = options.output.parent, {}
     try:
-        numbers = {name: float(value) for name, value in (text.split("=") for text in options.number)}
         scene = load_scene(options.run)
         for word, of_change in (("old", attrgetter("old")), ("new", attrgetter("new"))):
             kernel = folder / f"kernel_{word}.py"
             equations = {change.id: of_change(change) for change in changes if of_change(change) is not None}
             kernel.write_text(kernel_text(equations), encoding="utf-8")
-            motions[word] = study.by_scene(study.loaded(kernel), scene, numbers)
+            motions[word] = study.by_scene(study.loaded(kernel), scene, dict(options.number))
             say(f"{word}: {study.described(motions[word])}")
     except (OmnirollError, ValueError) as problem:
         print(f"codegen: {problem}", file=sys.stderr)

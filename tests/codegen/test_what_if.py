@@ -162,3 +162,18 @@ def compiled(source: Path) -> None:
     command = ["pdflatex", "-interaction=nonstopmode", f"-output-directory={source.parent}", source]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     assert done.returncode == 0 and re.findall("Overfull.*", done.stdout) == []
+
+
+@pytest.mark.parametrize(
+    "arguments, told",
+    [
+        (("--run", "scenes/motion-1.toml", "--number", "g=9,81"), "NAME=VALUE"),
+        (("--run", "scenes/motion-1.toml", "--number", "g=9.81,e=0.1"), "NAME=VALUE"),
+        (("--number", "e=0.02"), "give --run SCENE"),
+        (("--run", "no-such-scene.toml"), "no-such-scene.toml: no such file"),
+    ],
+)
+def test_what_is_given_wrongly_is_refused_before_the_derivation(arguments, told, capsys):
+    with pytest.raises(SystemExit):
+        what_if.main(list(arguments))
+    assert told in capsys.readouterr().err

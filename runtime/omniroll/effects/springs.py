@@ -74,7 +74,7 @@ class Springs(Effect):
     def _refuse_sticking(bearings: Bearings) -> None:
         allowed = {"axle_viscous", "axle_coulomb"}
         if not set(bearings.kernel_effects()) <= allowed:
-            bound = "on springs is friction of the wheels' axles alone, and none that sticks: give it a wheel_speed"
+            bound = "on springs axles have friction and rollers none: leave roller_... out; wheel_coulomb needs a wheel_speed"
             raise InvalidValueError("effects", "Bearings", bound)
 
     def kernel_effects(self) -> tuple[str, ...]:
