@@ -11,9 +11,7 @@ from .effects.springs import Springs as Springs
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
 from .effects.weight import Weight as Weight
-from .engine.ends import Many as Many
 from .engine.gradients import gradient as gradient
-from .engine.many import simulate_many as simulate_many
 from .engine.session import Session as Session
 from .engine.simulate import simulate as simulate
 from .engine.switching import tau as tau
@@ -64,6 +62,8 @@ from .scenes.result_folder import load_results as load_results
 from .scenes.result_folder import unfinished as unfinished
 from .studies.linearisation import LinearModel as LinearModel
 from .studies.linearisation import linearise as linearise
+from .sweeps.ends import Many as Many
+from .sweeps.many import simulate_many as simulate_many
 from .vehicles.parts import cylinder as cylinder
 from .vehicles.vehicle import Vehicle as Vehicle
 from .viewer.page import View as View

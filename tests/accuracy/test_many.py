@@ -11,11 +11,12 @@ import pytest
 
 import omniroll
 from omniroll.effects.function_controller import FunctionController
-from omniroll.engine import compiled_engine, sweep, works, workspace
-from omniroll.engine.many import simulate_many
-from omniroll.engine.member import SAMPLED
+from omniroll.engine import compiled_engine, works, workspace
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.switching import SwitchingModel
+from omniroll.sweeps import sweep
+from omniroll.sweeps.many import simulate_many
+from omniroll.sweeps.member import SAMPLED
 
 PAPER = omniroll.Vehicle.paper()
 HEAVY = PAPER.replace(roller_inertia=3 * PAPER.roller_inertia)
@@ -233,7 +234,7 @@ def test_a_worker_that_dies_takes_its_chunk_alone():
 
 @pytest.mark.parametrize("executor", [None, Pickling()])
 def test_an_interruption_keeps_what_is_done(executor, monkeypatch):
-    monkeypatch.setattr("omniroll.engine.sweep.cores", lambda: 1)
+    monkeypatch.setattr("omniroll.sweeps.sweep.cores", lambda: 1)
 
     def interrupt(done, total):
         if done >= 2:

@@ -7,8 +7,8 @@ from multiprocessing import get_context
 import numpy as np
 
 import omniroll
-from omniroll.engine import sweep
 from omniroll.kernels.kernel import kept_kernel
+from omniroll.sweeps import sweep
 
 from .common import Answer, Target, Times, repeated
 

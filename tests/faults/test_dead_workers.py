@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import omniroll
-from omniroll.engine import sweep
+from omniroll.sweeps import sweep
 
 PAPER = omniroll.Vehicle.paper()
 

@@ -18,8 +18,8 @@ PACKAGE = Path(omniroll.__file__).parent
 ORDER = (
     "errors", "extras", "validation", "progress", "durable", "json_texts", "interruption", "generated",
     "generated_data", "kinds", "vocabulary", "vehicles", "codegen", "kernels", "effects", "robots", "results",
-    "conventions", "exchange", "viewer", "engine", "scenes", "identification", "studies", "gym", "omniroll", "commands",
-    "cli", "__main__",
+    "conventions", "exchange", "viewer", "engine", "sweeps", "scenes", "identification", "studies", "gym", "omniroll",
+    "commands", "cli", "__main__",
 )  # fmt: skip
 OPTIONAL = {  # what the extras of pyproject.toml bring
     "control", "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow",

@@ -15,6 +15,7 @@ axial speed.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import ClassVar
 
 import numpy as np
@@ -41,6 +42,7 @@ COEFFICIENTS = (
     ("roller_coulomb", "roller_torque", "roller_coulomb"),
 )
 SPEEDS = (("wheel_speed", "axle_fade_speed"), ("roller_speed", "roller_fade_speed"))  # field, argument of prepare
+BODIES = (("axle", "wheel"), ("roller", "roller"))  # kinds of bearings, and how the names of their fields begin
 
 
 @documented(*BEARINGS)
@@ -93,10 +95,8 @@ class Bearings(Effect):
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         self.constants(vehicle)
-        if self.sticks:
-            self._refuse_beyond_use("wheel", vehicle)
-        if self.rollers_stick:
-            self._refuse_beyond_use("roller", vehicle)
+        for _, body in self._stick():
+            self._refuse_beyond_use(body, vehicle)
 
     def _refuse_beyond_use(self, body: str, vehicle: Vehicle) -> None:
         """What holds a bearing is a sum that torques far above all others leave no digits of."""
@@ -117,10 +117,9 @@ class Bearings(Effect):
         """Whether an axle is locked."""
         return bool(np.any(self.wheel_locked))
 
-    @property
-    def rollers_stick(self) -> bool:
-        """Whether the rollers' Coulomb friction is the set-valued law."""
-        return self.roller_coulomb is not None and self.roller_speed is None
+    def _stick(self) -> tuple[tuple[str, str], ...]:
+        """Those of BODIES whose Coulomb friction is the set-valued law."""
+        return tuple(compress(BODIES, (self.sticks, self.roller_coulomb is not None and self.roller_speed is None)))
 
     def _torques(self, body: str, vehicle: Vehicle) -> tuple[np.ndarray, np.ndarray]:
         """(N,) torques of the wheels' axles, or of their rollers, that turn; and the largest at rest."""
@@ -140,12 +139,10 @@ class Bearings(Effect):
         return sliding, holding
 
     def bearings(self, kernel: Kernel) -> dict[str, Bearing]:
-        bodies = zip(("axle", "roller"), ("wheel", "roller"), self._stick(), strict=True)
-        return {name: Bearing(*self._torques(body, kernel.vehicle)) for name, body, sticks in bodies if sticks}
+        return {name: Bearing(*self._torques(body, kernel.vehicle)) for name, body in self._stick()}
 
     def events(self) -> tuple[str, ...]:
-        axles = ("axles that stop, stick and break away",) if self.sticks else ()
-        return (*axles, "rollers that stop, stick and break away") if self.rollers_stick else axles
+        return tuple(f"{name}s that stop, stick and break away" for name, _ in self._stick())
 
     def terms(self) -> "Iterator[tuple[str, Bearings | None]]":
         given = [name for name, _, _ in COEFFICIENTS if getattr(self, name) is not None]
@@ -160,16 +157,12 @@ class Bearings(Effect):
 
     def _coefficients(self) -> tuple[tuple[str, str, str], ...]:
         """Those of COEFFICIENTS whose constants the kernel has."""
-        sticks = [name for name, own in zip(("wheel_coulomb", "roller_coulomb"), self._stick(), strict=True) if own]
+        sticks = [f"{body}_coulomb" for _, body in self._stick()]
         return tuple(row for row in COEFFICIENTS if getattr(self, row[0]) is not None and row[0] not in sticks)
 
     def kernel_effects(self) -> tuple[str, ...]:
-        own = zip(("axle_sticking", "roller_sticking"), self._stick(), strict=True)
-        return (*(effect for _, _, effect in self._coefficients()), *(name for name, sticks in own if sticks))
-
-    def _stick(self) -> tuple[bool, bool]:
-        """Whether axles and rollers do."""
-        return self.sticks, self.rollers_stick
+        sticking = (f"{name}_sticking" for name, _ in self._stick())
+        return (*(effect for _, _, effect in self._coefficients()), *sticking)
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
         coefficients = {

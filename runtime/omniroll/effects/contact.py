@@ -7,7 +7,6 @@ comes into contact has the axial speed that it has, and the ground spins it up.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -19,12 +18,11 @@ from omniroll.effects.friction import Grip
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
-from omniroll.generated.python import parts as generated_parts
+from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
-from omniroll.vehicles import parts
-from omniroll.vehicles.loads import contact_loads, loads_carried, refuse_collinear
+from omniroll.vehicles.loads import loads_carried, loads_of_standing
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
@@ -54,23 +52,6 @@ def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
 
 def _of_wheels(numbers: PerWheel, vehicle: Vehicle) -> tuple[tuple[float, ...], ...]:
     return tuple(map(tuple, np.broadcast_to(numbers, (vehicle.wheels, 2)).tolist()))
-
-
-@lru_cache(maxsize=64)
-def loads_of_standing(vehicle: Vehicle, gravity: float) -> np.ndarray:
-    """(N,) in N, the loads of the contacts of a vehicle at rest on level ground; not to be written to.
-
-    Raises InvalidValueError where they do not follow from the vehicle, or where it tips.
-    """
-    places = vehicle.places()
-    refuse_collinear(places)
-    standing = {"mass": vehicle.mass, "gravity_strength": gravity, "center": vehicle.center_of_mass}
-    sums = parts.evaluate("standing_loads", vehicle.wheels, vehicle.rollers_per_wheel, **standing)
-    found = contact_loads(places, np.array(sums)[None])[0]
-    if found.min() < 0:
-        raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
-    found.flags.writeable = False
-    return found
 
 
 @documented(*CONTACT)
@@ -120,9 +101,8 @@ class Contact(Effect):
             if getattr(self, name) is not None:
                 self._put(**{name: _along_and_across(name, getattr(self, name))})
         if self.static_friction is not None and (np.subtract(self.static_friction, self.friction) < 0).any():
-            raise InvalidValueError(
-                "static_friction", self.static_friction, f"must be at least friction, {self.friction}"
-            )
+            bound = f"must be at least friction, {self.friction}"
+            raise InvalidValueError("static_friction", self.static_friction, bound)
         for name in ("load", "wheel_rates", "contact_spins"):
             if getattr(self, name) is not None:
                 self._put(**{name: per_wheel(name, getattr(self, name))})
@@ -216,9 +196,9 @@ class Contact(Effect):
         counts = vehicle.wheels, vehicle.rollers_per_wheel
         rays = carrying("platform_radius"), carrying("wheel_angles")
         given = vehicle.wheel_places is not None
-        places = carrying("wheel_places") if given else np.array(generated_parts.places_on_rays(*counts, *rays))
+        places = carrying("wheel_places") if given else np.array(parts.places_on_rays(*counts, *rays))
         center = carrying("center_of_mass")
-        sums = np.array(generated_parts.standing_loads(*counts, carrying("mass"), self._gravity, center))
+        sums = np.array(parts.standing_loads(*counts, carrying("mass"), self._gravity, center))
         carries = self.loads_at_rest(vehicle) > 0
         if carries.sum() < LEAST_CARRYING:
             raise InvalidValueError("sensitivities", "loads at rest", "have no derivative on two contacts: give `load`")

@@ -81,9 +81,8 @@ class Controller(SampledDrive):
         return (f"samples of the controller, every {self.sample_time:g} s",)
 
     def process(self, kernel: Kernel, start_time: float) -> "Sampling":
-        constant = self.times is None
-        curve = Curve.constant(np.array(self.target)) if constant else self._curve("target", start_time)
-        return Sampling(self, kernel, curve)
+        table = self.times is not None
+        return Sampling(self, kernel, self._curve("target", start_time) if table else Curve.constant(self.target))
 
 
 class Sampling(Sampled):
@@ -107,17 +106,11 @@ class Sampling(Sampled):
         error = self.kernel.wheel_speeds(wanted - state.nu)
         if state.rates is not None:
             error = self.kernel.wheel_speeds(wanted) - state.rates
-        summed, output = self._sampled(error)
+        numbers = (array.tolist() for array in (error, self.sum, self.proportional, self.integral))
+        summed, output = parts.controller_sample(len(error), 0, *numbers, self.controller.sample_time)
         self.output = np.clip(output, -self.limit, self.limit)
         self.sum = np.where(self.output == output, summed, self.sum)
         self.samples += 1
-
-    def _sampled(self, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(N,) the sums of the errors with this one, and the output that is not cut off."""
-        gains = self.proportional.tolist(), self.integral.tolist()
-        sums, sample_time = self.sum.tolist(), self.controller.sample_time
-        summed, output = parts.controller_sample(len(error), 0, error.tolist(), sums, *gains, sample_time)
-        return np.array(summed), np.array(output)
 
     def held(self) -> Mapping[str, np.ndarray]:
         return {"target": self.target.values[0]} if self.target.is_constant else {}

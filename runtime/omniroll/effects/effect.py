@@ -229,8 +229,9 @@ class Effect:
         return ()
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
-        """The arguments of the kernel's `prepare` that it brings for this vehicle, by name; a number or (N,)."""
-        return {}
+        """The arguments of the kernel's `prepare` that it brings for this vehicle, by name; a number or (N,): its
+        `numbers`, where it says nothing else."""
+        return {argument: getattr(self, name) for name, argument in self.numbers.items()}
 
     def constants_along(self, vehicle: Vehicle, moved: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The slopes of those constants that follow from the vehicle's numbers, whose slopes are `moved`."""

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import generated_data
+from omniroll import generated_data, validation
 from omniroll.effects.effect import Effect, Influence, Modal, Signal, Table
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread
@@ -106,11 +106,10 @@ class Motor(Drive):
     def equipped(self, vehicle: Vehicle) -> Vehicle:
         if self.rotor_inertia == 0:
             return vehicle
-        counts, rotor = (vehicle.wheels, vehicle.rollers_per_wheel), {"rotor_axial_inertia": self.rotor_inertia}
+        rotor = {"gear_ratio": self.gear_ratio, "rotor_axial_inertia": self.rotor_inertia}
 
         def geared(wheel_inertia: float) -> float:
-            numbers = {"wheel_inertia": wheel_inertia, "gear_ratio": self.gear_ratio, **rotor}
-            return parts.evaluate("geared_inertia", *counts, **numbers)[0]
+            return parts.of_vehicle("geared_inertia", vehicle, wheel_inertia=wheel_inertia, **rotor)[0]
 
         return vehicle.with_drives(geared)
 
@@ -124,13 +123,7 @@ class Motor(Drive):
         return (*super().kernel_effects(), "motor")
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
-        return {
-            "torque_constant": self.torque_constant,
-            "resistance": self.resistance,
-            "motor_gear_ratio": self.gear_ratio,
-            "back_emf": self.back_emf,
-            "current_limit": 0.0 if self.current_limit is None else self.current_limit,
-        }
+        return super().constants(vehicle) | {"current_limit": self.current_limit or 0.0}  # 0 is no limit
 
     def process(self, kernel: Kernel, start_time: float) -> "Driving":
         return Driving(self, kernel, self._voltages(kernel.wheels, start_time))
@@ -148,8 +141,7 @@ class Motor(Drive):
     def _voltages(self, wheels: int, start_time: float) -> Curve:
         if self.times is None:
             return Curve.constant(spread("voltage", self.voltage, wheels))
-        self._refuse_columns("voltage", wheels)
-        return self._curve("voltage", start_time)
+        return self._curve("voltage", start_time, wheels)
 
 
 class Driving(Following):
@@ -216,6 +208,30 @@ def voltages_of(bound: Kernel, torque: np.ndarray, rates: np.ndarray) -> np.ndar
     at_zero, per_volt, per_rate = laws(bound)[LINEAR, :, 0].T
     there = per_volt != 0  # but at wheels without a drive
     return np.where(there, (torque - at_zero - per_rate * rates) / np.where(there, per_volt, 1.0), 0.0)
+
+
+def spin_inertia_of(equipped: Vehicle, effects: Sequence[Any], given: ArrayLike | None = None) -> np.ndarray:
+    """(N,) in kg m^2, angular momentum about the axles per rate of the wheels.
+
+    equipped  Vehicle with the inertia that the effects bring
+    effects   of the run; those with a gear_ratio and a rotor_inertia are motors
+    given     one number or (N,) in its place
+
+    Raises InvalidValueError.
+    """
+    wheels = equipped.wheels
+    if given is not None:
+        numbers = validation.real_array("spin_inertia", given)
+        numbers = validation.real_array("spin_inertia", numbers, () if numbers.ndim == 0 else (wheels,))
+        if (numbers <= 0).any():
+            raise InvalidValueError("spin_inertia", given, "must be positive")
+        return np.broadcast_to(numbers, (wheels,))
+    inertia = equipped.wheel_inertia
+    for motor in effects:
+        if hasattr(motor, "rotor_inertia"):
+            rotor = {"gear_ratio": motor.gear_ratio, "rotor_axial_inertia": motor.rotor_inertia}
+            inertia = parts.of_vehicle("spin_inertia", equipped, wheel_inertia=inertia, **rotor)[0]
+    return np.full(wheels, inertia)
 
 
 NO_MOTOR = [[0, 0, 0], [-1, 0, 0], [-1, 0, 0]]  # of wheels without a drive: no torque, and no event

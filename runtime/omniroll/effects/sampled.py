@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from omniroll.effects.effect import Called, Effect, Form, Influence, Process, Signal
-from omniroll.effects.torque import Drive
+from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.vehicle import Vehicle
@@ -50,3 +50,12 @@ def doubts_of_growth(growth: float, errors: str, test: str, smaller: str) -> tup
         return ()
     text = f"{errors} grow from sample to sample, {growth:.3g} times in {test}; make {smaller} smaller"
     return (UnstableControllerWarning(text),)
+
+
+def without_controllers(effects: Sequence[Effect]) -> Sequence[Effect]:
+    """The effects without controllers, whose outputs are inputs of the plant: of a linear model, of an FMU, of a
+    solver's function. With torques where nothing drives."""
+    if not isinstance(effects, Sequence):
+        return effects  # refused where effects are checked
+    rest = [effect for effect in effects if not isinstance(effect, SampledDrive)]
+    return rest if any(isinstance(effect, Drive) for effect in rest) else with_torque(rest)

@@ -6,7 +6,6 @@ from typing import ClassVar
 
 from omniroll.effects.effect import Effect
 from omniroll.vehicles import parts
-from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import SLOPE, STANDARD_GRAVITY, documented
 
 
@@ -40,6 +39,3 @@ class Slope(Effect):
 
     def kernel_effects(self) -> tuple[str, ...]:
         return ("slope",)
-
-    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
-        return {"gravity": self.gravity, "slope_angle": self.angle, "slope_direction": self.direction}

@@ -16,7 +16,7 @@ from omniroll.effects.bearings import Bearings
 from omniroll.effects.contact import Contact
 from omniroll.effects.effect import Effect, Influence, Process, Signal
 from omniroll.effects.guards import Guard
-from omniroll.effects.load_numbers import spin_inertia_of
+from omniroll.effects.motor import spin_inertia_of
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
@@ -104,10 +104,9 @@ class Springs(Effect):
         }
 
     def _spring(self, vehicle: Vehicle, load: float) -> tuple[float, ...]:
-        return parts.evaluate(
-            "spring_of_load", vehicle.wheels, vehicle.rollers_per_wheel, load_at_rest=load,
-            deflection=self.deflection, damping_ratio=self.damping_ratio, gravity_strength=self.normal_gravity,
-        )  # fmt: skip
+        own = {"deflection": self.deflection, "damping_ratio": self.damping_ratio}
+        gravity = self.normal_gravity
+        return parts.of_vehicle("spring_of_load", vehicle, load_at_rest=load, gravity_strength=gravity, **own)
 
     def _inertia(self, vehicle: Vehicle, spin: np.ndarray) -> tuple[float, ...]:
         """Refuses one that wheels and rollers alone exceed, which turn about their axes by themselves."""

@@ -28,15 +28,13 @@ class Drive(Effect):
         times, values = table(name, self.times, getattr(self, name), interpolation, width)
         self._put(times=times, **{name: values})
 
-    def _curve(self, name: str, start_time: float) -> Curve:
-        """The table of this name over the time since the start of a run."""
-        return Curve(np.array(self.times) - start_time, np.array(getattr(self, name)), self.interpolation)
-
-    def _refuse_columns(self, name: str, wheels: int) -> None:
-        """Raise InvalidValueError where that table has not a column for each wheel."""
+    def _curve(self, name: str, start_time: float, wheels: int | None = None) -> Curve:
+        """The table of this name over the time since the start of a run. Raises InvalidValueError where it has not a
+        column for each of so many wheels."""
         values = getattr(self, name)
-        if len(values[0]) != wheels:
+        if wheels is not None and len(values[0]) != wheels:
             raise InvalidValueError(name, values, f"must have {wheels} columns, one for each wheel")
+        return Curve(np.array(self.times) - start_time, np.array(values), self.interpolation)
 
 
 class Following(Process):
@@ -116,8 +114,7 @@ class TorqueTable(Drive):
         self._keep_table("torque")
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
-        self._refuse_columns("torque", vehicle.wheels)
-        refuse_undriven("torque", np.array(self.torque), vehicle)
+        refuse_undriven("torque", self._curve("torque", 0.0, vehicle.wheels).values, vehicle)
 
     def events(self) -> tuple[str, ...]:
         return (f"knots of the torques, {len(self.times)}",)

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from omniroll.effects.contact import loads_of_standing
 from omniroll.effects.effect import Effect
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles.loads import loads_of_standing
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import STANDARD_GRAVITY, WEIGHT, documented
 

@@ -1,1 +1,1 @@
-"""The engine: runs a vehicle from a start. Steps, events and the switching model; one run or many."""
+"""The engine: runs a vehicle from a start. Steps, events and the switching model."""

@@ -2,16 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from scipy.integrate import DOP853
 
-from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.results.dense import bernstein_of_dop853
 
 STAGES = 12  # evaluations of a step
 FURTHER = 3  # evaluations of its polynomial
+Number = TypeVar("Number", float, np.ndarray)
 
 
 @dataclass
@@ -59,3 +59,12 @@ class Step:
         moved = self.y_end - self.y
         nested = [moved, self.h * self.rates - moved, 2 * moved - self.h * (self.rates_end + self.rates)]
         return bernstein_of_dop853(self.y, self.y_end, np.array([*nested, *(self.h * (DOP853.D @ stages))]))
+
+
+def compensated_sum(start: Number, carry: Number, term: Number) -> tuple[Number, Number]:
+    """start + carry + term rounded, and the rounding error (Knuth's two-sum): a sum of a million terms that carries it
+    on has the error of one."""
+    term = term + carry
+    total = start + term
+    part = total - start
+    return total, (start - (total - part)) + (term - part)

@@ -209,20 +209,12 @@ class PhaseIntegrator:
 
     def _first_crossing(self, dense: np.ndarray) -> tuple[float | None, np.ndarray]:
         """Where in the step, 0..1, a wheel first leaves its roller, and the directions; None if none does."""
-        first, directions = None, np.zeros(self.wheels, int)
         chi = dense[:, self.chi]
         if np.abs(chi).max() <= self.joint:  # the polynomials lie in the hull of their coefficients
-            return first, directions
+            return None, np.zeros(self.wheels, int)
         bounds = self.joint + np.where(self._turning_back(chi), ROUNDING * self.joint, 0.0)
-        for wheel in range(self.wheels):
-            for direction in (1, -1):
-                found = first_positive((direction * chi[:, wheel] - bounds[wheel]).tolist())
-                if found is None or (first is not None and found > first):
-                    continue
-                if first is None or found < first:
-                    first, directions = found, np.zeros(self.wheels, int)
-                directions[wheel] = direction
-        return first, directions
+        first, passed = first_passed(np.concatenate([chi - bounds, -chi - bounds], axis=1))
+        return first, passed[: self.wheels].astype(int) - passed[self.wheels :]
 
     def _turning_back(self, chi: np.ndarray) -> np.ndarray:
         """(N,) bool: wheels on their joints that turn back before they are beyond by the rounding of their angles.
@@ -243,24 +235,12 @@ class PhaseIntegrator:
             return False
         margins = phase.guards.margins(dense, step.time, step.h)
         while True:
-            guard, passed = self._first_guard(margins, crossing)
+            guard, passed = first_passed(margins, crossing)
             if guard is None:
                 return False
             if self._land_on_guard(phase, step, guard, passed):
                 return True
             margins[:, passed] = -1.0
-
-    def _first_guard(self, margins: np.ndarray, first: float | None) -> tuple[float | None, np.ndarray]:
-        """Where in the step, 0..1, guards are first passed, and which; None if none is, or not before `first`."""
-        passed, earliest = np.zeros(margins.shape[1], bool), None
-        for k in np.flatnonzero(margins.max(axis=0) > 0):
-            found = first_positive(margins[:, k].tolist())
-            if found is None or any(other is not None and found > other for other in (first, earliest)):
-                continue
-            if earliest is None or found < earliest:
-                earliest, passed = found, np.zeros(margins.shape[1], bool)
-            passed[k] = True
-        return earliest, passed
 
     def _land(self, phase: Phase, step: Step, guess: float) -> bool:
         """Step onto the first joint, `guess` of the way of a step that passes it.
@@ -362,3 +342,17 @@ class PhaseIntegrator:
             phase.ends[-1] = y
             phase.dense[-1][-1] = y
         return y
+
+
+def first_passed(margins: np.ndarray, before: float | None = None) -> tuple[float | None, np.ndarray]:
+    """Where in a step, 0..1, polynomials (8, m) first become positive, and which, (m,) bool; None if none does, or not
+    before `before`."""
+    passed, earliest = np.zeros(margins.shape[1], bool), before
+    for k in np.flatnonzero(margins.max(axis=0) > 0):
+        found = first_positive(margins[:, k].tolist())
+        if found is None or (earliest is not None and found > earliest):
+            continue
+        if earliest is None or found < earliest:
+            earliest, passed = found, np.zeros(margins.shape[1], bool)
+        passed[k] = True
+    return (earliest if passed.any() else None), passed

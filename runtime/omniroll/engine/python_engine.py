@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from omniroll.engine.compensated_sum import compensated_sum
+from omniroll.engine.dop853 import compensated_sum
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError, StepTooSmallError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.python_run import NUMBER, PythonRun

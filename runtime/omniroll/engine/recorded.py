@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import comb
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from omniroll.engine import workspace
 from omniroll.engine.runs import Places, Task
-from omniroll.engine.what_acts import WhatActs
 from omniroll.engine.workspace import NODES, Columns, Workspace
-from omniroll.kernels.kernel import JOINTS, Kernel
+from omniroll.kernels.kernel import JOINTS
 from omniroll.kernels.phases import Carry
 
 
@@ -42,22 +40,14 @@ class Forgotten:
         return Forgotten(count, self.axial, space.rows[0].copy() if self.row is None else self.row)
 
 
-class Run(Protocol):
-    """What is read of a run of the compiled engine."""
-
-    task: Task
-    kernel: Kernel
-    columns: Columns
-    space: Workspace
-    run: Any  # omniroll_run_t
-    forgotten: Forgotten
-    acts: WhatActs | None
-
-
 class Recorded:
-    """What a run has left, as omniroll.engine.runs.Rows; each part is made of the engine's numbers when it is read."""
+    """What a run has left from row `first` on, as omniroll.engine.runs.Rows; each part is made of the engine's numbers
+    when it is read.
 
-    def __init__(self, run: Run, first: int = 0):
+    run  CompiledRun
+    """
+
+    def __init__(self, run: Any, first: int = 0):
         self.task, self.columns, self.acts, space = run.task, run.columns, run.acts, run.space
         rows, switches = run.run.row_count, run.run.switch_count
         before = int(np.searchsorted(space.switches[:switches, 1], first, side="right")) if first else 0
@@ -135,7 +125,7 @@ class Recorded:
         return dense_polynomials(self.rows[:, 1 : self.columns.end], self.steps, self.step_rows[some], self.columns)
 
 
-def _kept(space: workspace.Workspace, name: str, first: int, end: int) -> np.ndarray:
+def _kept(space: Workspace, name: str, first: int, end: int) -> np.ndarray:
     """Entries of a buffer that is used again; or of one that a long run has made large, and that is not."""
     buffer = getattr(space, name)
     return buffer[first:end].copy() if len(buffer) == space.first else buffer[first:end]

@@ -47,6 +47,7 @@ Interrupted = Callable[[], str]  # asked now and then; a text ends the run there
 MEMORY = 2.0**30  # bytes that the rows and steps of a run may take; their trajectory takes some four times that
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 STATE = ("nu", "chi", "pose", "contact")  # what a run that has stopped says of its end
+AS_THEY_ARE = ("elapsed", "contact", "pivots", "modes", "step_rows", "drive")  # of Rows, in a trajectory
 TOO_MANY_ROWS = "more rows than memory should hold; go on in another run from the state that this one ends with"
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
@@ -174,9 +175,6 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         carry = Carry(trajectory.contact, trajectory.pivots).at(some)
         return call_in_phases(bound(), "energy", trajectory.nu[some], trajectory.chi[some], *own, carry=carry)
 
-    def added() -> np.ndarray | None:
-        return rows.y[:, 6 + wheels :].copy() if task.effects else None
-
     def columns(part: slice) -> np.ndarray:
         return rows.y[:, part].copy()
 
@@ -188,20 +186,15 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         engine=task.engine,
         start_time=task.start_time,
         made={name: partial(columns, part) for name, part in parts.items()}
+        | {name: partial(getattr, rows, name) for name in AS_THEY_ARE}
         | {
             "t": lambda: task.start_time + rows.elapsed,
-            "elapsed": lambda: rows.elapsed,
-            "contact": lambda: rows.contact,
-            "pivots": lambda: rows.pivots,
-            "modes": lambda: rows.modes,
             "contact_spin": contact_spin,
             "spins": spins if task.kernel.has_spins else lambda: None,
             "energy": energy,
             "switches": lambda: _switches(task, rows, trajectory.energy),
             "dense": lambda: rows.dense(ALL) if len(rows.step_rows) else None,
-            "step_rows": lambda: rows.step_rows,
-            "added": added,
-            "drive": lambda: rows.drive,
+            "added": lambda: columns(slice(6 + wheels, None)) if task.effects else None,
         },
         stats=Stats(
             stats | {"error_estimate": None, "sensitivity": None},

@@ -12,9 +12,9 @@ import numpy as np
 
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.differences import slopes
 from omniroll.engine.runs import STATE, Task, flow_at_start
 from omniroll.errors import OmnirollError
+from omniroll.kernels.kernel import Flow
 from omniroll.kernels.phases import Carry
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.state import State
@@ -120,9 +120,19 @@ def _fastest(task: Task, effects: Sequence[Effect]) -> tuple[float, np.ndarray] 
             return None
         speed = max(float(np.abs(task.state.nu).max()), 1e-3)
         with np.errstate(all="ignore"):
-            jacobian = slopes(flow, 0.0, y, flow(0.0, y), DIFFERENCE * np.maximum(np.abs(y), speed))
+            jacobian = _slopes(flow, y, DIFFERENCE * np.maximum(np.abs(y), speed))
         rates, ways = np.linalg.eig(jacobian)
     except (OmnirollError, ArithmeticError, np.linalg.LinAlgError):
         return None
     fastest = int(np.argmax(np.abs(rates)))
     return float(np.abs(rates[fastest])), ways[:3, fastest].real
+
+
+def _slopes(flow: Flow, y: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """The slopes (d, d) of the rates in y at the time 0, by differences of these steps (d,)."""
+    rates, matrix = flow(0.0, y), np.empty((len(y), len(y)))
+    for k, value in enumerate(y):
+        moved = y.copy()
+        moved[k] += steps[k]
+        matrix[:, k] = (flow(0.0, moved) - rates) / (moved[k] - value)
+    return matrix

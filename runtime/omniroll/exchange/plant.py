@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from omniroll.codegen.along import SECOND
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectRun, EffectSet
-from omniroll.effects.uncontrolled import without_controllers
+from omniroll.effects.sampled import without_controllers
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import firmware, sets
 from omniroll.kernels.kernel import DERIVATIVES, Kernel

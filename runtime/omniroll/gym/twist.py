@@ -10,9 +10,9 @@ from gymnasium.vector.utils import batch_space
 
 from omniroll import validation
 from omniroll.engine.session import Session
-from omniroll.engine.sessions import Sessions
 from omniroll.errors import SimulationStopped
 from omniroll.gym import raster
+from omniroll.gym.sessions import Sessions
 from omniroll.gym.task import TwistTask
 
 MODES = ("rgb_array",)

@@ -8,15 +8,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.effects import Slope
-from omniroll.effects.load_numbers import ENTRIES, balance_numbers, spin_inertia_of
+from omniroll.effects.motor import spin_inertia_of
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.results.accelerations import call_named, torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.checks import refuse_kinds, refuse_two_rows
-from omniroll.vehicles.loads import SupportPolygon, contact_loads
-from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, documented
+from omniroll.vehicles.loads import SupportPolygon, contact_loads, refuse_collinear
+from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, by_name, documented
 
+ENTRIES = by_name(REACTIONS)
 LIFTED = 1e-9  # of the weight: a load of a contact that may slip is zero within this
+CENTRED = 1e-12  # distance, per R, within which the wheels' centroid is the centre of mass
 
 
 @dataclass(frozen=True)
@@ -145,13 +148,49 @@ def judged_reactions(
     refuse_kinds(vehicle, "trajectory", "reactions", "take wheels that are all alike")
     friction = ENTRIES["friction"].checked(friction)
     effects = trajectory.effects
-    numbers = balance_numbers(vehicle, height, wheel_mass, platform_products) | {
+    numbers = _balance_numbers(vehicle, height, wheel_mass, platform_products) | {
         "normal_gravity": _normal_gravity(trajectory, gravity),
         "spin_inertia": spin_inertia_of(effects.equipped(vehicle), effects.effects, spin_inertia),
     }
     slips = effects.slips
     contact_force, sums, places = (_of_slipping if slips else _forces_and_sums)(trajectory, numbers)
     return _judged(trajectory.t, contact_force, sums, places, friction, "the motion" if slips else "rolling")
+
+
+def _balance_numbers(
+    vehicle: Vehicle, height: float, wheel_mass: float | None, platform_products: ArrayLike
+) -> dict[str, Any]:
+    """height, wheel_mass and platform_products as the functions of the balance take them.
+
+    vehicle  Vehicle with three wheels or more
+
+    Raises InvalidValueError for numbers that make no sense, for fewer than three wheels, for contacts on one line, and
+    where wheel_mass is needed and None.
+    """
+    places = vehicle.places()
+    refuse_collinear(places)
+    if wheel_mass is None:
+        _refuse_unless_centred(vehicle, places)
+    return {
+        "height": ENTRIES["height"].checked(height),
+        "platform_products": np.array(ENTRIES["platform_products"].checked(platform_products)),
+        "wheel_mass": 0.0 if wheel_mass is None else _wheel_mass(vehicle, wheel_mass),
+    }
+
+
+def _wheel_mass(vehicle: Vehicle, wheel_mass: float) -> float:
+    wheel_mass = ENTRIES["wheel_mass"].checked(wheel_mass)
+    if vehicle.wheels * wheel_mass >= vehicle.mass:
+        bound = f"wheels must be lighter than the whole vehicle, {vehicle.mass!r} kg"
+        raise InvalidValueError("wheel_mass", wheel_mass, bound)
+    return wheel_mass
+
+
+def _refuse_unless_centred(vehicle: Vehicle, places: np.ndarray) -> None:
+    beside = np.abs(places.mean(axis=0) - vehicle.center_of_mass).max()
+    if beside > CENTRED * vehicle.platform_radius:
+        bound = "must be given: the wheels' centroid is not below the centre of mass, so that their height matters"
+        raise InvalidValueError("wheel_mass", None, bound)
 
 
 def _judged(

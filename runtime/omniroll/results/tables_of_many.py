@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # only an extra brings them
     import pandas
     import xarray
 
-Many = Any  # omniroll.engine.ends.Many, whose methods come here
+Many = Any  # omniroll.sweeps.ends.Many, whose methods come here
 
 AT_ENDS = ("nu", "chi", "contact", "contact_spin", "spins", "energy")
 OF_RUNS = {  # what is known of a run beside its end

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omniroll.conventions.twists import twist_of_nu
-from omniroll.engine.ends import Many
 from omniroll.results.pictures import widen
 from omniroll.scenes.sweeping import Axis, SceneSweep
+from omniroll.sweeps.ends import Many
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

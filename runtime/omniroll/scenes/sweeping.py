@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 
 from omniroll import validation
-from omniroll.engine.ends import Many
-from omniroll.engine.many import simulate_many
 from omniroll.errors import InvalidValueError
 from omniroll.progress import Report
 from omniroll.scenes.loading import Scene, scene_of
 from omniroll.scenes.problems import nearest
 from omniroll.scenes.reading import read
 from omniroll.scenes.schema import TABLES
+from omniroll.sweeps.ends import Many
+from omniroll.sweeps.many import simulate_many
 
 FIELD = "--vary"
 FORM = "must be TABLE.KEY=FROM:TO:COUNT or TABLE.KEY=VALUE,VALUE,...; of a list TABLE.KEY.NUMBER, from 1"

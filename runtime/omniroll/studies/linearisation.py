@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import DRIVES, EffectSet
-from omniroll.effects.uncontrolled import without_controllers
+from omniroll.effects.sampled import without_controllers
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import DERIVATIVES, Kernel
 from omniroll.kernels.neutral_kernel import best_backend

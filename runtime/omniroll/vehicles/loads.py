@@ -1,10 +1,13 @@
 """Normal loads from their sum and moments, and the polygon of the contacts that they press on."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles import parts
+from omniroll.vehicles.vehicle import Vehicle
 
 COLLINEAR = 1e-9  # width of the support, per its length, below which the contacts lie on one line
 FEASIBLE = 1e-10  # residual of the least-distance program above which loads without a sign exist
@@ -45,6 +48,23 @@ def loads_carried(places: np.ndarray, sums: np.ndarray, carries: np.ndarray) -> 
     loads = np.zeros(len(places), np.result_type(places, sums))
     loads[carries] = matrix.T @ np.linalg.solve(matrix @ matrix.T, sums)
     return loads
+
+
+@lru_cache(maxsize=64)
+def loads_of_standing(vehicle: Vehicle, gravity: float) -> np.ndarray:
+    """(N,) in N, the loads of the contacts of a vehicle at rest on level ground; not to be written to.
+
+    Raises InvalidValueError where they do not follow from the vehicle, or where it tips.
+    """
+    places = vehicle.places()
+    refuse_collinear(places)
+    standing = {"mass": vehicle.mass, "gravity_strength": gravity, "center": vehicle.center_of_mass}
+    sums = parts.of_vehicle("standing_loads", vehicle, **standing)
+    found = contact_loads(places, np.array(sums)[None])[0]
+    if found.min() < 0:
+        raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
+    found.flags.writeable = False
+    return found
 
 
 def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, loads: np.ndarray) -> np.ndarray:

@@ -21,6 +21,11 @@ def evaluate(name: str, wheels: int, rollers_per_wheel: int, **values: float) ->
     return tuple(float(output) for output in (outputs if isinstance(outputs, (tuple, list)) else (outputs,)))
 
 
+def of_vehicle(name: str, vehicle: Any, **values: Any) -> tuple[float, ...]:
+    """The same with as many wheels and rollers as a Vehicle has."""
+    return evaluate(name, vehicle.wheels, vehicle.rollers_per_wheel, **values)
+
+
 def places_on_rays(wheels: int, rollers_per_wheel: int, platform_radius: float, wheel_angles: Sequence[float]) -> Any:
     """(N, 2) in m as nested lists, of wheels on rays from S at the platform radius."""
     return parts.places_on_rays(wheels, rollers_per_wheel, platform_radius, list(wheel_angles))

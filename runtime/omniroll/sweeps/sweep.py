@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omniroll.engine.member import Found, Run, finding, shown
 from omniroll.engine.works import NOBODY_ELSE, Work, result_of, side_by_side
 from omniroll.progress import Report
+from omniroll.sweeps.member import Found, Run, finding, shown
 
 CHUNKS_PER_WORKER = 8  # of runs: a progress bar moves, and fast workers take more of them
 GLANCE = 0.1  # s between two looks at what threads have done: each look takes the interpreter from them

@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike
 
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import sensitivity
-from omniroll.engine.member import COUNTS, ON_DEMAND, SAMPLED, Found, Run, nothing
 from omniroll.engine.simulate import checked_task
-from omniroll.engine.sweep import Sweep, cores
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results import tables_of_many
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Samples
+from omniroll.sweeps.member import COUNTS, ON_DEMAND, SAMPLED, Found, Run, nothing
+from omniroll.sweeps.sweep import Sweep, cores
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
 

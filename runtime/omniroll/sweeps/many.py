@@ -16,14 +16,14 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.ends import Many, gathered
-from omniroll.engine.member import Run
 from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task
-from omniroll.engine.sweep import Sweep
 from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
 from omniroll.progress import Report, reporting
+from omniroll.sweeps.ends import Many, gathered
+from omniroll.sweeps.member import Run
+from omniroll.sweeps.sweep import Sweep
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
