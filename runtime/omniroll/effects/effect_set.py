@@ -6,7 +6,7 @@ EffectRun's.
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TypeVar
 
@@ -56,7 +56,11 @@ class EffectSet:
         effects = tuple(effects)
         if not effects:
             return NONE
-        return _checked(effects, vehicle) if _can_be_hashed(effects) else _checked.__wrapped__(effects, vehicle)
+        try:
+            hash(effects)
+        except TypeError:  # fields of an effect that a user writes may be arrays
+            return _checked.__wrapped__(effects, vehicle)
+        return _checked(effects, vehicle)
 
     def __bool__(self) -> bool:
         return bool(self.effects)
@@ -189,12 +193,6 @@ class EffectSet:
         contact = next((effect for effect in self.effects if "contact" in effect.kernel_effects()), None)
         return {} if contact is None else contact.initial(bound, state)
 
-    def state_at(self, layout: StateVector, y: np.ndarray, state: State) -> State:
-        """The state with the wheels' rates and the axial speeds of the rollers in contact of y, where they may slip."""
-        if "rates" in layout.slices:
-            state = replace(state, rates=layout.view(y, "rates").copy())
-        return state.with_contact_axial(layout.view(y, "contact_omega")) if "contact_omega" in layout.slices else state
-
     def axial_later(
         self, bound: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
     ) -> np.ndarray:
@@ -224,15 +222,6 @@ class EffectSet:
 
 
 NONE = EffectSet()  # one for all vehicles, with what it keeps
-
-
-def _can_be_hashed(effects: tuple[Effect, ...]) -> bool:
-    """Whether all fields of these effects can be; those that a user writes may have arrays."""
-    try:
-        hash(effects)
-    except TypeError:
-        return False
-    return True
 
 
 @lru_cache(maxsize=64)

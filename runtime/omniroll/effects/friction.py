@@ -9,11 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omniroll.kernels.kernel import Kernel
-from omniroll.vehicles.vehicle import Vehicle
-
-SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
-
 
 @dataclass(frozen=True)
 class Bearing:
@@ -32,10 +27,7 @@ class Grip:
     sliding: np.ndarray
     static: np.ndarray
 
-    def settles(self, vehicle: Vehicle) -> float:
-        """In m/s^2: a slip comes to rest that falls faster."""
-        return SETTLES * float((self.loads[:, None] * self.sliding).max()) / vehicle.mass
-
-    def sliding_forces(self, kernel: Kernel, towards: np.ndarray, loads: np.ndarray) -> np.ndarray:
-        """(..., N, 2) in N, the forces on contacts that slip along `towards` (..., N, 2) under loads (..., N)."""
-        return kernel.call("sliding_forces", towards, loads, self.sliding)[0]
+    @property
+    def largest(self) -> float:
+        """In N, the largest force on a contact that slips."""
+        return float((self.loads[:, None] * self.sliding).max())

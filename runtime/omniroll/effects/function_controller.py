@@ -84,12 +84,9 @@ class FunctionController(SampledDrive):
     def __post_init__(self) -> None:
         names = (name for name, function in CONTROLLERS.items() if function is self.function)
         self._put(function=next(names, self.function))
-        self._keep_checked(entry for entry in FUNCTION_CONTROLLER if entry.name != "function" or not self._is_unnamed)
+        given = callable(self.function)
+        self._keep_checked(entry for entry in FUNCTION_CONTROLLER if not (given and entry.name == "function"))
         _ = self._callable
-
-    @property
-    def _is_unnamed(self) -> bool:
-        return callable(self.function)
 
     @property
     def _callable(self) -> Callable:
@@ -114,7 +111,7 @@ class FunctionController(SampledDrive):
 
     def as_dict(self) -> dict[str, Any]:
         """Kind and fields, in plain Python types. Raises InvalidValueError for a function that has no name."""
-        if self._is_unnamed:
+        if callable(self.function):
             bound = "has no name that a file could keep; register it with omniroll.register_controller"
             raise InvalidValueError("function", self._shown, bound)
         return super().as_dict()

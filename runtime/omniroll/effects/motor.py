@@ -89,13 +89,9 @@ class Motor(Drive):
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         self._voltages(vehicle.wheels, 0.0)
-        self._check_rotor(vehicle)
-
-    def _check_rotor(self, vehicle: Vehicle) -> None:
-        """A rotor and its gear are given once: as a part of the vehicle, or here."""
         if vehicle.rotor is None:
             return
-        _, gear_ratio = vehicle.rotor
+        _, gear_ratio = vehicle.rotor  # a rotor and its gear are given once: as a part of the vehicle, or here
         if self.rotor_inertia:
             bound = "must be 0: the vehicle's rotor_axial_inertia holds the rotor already, and it would count twice"
             raise InvalidValueError("rotor_inertia", self.rotor_inertia, bound)

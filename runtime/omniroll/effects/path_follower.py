@@ -90,15 +90,11 @@ class Path:
         self.ends = poses[0], poses[-1]
         self.spline = CubicSpline(times, poses, bc_type="clamped") if len(times) > 1 else None
 
-    def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """(3,) the pose and its rate."""
-        if self.spline is None or not self.first < time < self.last:
-            return self.ends[int(time >= self.last)], np.zeros(3)
-        return self.spline(time), self.spline(time, 1)
-
-    def acceleration(self, time: float) -> np.ndarray:
-        """(3,)"""
-        return self.spline(time, 2) if self.spline is not None and self.first < time < self.last else np.zeros(3)
+    def at(self, time: float, order: int = 0) -> np.ndarray:
+        """(3,) the pose, or its derivative of this order by time."""
+        if self.spline is not None and self.first < time < self.last:
+            return self.spline(time, order)
+        return np.zeros(3) if order else self.ends[int(time >= self.last)]
 
 
 class PathTracking(Sampled):
@@ -127,12 +123,11 @@ class PathTracking(Sampled):
     def _wanted(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """(3,) the acceleration that the pose is to have, and the sums of the errors with this sample's."""
         time, step, gain = self.next_time(), self.follower.sample_time, self.follower.bandwidth
-        pose, rate = self.path.at(time)
-        error = pose - state.pose
-        error_rate = rate - self.plant.pose_rates(state.nu, state.pose[2])
+        error = self.path.at(time) - state.pose
+        error_rate = self.path.at(time, 1) - self.plant.pose_rates(state.nu, state.pose[2])
         summed = self.sum + step * error
         fading = 3 * gain * error_rate + 3 * gain**2 * error + gain**3 * summed
-        return self.path.acceleration(time + step / 2) + fading, summed
+        return self.path.at(time + step / 2, 2) + fading, summed
 
     def _output(self, nu: np.ndarray, chi: np.ndarray, nu_dot: np.ndarray) -> np.ndarray:
         """(N,) torques of least norm, or the voltages that make them."""

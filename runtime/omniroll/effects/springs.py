@@ -22,8 +22,11 @@ from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles import parts
+from omniroll.vehicles.loads import loads_of_standing
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import SPRINGS, STANDARD_GRAVITY, documented
+
+OF_BEARINGS = {"axle_viscous", "axle_coulomb"}  # effects of the registry that go with springs
 
 
 @documented(*SPRINGS)
@@ -67,15 +70,9 @@ class Springs(Effect):
             bound = f"must be given beside a motor whose rotor has inertia; it is {turns!r}"
             raise InvalidValueError("spin_inertia", None, bound)
         for effect in others:
-            if isinstance(effect, Bearings):
-                self._refuse_sticking(effect)
-
-    @staticmethod
-    def _refuse_sticking(bearings: Bearings) -> None:
-        allowed = {"axle_viscous", "axle_coulomb"}
-        if not set(bearings.kernel_effects()) <= allowed:
-            bound = "on springs axles have friction and rollers none: leave roller_... out; wheel_coulomb needs a wheel_speed"
-            raise InvalidValueError("effects", "Bearings", bound)
+            if isinstance(effect, Bearings) and not OF_BEARINGS.issuperset(effect.kernel_effects()):
+                bound = "on springs axles have friction and rollers none: leave roller_... out; wheel_coulomb needs a wheel_speed"
+                raise InvalidValueError("effects", "Bearings", bound)
 
     def kernel_effects(self) -> tuple[str, ...]:
         return ("contact_springs",)
@@ -86,12 +83,13 @@ class Springs(Effect):
         Raises InvalidValueError for a vehicle with a contact that carries nothing at rest, and for an inertia that
         wheels and rollers alone exceed.
         """
-        loads = Contact(law="regularised", friction=1.0, speed=1.0, normal_gravity=self.normal_gravity)
-        loads = loads.loads_at_rest(vehicle)
+        loads = loads_of_standing(vehicle, self.normal_gravity)
         if loads.min() <= 0:
             raise InvalidValueError("load", loads.tolist(), "must be positive at rest where contacts stand on springs")
         spin = spin_inertia_of(vehicle, (), self.spin_inertia)
-        springs = [self._spring(vehicle, load) for load in loads.tolist()]
+        own = {"deflection": self.deflection, "damping_ratio": self.damping_ratio}
+        own["gravity_strength"] = self.normal_gravity
+        springs = [parts.of_vehicle("spring_of_load", vehicle, load_at_rest=load, **own) for load in loads.tolist()]
         return {
             "spring_load": tuple(loads.tolist()),
             "spring_stiffness": tuple(stiffness for stiffness, _ in springs),
@@ -103,15 +101,13 @@ class Springs(Effect):
             "tilt_spin_inertia": tuple(spin.tolist()),
         }
 
-    def _spring(self, vehicle: Vehicle, load: float) -> tuple[float, ...]:
-        own = {"deflection": self.deflection, "damping_ratio": self.damping_ratio}
-        gravity = self.normal_gravity
-        return parts.of_vehicle("spring_of_load", vehicle, load_at_rest=load, gravity_strength=gravity, **own)
-
     def _inertia(self, vehicle: Vehicle, spin: np.ndarray) -> tuple[float, ...]:
-        """Refuses one that wheels and rollers alone exceed, which turn about their axes by themselves."""
+        """In kg m^2 about xi and eta through the centre of mass. Where it is not given, that of a cylinder with the
+        vehicle's mass, over the wheels' circle and from the ground to twice the height of the centre of mass. Refuses
+        one that wheels and rollers alone exceed, which turn about their axes by themselves."""
         given = self.tilt_inertia
-        found = inertia_of_size(vehicle, self.height) if given is None else given
+        size = vehicle.mass, vehicle.platform_radius, 2 * self.height
+        found = parts.cylinder(*size)[1] if given is None else given
         of_rollers = vehicle.wheels * vehicle.rollers_per_wheel * vehicle.roller_inertia / 2
         least = float((spin**2).sum() / vehicle.wheel_inertia + of_rollers)
         if np.min(found) <= least:
@@ -132,13 +128,6 @@ class Springs(Effect):
         contact = tuple(name for name in kernel.effects if name.startswith("contact"))
         quantities = registry.quantities(contact, kernel.roller_model, kernel.effects)
         return Supports(kernel, self.most_tilt, quantities)
-
-
-def inertia_of_size(vehicle: Vehicle, height: float) -> tuple[float, float]:
-    """In kg m^2 about xi and eta through the centre of mass: that of a cylinder with the vehicle's mass, over the
-    wheels' circle and from the ground to twice the height of the centre of mass."""
-    _, transverse = parts.cylinder(vehicle.mass, vehicle.platform_radius, 2 * height)
-    return transverse, transverse
 
 
 class Supports(Process):

@@ -44,15 +44,8 @@ class Column:
     signals: Mapping[tuple[int, str], np.ndarray] = field(default_factory=dict)
 
 
-def check_are_names(names: Sequence[str]) -> None:
-    """Raises InvalidValueError for what is no sequence of names."""
-    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(n, str) for n in names):
-        raise InvalidValueError("sensitivities", names, "must be a sequence of names")
-
-
 def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -> tuple[Column, ...]:
     """The columns of these names. Raises InvalidValueError for a name that stands for no number of the run."""
-    check_are_names(names)
     if len(set(names)) < len(names):
         raise InvalidValueError("sensitivities", names, "must name each number once")
     of_vehicle = values_of(plain, ())

@@ -125,7 +125,7 @@ class CompiledRun:
     def __init__(self, task: Task, tolerance: float):
         self.task, self.kernel, self.tolerance = task, kernel_of(task), tolerance
         self.module = engine_of(self.kernel)
-        self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
+        self.wheels = self.kernel.wheels
         self.columns = columns(self.kernel, task.effects.quantities(self.kernel))
         self.space = self._workspace()
         self.struct = self.space.begin()

@@ -6,7 +6,7 @@ asked for none needs none.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -62,11 +62,6 @@ class Gauss:
         degree = len(self.nodes) - 1 - back
         return (2 * degree + 1) * self.weights * legendre.legvander(2 * self.nodes - 1, degree)[:, -1]
 
-    @cached_property
-    def to_nodes(self) -> np.ndarray:
-        """(s, s) the same, from 0 to each node."""
-        return self.integrals(self.nodes)
-
 
 @cache
 def gauss(count: int) -> Gauss:
@@ -77,13 +72,14 @@ def gauss(count: int) -> Gauss:
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run. Raises KernelsMissingError where they cannot be had."""
     plain, deviations = motion.plain, motion.deviations
-    own = plain.base, plain.effects, plain.wheels, plain.sharp
     try:
-        found = sets.variations(*own)
+        found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
     except KernelsMissingError as problem:
         text = f"derivatives of runs are computed in C: install a C compiler (cc); {problem}"
         raise KernelsMissingError(text) from None
-    if (tuple(deviations.rates)[3:], _drives(deviations)) != _names(*own):
+    texts = found.lib.omniroll_variations_states(), found.lib.omniroll_variations_inputs()
+    followed = [tuple(found.ffi.string(text).decode().split()) for text in texts]  # beside nu, and of drives
+    if [tuple(deviations.rates)[3:], _drives(deviations)] != followed:
         raise InvalidValueError("sensitivities", plain.set_name, "effects with further numbers are not followed")
     return found
 
@@ -94,19 +90,11 @@ def _drives(deviations: Deviations) -> tuple[str, ...]:
 
 
 @cache
-def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool) -> tuple[tuple[str, ...], ...]:
-    """What is solved for beside nu, and the inputs of drives, in the library's order."""
-    module = sets.variations(base, effects, wheels, sharp)
-    texts = (module.lib.omniroll_variations_states(), module.lib.omniroll_variations_inputs())
-    return tuple(tuple(module.ffi.string(text).decode().split()) for text in texts)
-
-
-@cache
 def _tables(degree: int, count: int) -> dict[str, np.ndarray]:
     """What C takes of so many nodes, for steps with polynomials of this degree."""
     nodes = gauss(count)
     return {
-        "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
+        "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.integrals(nodes.nodes),
         "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.coefficient(0),
         "gauss_before_last": nodes.coefficient(1),
     }  # fmt: skip
@@ -303,7 +291,7 @@ class CompiledVariations:
         """What C takes of contacts that have modes."""
         y = self.motion.y
         noises = contacts.noises(y, np.minimum(np.arange(len(y)) + 1, len(y) - 1))
-        self.struct[0].grazes = GRAZES * contacts.friction_rate()
+        self.struct[0].grazes = GRAZES * (contacts.grip.largest / self.motion.plain.vehicle.mass)
         self._point(grip=self._grip(contacts), slip_rounding=noises, per_reach=self._per_reach(contacts))
 
     def _fill_bearings(self, bearings: BearingModes, sticking: Sticking) -> None:
@@ -317,7 +305,8 @@ class CompiledVariations:
 
     def _fill_held(self, held: Directions, sticking: Sticking) -> None:
         """What C takes of rates that are held together."""
-        self._point(hold=held.which, allowed=sticking.tables)
+        allowed = held.tables(sticking.turning_directions[:, self.columns.numbered])
+        self._point(hold=held.which, allowed=allowed)
         if self.motion.stands:
             numbers, moved = sticking.numbers
             self._point(standing=numbers, standing_moved=moved)

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.kernels.kernel import Kernel
-from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
+from omniroll.kernels.tangent_kernel import with_tangent
 from omniroll.results.accelerations import call_named
 from omniroll.results.slipping import as_if_rigid, slip_roundings
 from omniroll.results.trajectory import Trajectory
@@ -103,10 +103,6 @@ class ContactModes:
         found[:, : self.first] = 0.0
         return found
 
-    def friction_rate(self) -> float:
-        """In m/s^2, what the largest friction would do to the vehicle as a whole."""
-        return float((self.grip.loads[:, None] * self.grip.sliding).max()) / self.plain.vehicle.mass
-
     def roundings(self, y: np.ndarray) -> np.ndarray:
         """(..., N) in m/s, within which slips are zero in states (..., size)."""
         views = self.deviations.vector.views(y)
@@ -136,10 +132,3 @@ class ContactModes:
         found = np.zeros_like(self.slides)
         found[:-1] = self.turning[:-1] & self.sticks[1:]
         return found
-
-    def along_and_across(
-        self, kernel: TangentKernel, known: Mapping[str, np.ndarray], headings: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(..., N) the parts of slips along directions (..., N), and across them; `known` carries tangents."""
-        slip, cos, sin = slips(kernel, known), np.cos(headings), np.sin(headings)
-        return slip[..., 0] * cos + slip[..., 1] * sin, slip[..., 1] * cos - slip[..., 0] * sin

@@ -26,11 +26,8 @@ class Deviations:
     state      (m,) their places in y
     inputs     names and shapes of what a phase is given: what the drives give, and the momenta of free rollers where
                they are constant, the torques of their bearings where they may stick
-    constant   (moving,) bool: inputs among those that are torques of bearings, which do not change within a step
-    sticking   names of those inputs that are torques of bearings which may stick, and whose rates follow from nu
     views, joined, input_size  of the inputs (..., U)
-    spins_stick  whether free rollers may stick as well
-    axles_stick, rollers_stick  whether axles, and rollers, may stick where wheels may slip
+    spins_stick  whether free rollers may stick
     grips      whether contacts may stick on the ground
     functions  generated functions that give the rates, in the order in which they are called
     """
@@ -45,7 +42,6 @@ class Deviations:
         drives = effects.drives()
         self.inputs = {name: (bound.wheels,) for name in drives if name not in (*MODES, *MOMENTS)}
         self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
-        self.constant = bound.slips & np.isin(list(self.inputs), BEARINGS).repeat(bound.wheels)
         self.inputs |= {name: (bound.wheels,) for name in MODES if name in drives}  # which a phase holds
         self.grips = "sticks" in drives
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
@@ -55,12 +51,9 @@ class Deviations:
             self.inputs["free_bearing"] = (bound.wheels, bound.rollers_per_wheel - 1)
         layout = Layout(self.inputs)
         self.views, self.joined, self.input_size = layout.views, layout.joined, layout.size
-        self.axles_stick = bound.slips and "bearing_torque" in self.inputs
-        self.rollers_stick = bound.slips and self.spins_stick
-        self.sticking = () if bound.slips else tuple(name for name in BEARINGS if name in self.inputs)
         asked = effects.functions(bound.roller_model)
         functions = dict.fromkeys((*asked, *(PLAIN[1:] if bound.slips else (dynamics_with(asked), *PLAIN))))
-        if self.sticking:
+        if not bound.slips and not self.inputs.keys().isdisjoint(BEARINGS):
             held = HELD_WITH_SPINS if self.spins_stick else HELD
             functions = dict.fromkeys(held.get(name, name) for name in functions)
         self.functions = self._needed(bound, functions)
@@ -80,11 +73,6 @@ class Deviations:
         """By name the places of a quantity among what deviates, and of an input behind all quantities."""
         every = Layout({name: self.vector.shapes[name] for name in self.rates} | self.inputs)
         return every.views(np.arange(every.size))
-
-    def changes(self, inputs: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(..., moving) by how much inputs (T, U) of rows change in the steps from rows (...)."""
-        moving = slice(self.moving)
-        return np.where(self.constant, 0.0, inputs[rows + 1, moving] - inputs[rows, moving])
 
     def known_in(self, y: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take, by name, in states y (..., size) with inputs (..., U)."""

@@ -15,12 +15,12 @@ from omniroll.effects.motor import Motor
 from omniroll.effects.numbers import spread
 from omniroll.effects.torque import Torque, TorqueTable
 from omniroll.engine.motion import Columns
+from omniroll.engine.switching import EPS
 from omniroll.errors import InvalidValueError, NoDerivativeError, OneSidedWarning
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
-EPS = float(np.finfo(float).eps)
 ROUNDINGS = 16  # of a torque: one that is closer to the limit is at it
 FOLLOWED = (Torque, TorqueTable, Motor, Controller)  # effects with a process whose tangents are known
 

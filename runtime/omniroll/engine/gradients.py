@@ -76,20 +76,6 @@ class Chain(Sweep):
         super().__init__(motion, columns_beside(motion.trajectory, names, self.handed_on))
         self.maps: list[np.ndarray] = []  # (W, W + P) of each phase's start, by the start of that before it
 
-    def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
-        """(m, W + P) the unit deviations with which a phase begins; what it is handed is kept."""
-        self.maps.append(self._handed_on(moved, axial))
-        unit = np.eye(self.handed_on, len(self.columns))
-        ends = np.cumsum(list(self.sizes.values()))
-        rest = np.split(unit[ends[-2] :], 2 * len(self.drives.samplers)) if self.drives.samplers else []
-        for sampler, own_sum, own_output in zip(self.drives.samplers, rest[::2], rest[1::2], strict=True):
-            sampler.sum = with_tangent(sampler.sum.real, own_sum.T)
-            sampler.output = with_tangent(sampler.output.real, own_output.T)
-        if axial is not None:
-            own = unit[ends[0] : ends[1]].T
-            self.axial[phase] = own.reshape(-1, *self.axial.shape[2:])
-        return unit[: ends[0]]
-
     def _put_start(self) -> None:
         super()._put_start()
         self._phase_begun(0)
@@ -101,17 +87,21 @@ class Chain(Sweep):
         return found
 
     def _phase_begun(self, row: int) -> None:
-        phase = int(np.searchsorted(self.motion.phases, row))
+        """Where a phase begins: what it is handed is kept, and it begins with the unit deviations (m, W + P)."""
+        phase, samplers = int(np.searchsorted(self.motion.phases, row)), self.drives.samplers
         if phase == len(self.motion.phases) or self.motion.phases[phase] != row:
             return
-        axial = None if self.axial is None else self.axial[phase].reshape(len(self.columns), -1).T
-        self.rows[row] = self._begin(phase, self.rows[row].copy(), None if axial is None else axial.copy())
-
-    def _handed_on(self, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
-        """(W, W + P) what a phase starts with."""
-        parts = [moved, *([] if axial is None else [axial])]
-        parts += [tangent_of(part).T for sampler in self.drives.samplers for part in (sampler.sum, sampler.output)]
-        return np.concatenate(parts)
+        handed = [self.rows[row]] + ([] if self.axial is None else [self.axial[phase].reshape(len(self.columns), -1).T])
+        handed += [tangent_of(part).T for sampler in samplers for part in (sampler.sum, sampler.output)]
+        self.maps.append(np.concatenate(handed))
+        unit, ends = np.eye(self.handed_on, len(self.columns)), np.cumsum(list(self.sizes.values()))
+        rest = np.split(unit[ends[-2] :], 2 * len(samplers)) if samplers else []
+        for sampler, own_sum, own_output in zip(samplers, rest[::2], rest[1::2], strict=True):
+            sampler.sum = with_tangent(sampler.sum.real, own_sum.T)
+            sampler.output = with_tangent(sampler.output.real, own_output.T)
+        if self.axial is not None:
+            self.axial[phase] = unit[ends[0] : ends[1]].T.reshape(-1, *self.axial.shape[2:])
+        self.rows[row] = unit[: ends[0]]
 
     def _one_after_the_other(
         self, row: int, moved: np.ndarray, times: np.ndarray

@@ -139,15 +139,13 @@ class PhaseIntegrator:
                 return True
             if crossing is not None:
                 if time + crossing * step.h == time:
-                    phase.directions = directions
-                    phase.y = self._onto_joint(phase, directions)
+                    self._end_on_joints(phase, directions)
                     return True
                 return self._land(phase, step, crossing)
             phase.add_step(end, step.y_end, dense)
             time, y, rates, self.carry = end, step.y_end, step.rates_end, step.carry_end
             if time >= limit:
-                phase.directions = self._due(phase, time, y)
-                phase.y = self._onto_joint(phase, phase.directions)
+                self._end_on_joints(phase, self._due(phase, time, y))
                 return True
             self.watch(time)
 
@@ -276,8 +274,7 @@ class PhaseIntegrator:
             raise StepFailedError("no landing on the joint")
         if part is not None:
             self._add(phase, part)
-        phase.directions = np.where(waits < phase.gap(phase.duration), directions, 0)
-        phase.y = self._onto_joint(phase, phase.directions)
+        self._end_on_joints(phase, np.where(waits < phase.gap(phase.duration), directions, 0))
         return bool(phase.directions.any())
 
     def _land_on_guard(self, phase: Phase, step: Step, guess: float, passed: np.ndarray) -> bool:
@@ -316,8 +313,7 @@ class PhaseIntegrator:
             return False
         self._add(phase, part)
         phase.passed = passed & (waits <= max(waits[first], 0.0) + noise + phase.gap(phase.duration))
-        phase.directions = self._due(phase, phase.duration, y)
-        phase.y = self._onto_joint(phase, phase.directions)
+        self._end_on_joints(phase, self._due(phase, phase.duration, y))
         return True
 
     def _single_step(self, step: Step, h: float) -> Step:
@@ -334,14 +330,14 @@ class PhaseIntegrator:
         self.counts.evaluations += part.further
         self.carry = part.carry_end
 
-    def _onto_joint(self, phase: Phase, directions: np.ndarray) -> np.ndarray:
-        """The last state with the switching wheels exactly on their joints, the others not beyond theirs."""
+    def _end_on_joints(self, phase: Phase, directions: np.ndarray) -> None:
+        """The phase ends with the switching wheels exactly on their joints, the others not beyond theirs."""
         y = phase.y.copy()
         y[self.chi] = np.where(directions != 0, directions * self.joint, np.clip(y[self.chi], -self.joint, self.joint))
         if phase.times:
             phase.ends[-1] = y
             phase.dense[-1][-1] = y
-        return y
+        phase.directions, phase.y = directions, y
 
 
 def first_passed(margins: np.ndarray, before: float | None = None) -> tuple[float | None, np.ndarray]:

@@ -16,12 +16,6 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
 
 
-def first_with_modes(modes: np.ndarray, row: int) -> int:
-    """The row from which on modes (T, ...) have been those of a row."""
-    other = np.flatnonzero((modes[: row + 1] != modes[row]).any(axis=1))
-    return int(other[-1] + 1) if len(other) else 0
-
-
 class Motion:
     """The rows of a run, with what its phases were given and its rates there."""
 

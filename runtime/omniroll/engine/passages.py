@@ -40,10 +40,6 @@ class Phase:
     y: np.ndarray
     axial: np.ndarray | None
 
-    def free(self) -> np.ndarray:
-        """(..., W, N, n-1) of the rollers that are free."""
-        return by_place(self.axial, self.contact)[..., 1:]
-
 
 @dataclass(frozen=True)
 class Instant:
@@ -94,8 +90,11 @@ class Passage:
         return tangent_of(y)[..., self.deviations.state]
 
     def state(self, y: np.ndarray, contact: np.ndarray, axial: np.ndarray | None) -> State:
-        state = State(*(self.vector.view(y, name) for name in ("nu", "chi", "pose")), contact, axial)
-        return self.effects.state_at(self.vector, y, state)
+        """With the wheels' rates and the axial speeds of the rollers in contact, where wheels may slip."""
+        views = self.vector.views(y)
+        rates = views["rates"].copy() if "rates" in views else None
+        state = State(views["nu"], views["chi"], views["pose"], contact, axial, rates)
+        return state.with_contact_axial(views["contact_omega"]) if "contact_omega" in views else state
 
     def whole(self, y: np.ndarray, state: State, bound: Kernel) -> np.ndarray:
         """y (..., size) of a state in which what the effects integrate begins anew; what they have done stays."""
@@ -111,5 +110,6 @@ class Passage:
         if phase.axial is None:
             return None
         before, after = self.vector.views(phase.y), self.vector.views(y)
-        free = self.effects.axial_later(self.kernel, phase.free(), before, after, elapsed)
+        free = by_place(phase.axial, phase.contact)[..., 1:]
+        free = self.effects.axial_later(self.kernel, free, before, after, elapsed)
         return by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), phase.contact)

@@ -140,7 +140,8 @@ class Run(PythonRun):
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
             if isinstance(error, StepTooSmallError):
-                self._stop(f"{error}{self._blamed()}{TO_CHANGE}", self._most_accelerated())
+                accelerations = self.kernel.wheel_speeds(self.flow(0.0, self._y())[:3])
+                self._stop(f"{error}{self._blamed()}{TO_CHANGE}", int(np.abs(accelerations).argmax()))
             self._stop(str(error) + self._blamed())
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
@@ -162,10 +163,6 @@ class Run(PythonRun):
                 self._is_ended(0.0)
             except StepFailedError as error:
                 self._stop(str(error) + self._blamed())
-
-    def _most_accelerated(self) -> int:
-        """The wheel whose rate changes fastest."""
-        return int(np.abs(self.kernel.wheel_speeds(self.flow(0.0, self._y())[:3])).argmax())
 
     def _blamed(self) -> str:
         """What makes the steps short, in words, after a colon; empty where nothing is known."""

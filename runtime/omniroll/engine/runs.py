@@ -133,8 +133,8 @@ def flow_at_start(effects: EffectSet, bound: Kernel, state: State, start_time: f
     acting = EffectRun(effects, bound, start_time)
     acting.pass_time(0.0, state)
     y = np.zeros(acting.state_vector.size)
-    acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-    acting.state_vector.put(y, effects.initial(bound, state))
+    places = {"nu": state.nu, "chi": state.chi, "pose": state.pose}
+    acting.state_vector.put(y, places | effects.initial(bound, state))
     flow, _ = acting.phase(0.0, state.free_axial())
     return flow, y
 

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.engine.bearing_modes import FREE
-from omniroll.engine.columns import check_are_names
 from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
@@ -26,7 +25,7 @@ from omniroll.engine.passages import Instant, Passage, Phase, grazing
 from omniroll.engine.runs import Task
 from omniroll.engine.sticking import Sticking
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.errors import NoDerivativeError, OneSidedWarning
+from omniroll.errors import InvalidValueError, NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.checks import refuse_kinds, refuse_moving_rows, refuse_two_rows
@@ -39,8 +38,9 @@ def with_sensitivities(trajectory: Trajectory, names: Sequence[str]) -> Trajecto
     Raises InvalidValueError for names that have none, NoDerivativeError where the motion has none, and
     KernelsMissingError where the library that follows them is neither there nor can be compiled.
     """
-    followed = Followed.along(trajectory, tuple(names))
-    object.__setattr__(trajectory, "followed", followed)  # its other fields stay frozen
+    sweep = Sweep(Motion(trajectory), columns_beside(trajectory, tuple(names)))
+    sweep.run()
+    object.__setattr__(trajectory, "followed", sweep.followed())  # its other fields stay frozen
     return trajectory
 
 
@@ -50,7 +50,8 @@ def check_names(task: Task, names: Sequence[str]) -> None:
     refuse_moving_rows(task.vehicle, "sensitivities", names, "compare runs with changed numbers")
     refuse_kinds(task.vehicle, "sensitivities", names, "compare runs with changed numbers")
     plain = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")
-    check_are_names(names)
+    if not all(isinstance(name, str) for name in names):
+        raise InvalidValueError("sensitivities", names, "must be a sequence of names")
     task.effects.made(Columns, plain, tuple(names), 0)
     refuse_what_is_not_followed(task.effects.effects, plain)
 
@@ -87,12 +88,6 @@ class Followed:
     axial: np.ndarray | None
     look: Look | None = None
     compiled: CompiledVariations | None = None
-
-    @classmethod
-    def along(cls, trajectory: Trajectory, names: tuple[str, ...]) -> "Followed":
-        sweep = Sweep(Motion(trajectory), columns_beside(trajectory, names))
-        sweep.run()
-        return sweep.followed()
 
     def at(self, trajectory: Trajectory, name: str, t: ArrayLike | None) -> Sensitivity:
         """The derivatives by one of the numbers, in the rows or at times within the run."""
@@ -239,7 +234,7 @@ class Sweep:
         if plain.slips:
             self.rows[0], axial = self._start()
             if axial is not None:
-                self.axial[0] = axial.T.reshape(self.axial.shape[1:])
+                self.axial[0] = axial
             return
         for name in ("nu", "chi", "pose"):
             if name in given:
@@ -259,11 +254,11 @@ class Sweep:
             return
         self.rows[row + 1], axial = found
         if axial is not None:
-            self.axial[self.phase + 1] = axial.T.reshape(self.axial.shape[1:])
+            self.axial[self.phase + 1] = axial
         self.compiled.begin(self.phase + 1)
 
     def _start(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """(m, P) and (A, P) the deviations at the start."""
+        """(m, P) and (P, N, n) the deviations at the start."""
         trajectory, given, lead = self.trajectory, self.columns.start, (len(self.columns),)
         nu, chi, pose, spins = (
             None if (own := getattr(trajectory, name)) is None
@@ -275,10 +270,9 @@ class Sweep:
             free = kernel.axial_speeds(nu, chi, spins)
             axial = by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), trajectory.contact[:1])
         state = self._begun(State(nu, chi, pose, trajectory.contact[:1], axial))
-        y = self.passage.whole(self.motion.y[0], state, kernel)
-        own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
-        moved = self.passage.deviation(y).T
-        return moved if self.sticking is None else self.sticking.began(moved), own
+        moved = self.passage.deviation(self.passage.whole(self.motion.y[0], state, kernel)).T
+        moved = moved if self.sticking is None else self.sticking.began(moved)
+        return moved, None if axial is None else tangent_of(state.axial)
 
     def _begun(self, state: State) -> State:
         """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""
@@ -329,7 +323,7 @@ class Sweep:
         return Instant(self.trajectory.elapsed[[row]], motion.y[[row]], motion.rates[[row]])
 
     def _passed_apart(self, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None] | None:
-        """(m, P) and (A, P) the deviations after the switch between this row and the next, where the wheels do not
+        """(m, P) and (P, N, n) the deviations after the switch between this row and the next, where the wheels do not
         switch as one in the motions beside the run; None where they do."""
         before, wheels = self._instant(row), np.flatnonzero(self.motion.directions[row + 1])
         times = self._time_deviations(before, moved, wheels)
@@ -385,7 +379,7 @@ class Sweep:
             warnings.warn(OneSidedWarning(text), stacklevel=2)
         if self.axial is None:
             return own, None
-        return own, np.stack([tangent_of(found[order].axial[k]).ravel() for k, order in enumerate(rising)], axis=1)
+        return own, np.stack([tangent_of(found[order].axial[k]) for k, order in enumerate(rising)])
 
     def _in_order(self, row: int, moved: np.ndarray, wheels: np.ndarray) -> Phase:
         """The phase after wheels have switched one after the other, in all columns."""

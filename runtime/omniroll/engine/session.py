@@ -295,7 +295,7 @@ class Session:
         """(N,) in rad/s, the spins of the rollers in contact: (2.1), or where wheels may slip their own."""
         contacts = self._contacts
         if contacts is not None:
-            return contacts.spins(*self._place)
+            return contacts.spins(self._nu, self._chi)
         return self._task.kernel.wheel_rates(self._nu, self._chi)[1]
 
     @property
@@ -312,19 +312,19 @@ class Session:
         """Kinetic energy in J, (3.2)."""
         bound, contacts = self._phase_kernel, self._contacts
         if contacts is not None:
-            return float(contacts.energy(*self._place, self.spins))
+            return float(contacts.energy(self._nu, self._chi, self.spins))
         return float(bound.energy(self._nu, self._chi, *bound.spins_or_nothing(self.spins)))
 
     @property
     def slip(self) -> np.ndarray | None:
         """(N, 2) in m/s, velocities of the contacts on the ground, along the axle and along the rolling direction; None
         where wheels cannot slip."""
-        return None if self._contacts is None else self._contacts.forces(*self._place)[0]
+        return None if self._contacts is None else self._contacts.forces(self._nu, self._chi)[0]
 
     @property
     def ground_force(self) -> np.ndarray | None:
         """(N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
-        return None if self._contacts is None else self._contacts.forces(*self._place)[1]
+        return None if self._contacts is None else self._contacts.forces(self._nu, self._chi)[1]
 
     @property
     def _carry(self) -> Carry:
@@ -334,12 +334,7 @@ class Session:
     @property
     def _phase_kernel(self) -> Kernel:
         """The kernel with the rows that carry now."""
-        bound = self._task.kernel
-        return kernel_in_phase(bound, self._carry)
-
-    @property
-    def _place(self) -> tuple[np.ndarray, np.ndarray]:
-        return self._nu, self._chi
+        return kernel_in_phase(self._task.kernel, self._carry)
 
     @property
     def _contacts(self) -> Contacts | None:

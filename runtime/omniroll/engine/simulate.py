@@ -266,20 +266,10 @@ def _check_range(task: Task) -> None:
     with np.errstate(all="ignore"):
         spins = () if free is None else (bound.spins_from_axial(state.nu, state.chi, free),)
         energy = bound.energy(state.nu, state.chi, *spins)
-        rates = _rates(task, free)
+        flow, y = flow_at_start(task.effects, bound, state, task.start_time)
+        rates = flow(0.0, y)
         way = rates[: 6 + bound.wheels] * task.duration
     if not states.seem_finite(rates, energy, *spins):
         states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
     if not max(map(abs, way.tolist())) <= validation.LARGEST:
         raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")
-
-
-def _rates(task: Task, free: np.ndarray | None) -> np.ndarray:
-    """Of nu, chi and the pose at the start, and of what the effects integrate."""
-    state, bound = task.state, task.kernel
-    if task.effects:
-        flow, y = flow_at_start(task.effects, bound, state, task.start_time)
-        return flow(0.0, y)
-    momenta = () if free is None else (bound.momenta(free),)
-    nu_dot = bound.forward_dynamics(state.nu, state.chi, *momenta)
-    return np.concatenate([nu_dot, bound.wheel_speeds(state.nu, state.chi), bound.pose_rates(state.nu, state.pose[2])])

@@ -5,6 +5,7 @@ processes and the engine read them; all that changes is known as memory, which c
 """
 
 from collections.abc import Callable, Mapping
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -43,12 +44,14 @@ class SteppedRun(CompiledRun):
         self.at_start = self.memory.read()
 
     def _find_memory(self) -> None:
-        """Where the values stand that steps give, and all that changes."""
+        """Where the values stand that steps give, and all that the engine or a step writes."""
         self.held: dict[str, list[np.ndarray]] = {}
         for process in self.acting.processes:
             for name, values in process.held().items():
                 self.held.setdefault(name, []).append(values)
-        self.memory = Memory(self.module.ffi, self._structs(), self._arrays())
+        written = [getattr(self.space, name) for name in (*STATE_ARRAYS, *WHOLE_ARRAYS)]
+        written += [*self.modes, self.sampled, self.passes, *chain.from_iterable(self.held.values())]
+        self.memory = Memory(self.module.ffi, [self.struct, *self.kept], written)
 
     def _workspace(self) -> Workspace:
         capacity = CAPACITY if self.see is None else SEEN
@@ -62,15 +65,6 @@ class SteppedRun(CompiledRun):
 
     def _shares(self) -> float:
         return STEPS_EXPECTED
-
-    def _structs(self) -> list:
-        return [self.struct, *self.kept]
-
-    def _arrays(self) -> list[np.ndarray]:
-        """All that the engine or a step writes."""
-        own = [getattr(self.space, name) for name in (*STATE_ARRAYS, *WHOLE_ARRAYS)]
-        held = (values for arrays in self.held.values() for values in arrays)
-        return [*own, *self.modes, self.sampled, self.passes, *held]
 
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""

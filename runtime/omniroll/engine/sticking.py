@@ -19,7 +19,7 @@ from omniroll.engine.bearing_modes import FREE, IN_CONTACT, TORQUE
 from omniroll.engine.contact_modes import slips
 from omniroll.engine.directions import SAME, directions_left, leaving, rows_of_standing
 from omniroll.engine.events_beside import LETS_GO_ONLY_JUST, REACHED, no_derivative
-from omniroll.engine.motion import Columns, Motion, first_with_modes
+from omniroll.engine.motion import Columns, Motion
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
@@ -114,11 +114,6 @@ class Sticking:
             return self._none(row, f"what sticks together would leave other directions; by {names}", wheels)
 
         return self.held.turning(self.turning_rows, refused)
-
-    @cached_property
-    def tables(self) -> np.ndarray:
-        """(H, 12 + 9 Q) what C takes of the sets that are held together."""
-        return self.held.tables(self.turning_directions[:, self.columns.numbered])
 
     @cached_property
     def numbers(self) -> tuple[np.ndarray, np.ndarray]:
@@ -301,18 +296,16 @@ class Sticking:
             modes = self.modes[0] == 0
             modes[stuck] = False
             known |= self.bearings.where(modes)
-            own = self.bearings.joined(places.get(TORQUE), self._places_of_rollers(places))[stuck]
+            of_rollers = None
+            if self._has("roller"):
+                kinds = [places[IN_CONTACT][:, None]] + ([] if self.massless else [places[FREE]])
+                of_rollers = np.concatenate(kinds, axis=1)
+            own = self.bearings.joined(places.get(TORQUE), of_rollers)[stuck]
             given[count + np.arange(len(stuck)), own] = 1.0
         if self.held is not None:
             known |= leaving(directions_left(self.held.rows[:0]))
         y = np.broadcast_to(self.motion.y[0], (len(given), self.motion.vector.size))
         return self.deviations.known_of(TangentKernel(self.motion.plain), y, with_tangent(inputs, given), known)
-
-    def _places_of_rollers(self, places: dict[str, np.ndarray]) -> np.ndarray | None:
-        if not self._has("roller"):
-            return None
-        own = places[IN_CONTACT][:, None]
-        return own if self.massless else np.concatenate([own, places[FREE]], axis=1)
 
     # What happens
 
@@ -330,7 +323,7 @@ class Sticking:
         """Raises NoDerivativeError: something changes its mode in a row, which C does not pass for this reason."""
         alone = self.bearings is not None and self.bearings.alone[row]
         before, after = (row - 1, row) if alone else (row, min(row + 1, len(self.modes) - 1))
-        if reason == LETS_GO_ONLY_JUST and not self.plain.slips and first_with_modes(self.modes, before) == 0:
+        if reason == LETS_GO_ONLY_JUST and not self.plain.slips and (self.modes[:before] == self.modes[before]).all():
             elapsed = self.motion.trajectory.elapsed
             reason += (
                 f"; or too little of its rise is seen, since the run, or this step of a session, began only "

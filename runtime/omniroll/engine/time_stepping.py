@@ -318,7 +318,7 @@ class SteppedInTime(PythonRun):
         for wheel in np.flatnonzero(directions):
             if count > 1:
                 axial[wheel] = np.roll(axial[wheel], directions[wheel])
-                self._roll("roller", wheel, directions[wheel])
+                self._roll(wheel, directions[wheel])
         self._rest_without_mass(directions != 0)
         self.state = replace(
             self.state, chi=self.state.chi - 2 * self.joint * directions, contact=(self.state.contact - directions) % n
@@ -326,10 +326,10 @@ class SteppedInTime(PythonRun):
         self.rows.switch(directions)
         self._add_row()
 
-    def _roll(self, name: str, wheel: int, direction: int) -> None:
+    def _roll(self, wheel: int, direction: int) -> None:
         """What is known of a wheel's rollers goes with them."""
         for place in self.places:
-            if place.name == name:
+            if place.name == "roller":
                 for own in (self.held[place.rows], self.rests[place.elements]):
                     rollers = own.reshape(place.shape)
                     rollers[wheel] = np.roll(rollers[wheel], direction)
@@ -389,8 +389,8 @@ class SteppedInTime(PythonRun):
 
     def _y(self) -> np.ndarray:
         y, state = np.zeros(self.vector.size), self._at_end()
-        self.vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose} | self.accounts)
-        self.vector.put(y, self.task.effects.initial(self.kernel, state))
+        plain = {"nu": state.nu, "chi": state.chi, "pose": state.pose}
+        self.vector.put(y, plain | self.accounts | self.task.effects.initial(self.kernel, state))
         return y
 
     def _add_row(self) -> None:
@@ -425,10 +425,8 @@ class SteppedInTime(PythonRun):
 def _refuse(task: Task) -> None:
     """Raise InvalidValueError where a run of this engine makes no sense."""
     if not task.effects.slips and task.switching != "impact" and task.kernel.roller_model != "massless":
-        bound = (
-            "must be 'impact' where bearings stick in the Python engine, which steps in time; or choose "
-            "engine='compiled'"
-        )
+        steps = "must be 'impact' where bearings stick in the Python engine, which steps in time"
+        bound = f"{steps}; or choose engine='compiled'"
         raise InvalidValueError("switching", task.switching, bound)
     steps = task.duration / (STEP * task.accuracy)
     if steps > MOST_STEPS:

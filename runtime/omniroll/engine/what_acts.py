@@ -15,6 +15,8 @@ from omniroll.effects.friction import Bearing
 from omniroll.effects.numbers import Curve
 from omniroll.kernels.kernel import Kernel
 
+SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip comes to rest that falls faster
+
 
 class WhatActs:
     """The structs of a plan, as they are before a run.
@@ -26,6 +28,8 @@ class WhatActs:
 
     def __init__(self, ffi: Any, plan: Plan, inputs: tuple[str, ...], wheels: int):
         self.ffi, self.plan, self.wheels = ffi, plan, wheels
+        self.kernel, self.stick = plan.acting.kernel, plan.acting.effects.bearings(plan.acting.kernel)
+        self.grip = plan.acting.effects.grip(self.kernel.vehicle)
         self.found = self._of_set(inputs)
         self.kept: list[np.ndarray] = []  # what the structs point to
         entries = {"bearing": self._bearings(), "grip": self._grips()} | ({} if plan.asks else self._forms(inputs))
@@ -35,25 +39,22 @@ class WhatActs:
     def _of_set(self, inputs: tuple[str, ...]) -> dict[str, Bearing]:
         """The bearings, "axle" of the wheels and "roller", that the engine's set knows. Where wheels may slip, those
         that may not stick in the scene take nothing, turning or at rest."""
-        kernel = self.plan.acting.kernel
-        found = self.plan.acting.effects.bearings(kernel)
-        if not kernel.slips:
-            return found
+        if not self.kernel.slips:
+            return self.stick
         none = Bearing(np.zeros(self.wheels), np.zeros(self.wheels))
         known = [name for name, torque in (("axle", BEARINGS[0]), ("roller", BEARINGS[1])) if torque in inputs]
-        return dict.fromkeys(known, none) | found
+        return dict.fromkeys(known, none) | self.stick
 
     def _bearings(self) -> list[dict[str, Any]]:
         """Those of axles, of rollers in contact, of free rollers. Rows are their rates for each of nu, of those whose
         rates follow from it; beside contacts that stick each roller has the row that it has in contact, since it comes
         there."""
-        kernel, sets = self.plan.acting.kernel, self.plan.acting.effects
-        wheels = self.wheels
+        kernel, wheels = self.kernel, self.wheels
         axles, rollers = self.found.get("axle"), self.found.get("roller")
         free = kernel.rollers_per_wheel - 1 if kernel.has_spins else 0
         of_axles = np.zeros((wheels, 3)) if kernel.slips else kernel.wheel_rows
         of_rollers = kernel.wheel_rates(np.eye(3), np.zeros(wheels))[1].T
-        beside = rollers is not None and sets.grip(kernel.vehicle) is not None
+        beside = rollers is not None and self.grip is not None
         if kernel.slips and not beside:
             of_rollers = np.zeros((wheels, 3))
         parts = [] if axles is None else [(of_axles, axles.sliding, axles.holding)]
@@ -72,12 +73,12 @@ class WhatActs:
     def places_of_modes(self) -> np.ndarray:
         """(B,) of the bearings that may stick in the scene, among all that the engine has: of axles, then of the
         rollers wheel by wheel, that in contact first."""
-        kernel, wheels = self.plan.acting.kernel, self.wheels
-        own, first, found = self.plan.acting.effects.bearings(kernel), 0, [np.zeros(0, int)]
+        kernel, wheels = self.kernel, self.wheels
+        first, found = 0, [np.zeros(0, int)]
         if "axle" in self.found:
             first = wheels
-            found += [np.arange(wheels)] * ("axle" in own)
-        if "roller" in own:
+            found += [np.arange(wheels)] * ("axle" in self.stick)
+        if "roller" in self.stick:
             free = kernel.rollers_per_wheel - 1 if kernel.has_spins else 0
             of_free = first + wheels + np.arange(wheels * free).reshape(wheels, free)
             found.append(np.concatenate([first + np.arange(wheels)[:, None], of_free], axis=1).ravel())
@@ -85,7 +86,7 @@ class WhatActs:
 
     def _count_bearings(self, run: Any) -> None:
         """How many of the bearings are of axles and have rates of their own, and what the engine must know of these."""
-        kernel = self.plan.acting.kernel
+        kernel = self.kernel
         axles, rollers = self.found.get("axle"), self.found.get("roller")
         run.hold.undecided = int("bearing" in self.patterns)
         run.axle_count = 0 if axles is None else self.wheels
@@ -96,8 +97,7 @@ class WhatActs:
                 run.roller_inertia, run.rate_of_speed = kernel.vehicle.roller_inertia, 1 / kernel.vehicle.yaw_scale
             return
         run.core_bearing_count = run.axle_count + free + (0 if rollers is None else self.wheels)
-        beside = self.plan.acting.effects.grip(kernel.vehicle) is not None
-        asks = axles is not None or (beside and rollers is not None)
+        asks = axles is not None or (self.grip is not None and rollers is not None)
         rates = [float(np.linalg.norm(kernel.wheel_rows, axis=1).max())] if asks else []
         if rollers is not None:
             run.roller_inertia = kernel.vehicle.roller_inertia
@@ -105,10 +105,9 @@ class WhatActs:
         run.rate_of_speed = max(rates, default=0.0)
 
     def _grips(self) -> list[dict[str, Any]]:
-        grip = self.plan.acting.effects.grip(self.plan.acting.kernel.vehicle)
-        if grip is None:
+        if self.grip is None:
             return []
-        numbers = zip(grip.loads, grip.sliding.tolist(), grip.static.tolist(), strict=True)
+        numbers = zip(self.grip.loads, self.grip.sliding.tolist(), self.grip.static.tolist(), strict=True)
         return [
             {"load": load, "at_rest": load, "carries": int(load > 0), "sliding": sliding, "staying": static}
             | {"towards": (0.0, 1.0)}
@@ -117,15 +116,13 @@ class WhatActs:
 
     def _ground(self) -> dict[str, Any]:
         """What is the same for all contacts that have modes."""
-        vehicle = self.plan.acting.kernel.vehicle
-        grip = self.plan.acting.effects.grip(vehicle)
-        typical = float((grip.loads[:, None] * grip.sliding).max())
-        radius = vehicle.platform_radius
+        vehicle = self.kernel.vehicle
+        typical, radius = self.grip.largest, vehicle.platform_radius
         return {
             "undecided": 1,
             "typical": typical,
             "friction": typical / (vehicle.mass * radius),
-            "settles": grip.settles(vehicle),
+            "settles": SETTLES * typical / vehicle.mass,
             "reach": vehicle.wheel_radius - vehicle.roller_axis_radius,
             "arms": [radius, 2 * radius / vehicle.yaw_scale, vehicle.wheel_radius, vehicle.roller_radius],
         }
@@ -145,7 +142,7 @@ class WhatActs:
             samplers.append({"signal": signals.index(form.signal), "sample_time": form.sample_time})
         modal = [
             {"signal": signals.index(form.signal), "event_count": form.laws.shape[2] - 1}
-            | {"transition_count": len(form.transitions), "transitions": self._places(form.transitions)}
+            | {"transition_count": len(form.transitions), "transitions": self._pointer(form.transitions, np.int64)}
             | {"laws": ffi.cast("omniroll_affine_t *", self._pointer(form.laws))}
             | {"wheel_rows": self._pointer(form.wheel_rows)}
             for form in plan.modal
@@ -180,13 +177,9 @@ class WhatActs:
             run.modal[k].modes = ffi.from_buffer("long long[]", numbers)
         return kept, sampled
 
-    def _pointer(self, array: np.ndarray) -> Any:
-        self.kept.append(np.ascontiguousarray(array, float))
-        return self.ffi.from_buffer("double[]", self.kept[-1])
-
-    def _places(self, numbers: np.ndarray) -> Any:
-        self.kept.append(np.ascontiguousarray(numbers, np.int64))
-        return self.ffi.from_buffer("long long[]", self.kept[-1])
+    def _pointer(self, array: np.ndarray, kind: type = float) -> Any:
+        self.kept.append(np.ascontiguousarray(array, kind))
+        return self.ffi.from_buffer("double[]" if kind is float else "long long[]", self.kept[-1])
 
     def _curve(self, curve: Curve) -> dict[str, Any]:
         return {

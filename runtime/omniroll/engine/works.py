@@ -64,8 +64,6 @@ def side_by_side(works: Sequence[Work[Found]]) -> Work[list[Found]]:
 
 def _called(calls: list[EngineCall]) -> list[int]:
     """What the calls return; those of one library are one call."""
-    if len(calls) == 1:
-        return _of_library(calls)
     by_library: dict[int, list[int]] = {}
     for k, call in enumerate(calls):
         by_library.setdefault(id(call.module), []).append(k)

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -31,15 +31,10 @@ def engine_of(kernel: Kernel) -> Any:
     return sets.engine(kernel.base, kernel.effects, kernel.wheels, kernel.sharp)
 
 
+@lru_cache(maxsize=64)
 def names_of(kernel: Kernel, kind: str) -> tuple[str, ...]:
     """What the engine of a set integrates beside nu, chi and the pose ("states"), or needs as "inputs"."""
-    return _names(kernel.base, kernel.effects, kernel.wheels, kernel.sharp, kind)
-
-
-@cache
-def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool, kind: str) -> tuple[str, ...]:
-    """They are those of the set; wheels and sharp name the library that a run opens anyway."""
-    engine = sets.engine(base, effects, wheels, sharp)
+    engine = engine_of(kernel)
     return tuple(engine.ffi.string(getattr(engine.lib, f"omniroll_run_{kind}")()).decode().split())
 
 

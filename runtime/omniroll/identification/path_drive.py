@@ -122,14 +122,14 @@ class _Ways:
 
     def nu(self, time: float) -> np.ndarray:
         """(3,)"""
-        pose, rate = self.path.at(time)
+        pose, rate = self.path.at(time), self.path.at(time, 1)
         return nu_of_rates(self.bound, rate, pose[2])
 
     def motion(self, times: np.ndarray) -> dict[str, np.ndarray]:
         """nu, nu_dot, heading and the angles by which the wheels have turned at times (M,), by name."""
         nu = np.stack([self.nu(time) for time in times])
-        heading = np.array([self.path.at(time)[0][2] for time in times])
-        accelerations = (self.path.acceleration(time) for time in times)
+        heading = np.array([self.path.at(time)[2] for time in times])
+        accelerations = (self.path.at(time, 2) for time in times)
         found = [nu_dot_of(self.bound, *one) for one in zip(accelerations, nu, heading, strict=True)]
         turned = np.stack([spline(times) for spline in self.turned], axis=1)
         return {"nu": nu, "nu_dot": np.stack(found), "heading": heading, "turned": turned}

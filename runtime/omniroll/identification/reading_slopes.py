@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from omniroll.engine.contact_modes import MODES
+from omniroll.engine.contact_modes import MODES, slips
 from omniroll.engine.motion import columns_beside
 from omniroll.engine.sensitivities import Followed
 from omniroll.engine.sticking import Sticking
@@ -113,7 +113,8 @@ class _Slopes:
     def _headings(self, bound: TangentKernel, headings: np.ndarray) -> np.ndarray:
         """(1 + P, T, N) the directions of slips (T, N), carrying how the slips turn them."""
         known = self.motion.deviations.known_in(self.carrying, self.inputs)
-        along, across = self.motion.contacts.along_and_across(bound, known, headings)
+        slip, cos, sin = slips(bound, known), np.cos(headings), np.sin(headings)
+        along, across = slip[..., 0] * cos + slip[..., 1] * sin, slip[..., 1] * cos - slip[..., 0] * sin
         slides = self.motion.contacts.turning[self.row]
         return with_tangent(headings, np.where(slides, tangent_of(across) / np.where(slides, along.real, 1.0), 0.0))
 

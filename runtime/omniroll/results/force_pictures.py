@@ -69,7 +69,7 @@ def _of_path(run: Trajectory, times: np.ndarray) -> list[Panel]:
 def wanted_poses(follower: PathFollower) -> Callable[[np.ndarray], np.ndarray]:
     """A function that gives the poses (T, 3) of a path at times (T,)."""
     path = Path(np.array(follower.times), np.array(follower.poses))
-    return lambda times: np.array([path.at(time)[0] for time in times])
+    return lambda times: np.array([path.at(time) for time in times])
 
 
 def sheet(run: Trajectory, title: str) -> "Figure | None":

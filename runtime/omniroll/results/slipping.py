@@ -206,7 +206,7 @@ class Contacts:
         if self._massless_stick:
             slips &= values["contact_sticks"] > 0.5
         towards, loads = np.where(slips[..., None], slip, heading), self._loads(values)
-        force = self.grip.sliding_forces(self.kernel, towards, loads)
+        force, _ = self.kernel.call("sliding_forces", towards, loads, self.grip.sliding)
         values["ground_push"] = np.where((sticks | self.stands | (loads == 0))[..., None], 0.0, force)
         if self._massless_stick:
             values |= {"slips": ~sticks & (loads > 0), "slip_direction": towards}
