@@ -204,7 +204,7 @@ class CompiledVariations:
         while reached < 0:  # a step asks for more nodes; where many do, all get them
             first, self.asked = -1 - reached, self.asked + 1
             self.nodes = NODES if self.asked == MANY else self.nodes
-            phase = int(np.searchsorted(self.motion.phases, first, side="right")) - 1
+            phase = int(self.motion.phase_of(first))
             self._take_nodes(NODES)
             call(self.struct, first, first + 1, phase, False)
             self._take_nodes(self.nodes)

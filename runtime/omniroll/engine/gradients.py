@@ -114,10 +114,9 @@ class Chain(Sweep):
 
     def pulled_back(self, times: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """(P,) the derivatives of a loss by the numbers; `weights` (K, m) are those by the deviations at the times."""
-        trajectory, phases = self.trajectory, self.motion.phases
-        _, row = trajectory.state_and_row(times)
+        _, row = self.trajectory.state_and_row(times)
         seen = np.einsum("km,kmc->kc", weights, self.followed().moved_at(self.motion, self.columns, row, times))
-        phase = np.searchsorted(phases, row, side="right") - 1
+        phase = self.motion.phase_of(row)
         by_numbers, later = np.zeros(len(self.columns) - self.handed_on), np.zeros(self.handed_on)
         for k in reversed(range(len(self.maps))):
             own = seen[phase == k].sum(axis=0)

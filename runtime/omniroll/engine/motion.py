@@ -115,6 +115,10 @@ class Motion:
         """(K + 1,) the rows at which the phases between switches start."""
         return np.append(0, self.switched)
 
+    def phase_of(self, row: np.ndarray | int) -> np.ndarray:
+        """The phases between two switches to which rows belong."""
+        return np.searchsorted(self.phases, row, side="right") - 1
+
     def whole(self, moved: np.ndarray) -> np.ndarray:
         """(..., size) deviations (..., m) at their places in y."""
         whole = np.zeros((*moved.shape[:-1], self.vector.size))
@@ -139,7 +143,7 @@ class Motion:
         time        (...) those of the times
         """
         trajectory = self.trajectory
-        first = self.phases[np.searchsorted(self.phases, row, side="right") - 1]
+        first = self.phases[self.phase_of(row)]
         speeds = with_tangent(self.axial[first], axial)
         contact = np.broadcast_to(trajectory.contact[first], speeds.shape[:-1])
         speeds = by_place(speeds, contact)[..., 1:]

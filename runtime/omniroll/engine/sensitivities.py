@@ -29,7 +29,7 @@ from omniroll.errors import InvalidValueError, NoDerivativeError, OneSidedWarnin
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.checks import refuse_kinds, refuse_moving_rows, refuse_two_rows
-from omniroll.vehicles.state import State, by_roller
+from omniroll.vehicles.state import State
 
 
 def with_sensitivities(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
@@ -93,7 +93,7 @@ class Followed:
         """The derivatives by one of the numbers, in the rows or at times within the run."""
         column = self.names.index(validation.choice("name", name, self.names))
         look = self.look_at(trajectory, t)
-        motion, moved, phase = look.motion, look.moved[..., column], self.phase_of(look.row)
+        motion, moved, phase = look.motion, look.moved[..., column], look.motion.phase_of(look.row)
         whole = motion.whole(moved)
         parts = {name: motion.vector.view(whole, name) for name in ("nu", "chi", "pose")}
         spins = None
@@ -102,10 +102,6 @@ class Followed:
             bound, y = look.columns.single(column), with_tangent(look.y, whole)
             spins = tangent_of(motion.later_spins(bound, y, look.row, look.times, start, axial))
         return Sensitivity(name, look.times, **parts, spins=spins)
-
-    def phase_of(self, row: np.ndarray) -> np.ndarray:
-        """The phases between two switches to which rows belong."""
-        return np.searchsorted(self.phases, row, side="right") - 1
 
     def look_at(self, trajectory: Trajectory, t: ArrayLike | None) -> Look:
         """All deviations in the rows or at times within the run. The last look is kept: many names ask for one."""
@@ -135,7 +131,7 @@ class Followed:
         first = trajectory.step_rows[step]
         starts = trajectory.elapsed[first]
         x = np.clip((times[between] - trajectory.start_time - starts) / (trajectory.elapsed[first + 1] - starts), 0, 1)
-        moved[between] += self.compiled.since_rows(step, self.phase_of(first), x)
+        moved[between] += self.compiled.since_rows(step, motion.phase_of(first), x)
         return moved
 
 
@@ -179,7 +175,7 @@ class Sweep:
             if row >= given:
                 given = int(samples[np.searchsorted(samples, row, side="right")])
                 self._give(row, given)
-            phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
+            phase = int(self.motion.phase_of(row))
             reached = self.compiled.follow(row, end, phase, knot=self._knot(row))
             if reached < end and not self.motion.starts_step[reached]:
                 if reached + 1 not in self.switched:
@@ -246,7 +242,7 @@ class Sweep:
 
     def _pass_together(self, row: int) -> None:
         """A switch of several wheels, or of one that grazes its joint."""
-        self.phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
+        self.phase = int(self.motion.phase_of(row))
         self.began = self.rows[self.motion.phases[self.phase]]
         found = self._passed_apart(row, self.rows[row])
         if found is None:
@@ -265,14 +261,13 @@ class Sweep:
             else with_tangent(own[0], np.broadcast_to(given.get(name, 0.0), (*lead, *own.shape[1:])))
             for name in ("nu", "chi", "pose", "spins")
         )  # fmt: skip
-        kernel, axial = self.columns.kernel, None
+        kernel, state = self.columns.kernel, State(nu, chi, pose, trajectory.contact[:1])
         if spins is not None:
-            free = kernel.axial_speeds(nu, chi, spins)
-            axial = by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), trajectory.contact[:1])
-        state = self._begun(State(nu, chi, pose, trajectory.contact[:1], axial))
+            state = state.with_free_axial(kernel.axial_speeds(nu, chi, spins))
+        state = self._begun(state)
         moved = self.passage.deviation(self.passage.whole(self.motion.y[0], state, kernel)).T
         moved = moved if self.sticking is None else self.sticking.began(moved)
-        return moved, None if axial is None else tangent_of(state.axial)
+        return moved, None if spins is None else tangent_of(state.axial)
 
     def _begun(self, state: State) -> State:
         """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""

@@ -30,7 +30,7 @@ from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, readings_of, true_values
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Sensitivity, Trajectory
-from omniroll.vehicles.state import State, by_roller
+from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
 FORMAT = 2  # of what save() gives
@@ -160,11 +160,9 @@ class Session:
         """
         if self._deviations is None:
             raise InvalidValueError("name", name, "the session was not asked for it; name it in sensitivities=(...)")
-        axial = None
+        state = State(self._nu, self._chi, self._pose, self._contact)
         if self._task.kernel.has_spins:
-            free = self._run.axial_now()
-            axial = by_roller(np.concatenate([np.zeros_like(free[:, :1]), free], axis=1), self._contact)
-        state = State(self._nu, self._chi, self._pose, self._contact, axial)
+            state = state.with_free_axial(self._run.axial_now())
         return self._deviations.at(self._task, name, self.time, state)
 
     def _checked(self, name: str, given: ArrayLike) -> list[float]:

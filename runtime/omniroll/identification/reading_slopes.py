@@ -139,7 +139,7 @@ class _Slopes:
 
     def _spins(self) -> np.ndarray:
         """(1 + P, T, N, n-1) of the free rollers, carrying their deviations."""
-        phase = self.followed.phase_of(self.row)
+        phase = self.motion.phase_of(self.row)
         start = np.moveaxis(self.followed.rows[self.followed.phases[phase]], -1, 0)
         axial = np.moveaxis(self.followed.axial[phase], 1, 0)
         start, axial = (np.concatenate([np.zeros_like(part[:1]), part]) for part in (start, axial))
