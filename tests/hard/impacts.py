@@ -1,13 +1,10 @@
-"""Impacts that send a wheel back, and a wheel that is held on its joint."""
+"""Impacts that send a wheel back, and a wheel that both rollers send to its joint."""
 
 import numpy as np
 
-from hard import naive
 from hard.case import Cases, Measurement, Scale
-from hard.random_phases import switches_at_fault
-from hard.setting import ENGINES, EPS, JOINT, MODELS, PAPER, Setting, settings, speeds_of_wheels
+from hard.setting import ENGINES, EPS, JOINT, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import SimulationStopped, Trajectory
-from omniroll.effects import Controller
 
 CASES = Cases("Switches")
 HEAVY = PAPER.replace(roller_inertia=5 * PAPER.roller_inertia)
@@ -25,7 +22,7 @@ def slow_arrival(random: np.random.Generator, model: str) -> dict:
 @CASES.case(
     "sent-back",
     "An impact that reverses the wheel which caused it",
-    naive="is as good on these starts",
+    naive="",
     promise="the law is applied again at the same instant until no wheel moves outwards; energy never rises",
 )
 def sent_back(scale: Scale) -> list[Measurement]:
@@ -34,10 +31,7 @@ def sent_back(scale: Scale) -> list[Measurement]:
         random = np.random.default_rng(41)
         starts = [slow_arrival(random, model) for _ in range(scale.of(6, 15))]
         runs = {engine: [_run(Setting(model, "impact", engine), s) for s in starts] for engine in ENGINES}
-        theirs = [naive.simulate(Setting(model, "impact", "python").task(**s), most_switches=2000) for s in starts]
-        failed = sum(motion.gave_up or motion.beyond > 1e-6 for motion in theirs)
-        reversals = sum(_reversals(run) for run in runs["compiled"])
-        assert reversals > 0
+        assert any(_reverses(run) for run in runs["compiled"])
         apart = max(
             float(np.abs(a.pose[-1] - b.pose[-1]).max()) for a, b in zip(*(runs[e] for e in ENGINES), strict=True)
         )
@@ -45,9 +39,8 @@ def sent_back(scale: Scale) -> list[Measurement]:
             setting = Setting(model, "impact", engine)
             rise = max(float(r.switches.energy_jump.max(initial=0)) / r.energy[0] for r in runs[engine])
             unfinished = sum(run.t[-1] < 1.0 for run in runs[engine])
-            share = 100 / len(starts)
             found += [
-                setting.measurement("runs that lose a wheel or give up, in %", share * unfinished, 0, share * failed),
+                setting.measurement("runs that lose a wheel or give up, in %", 100 / len(starts) * unfinished, 0),
                 setting.measurement("largest gain of energy, relative", rise, 1e-15),
                 setting.measurement("distance of the engines' ends", apart, 10 * EPS**0.5),
             ]
@@ -62,10 +55,10 @@ def _run(setting: Setting, start: dict) -> Trajectory:
         return stopped.trajectory
 
 
-def _reversals(run) -> int:
-    """Switches of a wheel back over its joint at the instant at which it came."""
+def _reverses(run) -> bool:
+    """Whether a wheel switches back over its joint at the instant at which it came."""
     s = run.switches
-    return int(((np.diff(s.t) == 0) & (np.diff(s.wheel) == 0) & (s.direction[1:] == -s.direction[:-1])).sum())
+    return bool(((np.diff(s.t) == 0) & (np.diff(s.wheel) == 0) & (s.direction[1:] == -s.direction[:-1])).any())
 
 
 def held_states(model: str, tries: int) -> list[dict]:
@@ -97,31 +90,7 @@ def held_on_the_joint(scale: Scale) -> list[Measurement]:
         states = held_states(setting.model, 40_000)[: scale.of(2, 20)]
         assert states
         unclear = sum(not _ends_or_says_why(setting, state) for state in states)
-        tasks = [setting.task(HEAVY, **state, duration=1e-3) for state in states]
-        theirs = sum(naive.simulate(task, most_switches=100).gave_up for task in tasks)
-        found.append(setting.measurement("runs that neither end nor say when, where and why", unclear, 0, theirs))
-    return found
-
-
-@CASES.case(
-    "held-by-a-drive",
-    "Torque that holds a wheel on the joint",
-    naive="is as good where each sample of the controller begins a new integration",
-    promise="each time the wheel crosses its joint, in either direction, it switches",
-)
-def held_by_a_drive(scale: Scale) -> list[Measurement]:
-    """A controller with an integral of the wheels' angles pulls wheel 0 back to the joint, whenever it has left it."""
-    spring = Controller(target=(0, 0, 0), proportional=0.01, integral=20.0, sample_time=1e-3)
-    found = []
-    for setting in settings(models=scale.of(("locked",), MODELS), engines=("python",)):
-        per_nu = speeds_of_wheels(setting.task(nu=(1, 0, 0), duration=0).kernel)[:, 0]
-        start = {"nu": 0.3 * per_nu / (per_nu @ per_nu), "chi": (JOINT, 0.1, -0.2), "duration": scale.of(0.2, 1.0)}
-        run = setting.run(**start, effects=(spring,), accuracy=1e-8)
-        assert (run.switches.wheel == 0).sum() >= 2
-        unfinished = float(run.t[-1] < start["duration"])
-        motion = naive.simulate(setting.task(**start, effects=(spring,)), rtol=1e-8)
-        theirs = abs(len(motion.switches) - len(run.switches)) + (motion.gave_up or motion.beyond > 1e-6)
-        found.append(setting.measurement("switches at fault", switches_at_fault(run) + unfinished, 0, theirs))
+        found.append(setting.measurement("runs that neither end nor say when, where and why", unclear, 0))
     return found
 
 

@@ -6,22 +6,16 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from hard import naive, on_the_spot, true_flow
+from hard import on_the_spot, true_flow
 from hard.case import Cases, Measurement, Scale
-from hard.setting import ENGINES, MODELS, PAPER, Setting
-from omniroll import Controller, Torque, TorqueTable, Trajectory
+from hard.on_the_spot import equal
+from hard.setting import ENGINES, MODELS, Setting, random_start
+from omniroll import Controller, TorqueTable, Trajectory
 from omniroll.effects.effect import Effect
-from omniroll.engine.runs import Task
-from omniroll.studies.accuracy.reference import Reference, Taylor, digits, follow
 
 CASES = Cases("Effects")
 ACCURACY = 1e-14
 DECADES = 1e12
-
-
-def equal(torques: np.ndarray) -> np.ndarray:
-    """(K, 3) the same torques on all wheels."""
-    return np.repeat(np.asarray(torques, float)[:, None], PAPER.wheels, axis=1)
 
 
 def pieces_of(times: np.ndarray, torques: np.ndarray, duration: float, hold: bool = False) -> list[tuple]:
@@ -43,39 +37,21 @@ class Driven:
     def start(self) -> dict[str, Any]:
         return {"nu": (0, 0, self.nu_3), "duration": self.duration}
 
-    def missed(self, nu: np.ndarray, pose: np.ndarray) -> float:
-        """How far an end is from the closed form, in eps."""
+    def missed(self, run: Trajectory) -> float:
+        """How far the end of a run is from the closed form, in eps."""
         with on_the_spot.digits():
             torques, q = np.array(self.table.torque)[:, 0], on_the_spot.rate(self.nu_3)
             pieces = pieces_of(np.array(self.table.times), torques, self.duration, self.table.interpolation == "hold")
             fastest = max(abs(float(q)), *(abs(float(on_the_spot.driven(q, pieces[:k])[0])) for k in (1, -1)))
-            return on_the_spot.missed(nu, pose[2], on_the_spot.driven(q, pieces), fastest)
-
-    def by_scipy(self) -> float:
-        """The same of what SciPy finds; infinite where it gives up."""
-        task = Setting("massless", "impact", "compiled").task(**self.start, effects=(Torque(0.0),))
-        motion = naive.simulate(task, law=interpolated(self.table), rtol=1e-9, most_switches=10_000)
-        return float("inf") if motion.gave_up else self.missed(motion.y[:3], motion.y[-3:])
+            return on_the_spot.missed(run, on_the_spot.driven(q, pieces), fastest)
 
     def run(self, setting: Setting) -> Trajectory:
         return setting.run(**self.start, effects=(self.table,), accuracy=ACCURACY)
 
 
-def interpolated(table: TorqueTable) -> naive.Law:
-    """The table inside the rates, as a user of a library writes it."""
-    times, rows = np.array(table.times), np.array(table.torque)
-
-    def torques(t: float, _: np.ndarray) -> np.ndarray:
-        if table.interpolation == "hold":
-            return rows[max(np.searchsorted(times, t, side="right") - 1, 0)]
-        return np.array([np.interp(t, times, column) for column in rows.T])
-
-    return torques
-
-
 @CASES.case(
     "thousands-of-knots",
-    "Thousands of knots: 20 000 (Python engine, naive: 2000) in some seconds",
+    "Thousands of knots: 20 000 (Python engine: 2000) in some seconds",
     naive="does not know of the knots, and gives up after 200 000 evaluations between two switches",
     promise="errors are at most those of a rounding for each knot, and a knot costs a step",
 )
@@ -88,10 +64,9 @@ def many_knots(scale: Scale) -> list[Measurement]:
         table = TorqueTable(times, equal(random.normal(size=knots) * 0.02))
         driven = Driven(20.0, table, float(times[-1]) + 1e-3)
         run = driven.run(setting)
-        theirs = driven.by_scipy() / knots if scale.compares and engine == "python" else None
-        missed, passed = driven.missed(run.nu[-1], run.pose[-1]), knots + len(np.unique(run.switches.t))
+        passed = knots + len(np.unique(run.switches.t))
         found += [
-            setting.measurement("error of nu_3 and heading, in eps for each knot", missed / knots, 1, theirs),
+            setting.measurement("error of nu_3 and heading, in eps for each knot", driven.missed(run) / knots, 1),
             setting.measurement("steps for each knot and switch", run.stats["steps"] / passed, 2),
         ]
     return found
@@ -122,16 +97,14 @@ def pulses(random: np.random.Generator, interpolation: str) -> TorqueTable:
 def decades(scale: Scale) -> list[Measurement]:
     found = []
     for setting in on_the_spot.settings(*ENGINES):
-        random, worst, theirs = np.random.default_rng(62), 0.0, 0.0
+        random, worst = np.random.default_rng(62), 0.0
         for _ in range(scale.of(1, 10)):
             for interpolation in ("hold", "linear"):
                 driven = Driven(0.3, pulses(random, interpolation), 1.0)
                 jumps = np.abs(np.array(driven.table.torque)[:, 0])
                 assert jumps.max() / jumps.min() > DECADES / 100
-                run = driven.run(setting)
-                worst = max(worst, driven.missed(run.nu[-1], run.pose[-1]))
-                theirs = max(theirs, driven.by_scipy()) if scale.compares else None
-        found.append(setting.measurement("error of nu_3 and heading, in eps", worst, 64, theirs))
+                worst = max(worst, driven.missed(driven.run(setting)))
+        found.append(setting.measurement("error of nu_3 and heading, in eps", worst, 64))
     return found
 
 
@@ -159,37 +132,28 @@ def samples(scale: Scale) -> list[Measurement]:
     found, amount = [], {"compiled": scale.of(2000, 50_000), "python": scale.of(100, 1000)}
     for setting in on_the_spot.settings(*ENGINES):
         for sample_time, speed, count in ((1e-6, 1.0, amount[setting.engine]), (1e6, 1e-6, 3)):
-            compares = scale.compares and setting.engine == "python"
-            own = [_sampling(setting, sample_time, speed, count, start_time, compares) for start_time in (0.0, 1.7e9)]
-            missed, theirs = (max(column) for column in zip(*own, strict=True))
+            missed = max(sampling(setting, sample_time, speed, count, start_time) for start_time in (0.0, 1.7e9))
             what = f"samples of {sample_time:g} s: error in eps for each sample"
-            found.append(setting.measurement(what, missed / count, 1, theirs / count if compares else None))
+            found.append(setting.measurement(what, missed / count, 1))
     return found
 
 
-def _sampling(
-    setting: Setting, sample_time: float, speed: float, count: int, start_time: float, compares: bool
-) -> tuple[float, float]:
-    """How far the end of a run with so many samples is from the closed form, in eps; and SciPy's."""
+def sampling(setting: Setting, sample_time: float, speed: float, count: int, start_time: float) -> float:
+    """How far the end of a run with so many samples is from the closed form, in eps."""
     duration = (count + 0.5) * sample_time
     with on_the_spot.digits():
         gain = 0.3 / (float(on_the_spot.gain()) * sample_time) if sample_time > 1 else 5.0
         end = sampled(on_the_spot.rate(-0.4 * speed), speed, gain, sample_time, duration)
         fastest = float(on_the_spot.ratio()) * speed
-    start = {"nu": (0, 0, -0.4 * speed), "duration": duration}
+    start = {"nu": (0, 0, -0.4 * speed), "duration": duration, "start_time": start_time}
     start["effects"] = (Controller((0, 0, speed), gain, sample_time),)
-    run, theirs = setting.run(**start, start_time=start_time, accuracy=ACCURACY), 0.0
-    if compares:
-        y = naive.simulate(setting.task(**start), start_time=start_time).y
-        theirs = on_the_spot.missed(y[:3], y[-1], end, fastest)
-    return on_the_spot.missed(run.nu[-1], run.pose[-1, 2], end, fastest), theirs
+    return on_the_spot.missed(setting.run(**start, accuracy=ACCURACY), end, fastest)
 
 
 def coincident(random: np.random.Generator, setting: Setting) -> tuple[dict[str, Any], Any]:
     """A start that nothing acts on up to its first switch, and the time of that switch in 28 digits."""
     while True:
-        start = {"nu": random.normal(size=3), "chi": random.uniform(-0.5, 0.5, 3), "spins": random.normal(size=(3, 4))}
-        start["duration"] = 0.3
+        start = random_start(random, duration=0.3)
         try:
             return start, true_flow.first_switch(setting.task(**start))[0]
         except ValueError:
@@ -217,31 +181,20 @@ def one_instant(scale: Scale) -> list[Measurement]:
     found, ulps = [], scale.of((-1, 0, 1), (-10, -1, 0, 1, 10))
     for model in scale.of(("locked",), MODELS):
         random, judged = np.random.default_rng([63, MODELS.index(model)]), Setting(model, "impact", "python")
-        worst, theirs = dict.fromkeys(ENGINES, 0.0), 0.0
+        worst = dict.fromkeys(ENGINES, 0.0)
         for _ in range(scale.of(1, 4)):
             start, switch = coincident(random, judged)
             start["duration"] = 1.2 * float(switch)
             after = float(switch) + 20 * float(np.spacing(float(switch)))
-            truth = _truth(judged.task(**start, effects=all_known_at(start, after)))
+            truth = true_flow.motion(judged.task(**start, effects=all_known_at(start, after)))
             for ulp in ulps:
                 effects = all_known_at(start, float(switch) + ulp * float(np.spacing(float(switch))))
-                for setting in (Setting(model, "impact", engine) for engine in ENGINES):
-                    run = setting.run(**start, effects=effects, accuracy=ACCURACY)
-                    end = np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]])
-                    apart = float(np.abs(end - truth.y[-1]).max()) + abs(len(run.switches) - len(truth.switches))
-                    worst[setting.engine] = max(worst[setting.engine], apart)
-                if scale.compares:
-                    motion = naive.simulate(judged.task(**start, effects=effects))
-                    theirs = max(theirs, float(np.abs(motion.y - truth.y[-1]).max()))
-        found += [
-            Setting(model, "impact", engine).measurement(
-                "distance from the true motion", worst[engine], 1e-12, scale.shown(theirs)
-            )
-            for engine in ENGINES
-        ]
+                for engine in ENGINES:
+                    run = Setting(model, "impact", engine).run(**start, effects=effects, accuracy=ACCURACY)
+                    worst[engine] = max(worst[engine], true_flow.missed(run, truth))
+        for engine in ENGINES:
+            setting = Setting(model, "impact", engine)
+            found.append(setting.measurement("distance from the true motion", worst[engine], 1e-12))
     return found
 
 
-def _truth(task: Task) -> Reference:
-    with digits():
-        return follow(Taylor(task), task, np.array([task.duration]))

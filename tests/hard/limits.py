@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from hard import naive, true_flow
+from hard import true_flow
 from hard.case import Cases, Measurement, Scale
 from hard.impacts import slow_arrival
-from hard.setting import EPS, MODELS, Setting, settings
-from omniroll import Motor, Torque, Trajectory
+from hard.setting import EPS, MODELS, Setting, random_start, settings
+from omniroll import Motor, Trajectory
 from omniroll.engine.runs import Task
-from omniroll.studies.accuracy.reference import Mechanics, Reference, Taylor, digits, flint_module, follow
+from omniroll.studies.accuracy.reference import Mechanics, digits, flint_module
 
 CASES = Cases("Effects")
 WINDING = {"torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 3.0, "back_emf": 0.03}
@@ -77,12 +77,8 @@ def rises(model: str, count: int) -> tuple[Rise, ...]:
 
 def _rise(random: np.random.Generator, model: str) -> Rise | None:
     """The voltage of motor 0 rises as fast as its back-EMF does in the middle of the run."""
-    start = {
-        "nu": 3 * random.normal(size=3),
-        "chi": random.uniform(-0.2, 0.2, 3),
-        "spins": random.normal(size=(3, 4)),
-        "duration": DURATION,
-    }
+    start = random_start(random, 0.2, duration=DURATION)
+    start["nu"] *= 3
     setting, volts, rise = Setting(model, "impact", "compiled"), np.array([1.5, 0.0, 0.0]), np.zeros(3)
     times = DURATION * np.array([0.0, 0.49, 0.51, 1.0])
     for _ in range(3):  # aimed in double; what is expected comes from the course below
@@ -109,31 +105,6 @@ def limited_from(run: Trajectory) -> float | None:
     return float(run.elapsed[rows[0]]) if len(rows) else None
 
 
-def _cut_off(rise: Rise, limit: float) -> naive.Law:
-    """The currents cut off by a function of time, as a user of a library writes it."""
-    volts, slope = rise.volts
-    gear, constant, ohms = WINDING["gear_ratio"], WINDING["torque_constant"], WINDING["resistance"]
-
-    def torques(t: float, rates: np.ndarray) -> np.ndarray:
-        currents = (volts + slope * t - WINDING["back_emf"] * gear * rates) / ohms
-        return gear * constant * np.clip(currents, -limit, limit)
-
-    return torques
-
-
-def _seen_by_scipy(rise: Rise, limit: float) -> float | None:
-    """When SciPy first sees the current of motor 0 at its limit."""
-    volts, slope = rise.volts
-    task = Setting(rise.model, "impact", "compiled").task(**rise.start, effects=(Torque(0.0),))
-    row = WINDING["back_emf"] * WINDING["gear_ratio"] * task.kernel.wheel_speeds(np.eye(3))[:, 0]
-
-    def beyond(t: float, y: np.ndarray) -> float:
-        return (volts[0] + slope[0] * t - row @ y[:3]) / WINDING["resistance"] - limit
-
-    motion = naive.simulate(task, law=_cut_off(rise, limit), watched=(beyond,))
-    return min(motion.seen, default=None)
-
-
 def _misplaced(rise: Rise, limit: float, time: float | None) -> float:
     """How far the true current is from its limit at a time, in roundings; infinite where there is no time."""
     if time is None:
@@ -153,24 +124,16 @@ def grazing(scale: Scale) -> list[Measurement]:
     """Just below its limit, and just above: is the limit seen, and where?"""
     found, distances = [], scale.of(DISTANCES[1::2], DISTANCES)
     for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",)):
-        wrong, theirs, late, later, tries = 0, 0, 0.0, 0.0, 0
+        wrong, late, tries = 0, 0.0, 0
         for rise in rises(setting.model, scale.of(1, 3)):
             for limit in [float(rise.peak) - sign * d * rise.size for d in distances for sign in (1, -1)]:
                 passes = float(rise.peak - limit) > 0
                 time = limited_from(setting.run(**rise.start, effects=(rise.motor(limit),), accuracy=1e-14))
                 wrong, tries = wrong + ((time is not None) != passes), tries + 1
                 late = max(late, _misplaced(rise, limit, time)) if passes else late
-                if scale.compares:
-                    seen = _seen_by_scipy(rise, limit)
-                    theirs += (seen is not None) != passes
-                    later = max(later, _misplaced(rise, limit, seen)) if passes else later
         found += [
-            setting.measurement(
-                "turns judged wrongly, in %", 100 * wrong / tries, 0, scale.shown(100 * theirs / tries)
-            ),
-            setting.measurement(
-                "the true current there less its limit, in roundings", late, LANDED, scale.shown(later)
-            ),
+            setting.measurement("turns judged wrongly, in %", 100 * wrong / tries, 0),
+            setting.measurement("the true current there less its limit, in roundings", late, LANDED),
         ]
     return found
 
@@ -220,10 +183,7 @@ def limit_and_switch(scale: Scale) -> list[Measurement]:
     assert _meetings(whole) >= 20
     times = np.unique(whole.switches.t)
     first = starts[0] | {"duration": float(times[bounces - 1] + times[bounces]) / 2}
-    with digits():
-        task = Setting("locked", "impact", "python").task(**first)
-        truth = follow(Taylor(task), task, np.array([first["duration"]]))
-    theirs = _bounced_by_scipy(first, truth) if scale.compares else None
+    truth = true_flow.motion(Setting("locked", "impact", "python").task(**first))
     for setting in settings(models=("locked",), laws=("impact",)):
         run = setting.run(**first, accuracy=1e-13)
         apart = float(np.abs(np.append(run.nu[-1], run.pose[-1]) - truth.y[-1][[0, 1, 2, 6, 7, 8]]).max())
@@ -231,7 +191,7 @@ def limit_and_switch(scale: Scale) -> list[Measurement]:
         runs = [setting.run(**start, accuracy=1e-13) for start in starts[: amount[setting.engine]]] or [run]
         rise = max(float(run.switches.energy_jump.max(initial=0)) / run.energy[0] for run in runs)
         found += [
-            setting.measurement("distance from the true motion after the first bounces", apart, 1e-11, theirs),
+            setting.measurement("distance from the true motion after the first bounces", apart, 1e-11),
             setting.measurement("torques less the law of the motors, in roundings", max(map(law_missed, runs)), 16),
             setting.measurement("largest rise of energy at a switch / eps", rise / EPS, 16),
         ]
@@ -245,14 +205,3 @@ def _meetings(run: Trajectory) -> int:
     return int(np.isin(run.t[changes], run.switches.t).sum())
 
 
-def _bounced_by_scipy(start: dict[str, Any], truth: Reference) -> float:
-    (motor,), gear = start["effects"], WINDING["gear_ratio"]
-
-    def torques(_: float, rates: np.ndarray) -> np.ndarray:
-        currents = (np.array(motor.voltage) - motor.back_emf * gear * rates) / motor.resistance
-        return gear * motor.torque_constant * np.clip(currents, -motor.current_limit, motor.current_limit)
-
-    task = Setting("locked", "impact", "compiled").task(**start | {"effects": (Torque(0.0),)})
-    motion = naive.simulate(task, law=torques)
-    apart = float(np.abs(motion.y[[0, 1, 2, 6, 7, 8]] - truth.y[-1][[0, 1, 2, 6, 7, 8]]).max())
-    return apart + abs(len(motion.switches) - len(truth.switches))

@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 
-from hard import naive
 from hard.case import Cases, Measurement, Scale
 from hard.flushing import CAN_FLUSH, subnormals_are_zero
-from hard.setting import EPS, PAPER, Setting, settings
+from hard.setting import EPS, PAPER, settings
 from omniroll import InvalidValueError, Trajectory, validation
 
 CASES = Cases("Magnitudes and time")
@@ -34,11 +33,7 @@ def powers_of_two(scale: Scale) -> list[Measurement]:
         base = setting.run(**START)
         powers = scale.of(POWERS[:3], POWERS)
         differing = sum(_differing(base, setting.run(**scaled(2.0**power)), 2.0**power) for power in powers)
-        theirs = None
-        if setting == Setting("massless", "impact", "compiled"):
-            ends = [naive.simulate(setting.task(**scaled(f)), most_switches=30).y[3:] for f in (1.0, 2.0**30)]
-            theirs = int((ends[0] != ends[1]).sum())
-        found.append(setting.measurement("numbers that are not the same to the bit", differing, 0, theirs))
+        found.append(setting.measurement("numbers that are not the same to the bit", differing, 0))
     return found
 
 
@@ -58,7 +53,7 @@ def _differing(base: Trajectory, other: Trajectory, factor: float) -> int:
 @CASES.case(
     "rest",
     "nu = 0",
-    naive="is as good: the rates are exactly 0",
+    naive="",
     promise="nothing moves; rollers that spin go on spinning",
 )
 def at_rest(scale: Scale) -> list[Measurement]:
@@ -71,15 +66,14 @@ def at_rest(scale: Scale) -> list[Measurement]:
         change = max(np.abs(run.nu).max(), np.abs(run.chi - run.chi[0]).max(), np.abs(run.pose).max())
         if run.spins is not None:
             change = max(change, np.abs(run.spins - spins).max() / spins)
-        theirs = float(np.abs(naive.simulate(setting.task(**start)).y - [0, 0, 0, *start["chi"], 0, 0, 0]).max())
-        found.append(setting.measurement("largest change, relative to the spins", float(change), 4 * EPS, theirs))
+        found.append(setting.measurement("largest change, relative to the spins", float(change), 4 * EPS))
     return found
 
 
 @CASES.case(
     "subnormal",
     "Subnormal numbers, and flush-to-zero on",
-    naive="is as good with the same kernels",
+    naive="",
     promise="the run is the one with zeros in their place",
 )
 def subnormal(scale: Scale) -> list[Measurement]:
@@ -93,20 +87,13 @@ def subnormal(scale: Scale) -> list[Measurement]:
     }
     found = []
     for setting in settings():
-        wanted, theirs = setting.run(**clean), None
+        wanted = setting.run(**clean)
         apart = _distance(setting.run(**start), wanted)
-        if scale.compares:
-            naive_wanted = naive.simulate(setting.task(**clean))
-            theirs = _naive_distance(naive.simulate(setting.task(**start)), naive_wanted)
-        found.append(setting.measurement("distance from the run with zeros", apart, 1e-13, theirs))
+        found.append(setting.measurement("distance from the run with zeros", apart, 1e-13))
         if CAN_FLUSH:
             with subnormals_are_zero():
                 flushed = setting.run(**start)
-                naive_flushed = naive.simulate(setting.task(**start)) if scale.compares else None
-            apart = _distance(flushed, wanted)
-            if naive_flushed is not None:
-                theirs = _naive_distance(naive_flushed, naive_wanted)
-            found.append(setting.measurement("the same, flush-to-zero on", apart, 1e-13, theirs))
+            found.append(setting.measurement("the same, flush-to-zero on", _distance(flushed, wanted), 1e-13))
     return found
 
 
@@ -116,17 +103,10 @@ def _distance(run: Trajectory, other: Trajectory) -> float:
     return float(max(np.abs(run.nu[-1] - other.nu[-1]).max(), np.abs(run.pose[-1] - other.pose[-1]).max()))
 
 
-def _naive_distance(motion: naive.Motion, other: naive.Motion) -> float:
-    """As above, and of the wheels' angles."""
-    if [wheel for _, wheel, _ in motion.switches] != [wheel for _, wheel, _ in other.switches]:
-        return math.inf
-    return float(np.abs(motion.y - other.y).max())
-
-
 @CASES.case(
     "edges-of-the-range",
     "The smallest and the largest speeds, and beyond",
-    naive="is as good within the range of numbers (locked, smooth)",
+    naive="",
     promise="the run is finite, or nu is refused before it starts",
 )
 def edges_of_the_range(scale: Scale) -> list[Measurement]:
@@ -141,18 +121,8 @@ def edges_of_the_range(scale: Scale) -> list[Measurement]:
                 wrong += not (np.isfinite(run.nu).all() and np.isfinite(run.energy).all() and len(run.switches) > 0)
             except InvalidValueError as refused:
                 wrong += refused.field != "nu"
-        theirs = None
-        if setting == Setting("locked", "smooth", "compiled"):
-            ends = [_naive_end(setting, size) for size in (validation.SMALLEST, validation.LARGEST / 1e3)]
-            theirs = sum(not moved for moved in ends)
-        found.append(setting.measurement("neither a finite run nor a refusal that names nu", wrong, 0, theirs))
+        found.append(setting.measurement("neither a finite run nor a refusal that names nu", wrong, 0))
     return found
-
-
-def _naive_end(setting: Setting, size: float) -> bool:
-    """Whether SciPy's run is finite and has a switch."""
-    motion = naive.simulate(setting.task(nu=np.array([1.0, 0.5, 1.0]) * size, duration=1 / size), most_switches=10)
-    return bool(np.isfinite(motion.y).all()) and len(motion.switches) > 0
 
 
 @CASES.case(
@@ -166,8 +136,7 @@ def late_clock(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         early, late = setting.run(**START), setting.run(**START, start_time=LATE)
-        theirs = _late_naive(setting) if scale.compares else None
-        found.append(setting.measurement("distance of the ends", _distance(late, early), 1e-12, theirs))
+        found.append(setting.measurement("distance of the ends", _distance(late, early), 1e-12))
         off = float(np.abs(late.switches.t - LATE - early.switches.t).max()) / np.spacing(LATE)
         found.append(setting.measurement("times of switches, in ulp of t", off, 0.5))
         short = setting.run(**START | {"duration": 1e-9}, start_time=LATE)
@@ -175,10 +144,3 @@ def late_clock(scale: Scale) -> list[Measurement]:
         wrong = abs(way - 1) + (short.t[0] != LATE) + (short.elapsed[-1] != 1e-9) + len(short.switches)
         found.append(setting.measurement("way in 1e-9 s, far less than an ulp, relative error", float(wrong), 1e-8))
     return found
-
-
-def _late_naive(setting: Setting) -> float:
-    """SciPy with the clock in its independent variable: the end's distance from that of the early run."""
-    task = setting.task(**START)
-    early, late = naive.simulate(task), naive.simulate(task, start_time=LATE)
-    return float(max(np.abs(early.y[:3] - late.y[:3]).max(), np.abs(early.y[6:] - late.y[6:]).max()))

@@ -12,6 +12,7 @@ import mpmath
 import numpy as np
 
 from hard.setting import EPS, PAPER, Setting
+from omniroll import Trajectory
 
 DIGITS = 40
 
@@ -47,17 +48,19 @@ def driven(q: Any, pieces: Iterable[tuple[Any, Any, Any]]) -> tuple[Any, Any]:
     return q, angle
 
 
-def missed(nu: np.ndarray, heading: float, end: tuple[Any, Any], fastest: float) -> float:
-    """How far an end is from the closed one, (q, angle): in eps, rates over the fastest wheel's, angles over theirs.
-
-    nu       (3,) at the end
-    heading  at the end, from 0
-    """
-    q, angle = end
+def missed(run: Trajectory, end: tuple[Any, Any], fastest: float) -> float:
+    """How far the end of a run that starts with heading 0 is from the closed one, (q, angle): in eps, rates over the
+    fastest wheel's, angles over theirs."""
+    (q, angle), nu, heading = end, run.nu[-1], run.pose[-1, 2]
     scale = fastest * PAPER.yaw_scale / float(ratio())
     turning = float(abs(mpmath.mpf(float(nu[2])) + q * mpmath.mpf(PAPER.yaw_scale) / ratio())) / scale
     turned = float(abs(mpmath.mpf(float(heading)) + angle / ratio())) / max(1.0, float(abs(angle)))
     return max(turning, turned, float(np.abs(nu[:2]).max()) / scale) / EPS
+
+
+def equal(torques: np.ndarray) -> np.ndarray:
+    """(K, 3) the same torques on all wheels."""
+    return np.repeat(np.asarray(torques, float)[:, None], PAPER.wheels, axis=1)
 
 
 def settings(*engines: str) -> list[Setting]:

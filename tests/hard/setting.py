@@ -1,4 +1,4 @@
-"""What the cases share: engines, roller models and laws, vehicles, and runs without control."""
+"""What the cases share: engines, roller models and laws, vehicles, random starts, and runs without control."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -47,6 +47,17 @@ class Setting:
 
     def measurement(self, what: str, measured: float, bound: float, naive: float | None = None) -> Measurement:
         return Measurement(what, self.engine, DOUBLE, self.name, measured, bound, naive)
+
+
+def random_start(random: np.random.Generator, reach: float = 0.5, **others: Any) -> dict[str, Any]:
+    """A start of the paper's vehicle whose wheels are at random within `reach` of the middle of their rollers."""
+    nu, chi, spins = random.normal(size=3), random.uniform(-reach, reach, 3), random.normal(size=(3, 4))
+    return {"nu": nu, "chi": chi, "spins": spins} | others
+
+
+def end_of(run: Trajectory) -> np.ndarray:
+    """(6 + N,) nu, chi and the pose at the end."""
+    return np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]])
 
 
 def speeds_of_wheels(kernel: Kernel) -> np.ndarray:

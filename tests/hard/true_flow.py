@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from hard.setting import end_of
+from omniroll import Trajectory
 from omniroll.engine.runs import Task
-from omniroll.studies.accuracy.reference import Taylor, digits, follow
+from omniroll.studies.accuracy.reference import Reference, Taylor, digits, follow
 
 TRIALS = 60
 
@@ -21,13 +23,23 @@ class Peak:
     acceleration: float
 
 
+def motion(task: Task) -> Reference:
+    """The motion up to its end: y (1, 6 + N) there, and the switches."""
+    with digits():
+        return follow(Taylor(task), task, np.array([task.duration]))
+
+
+def missed(run: Trajectory, truth: Reference) -> float:
+    """The distance of a run's end from the true one, and 1 for each switch too many or too few."""
+    return float(np.abs(end_of(run) - truth.y[-1]).max()) + abs(len(run.switches) - len(truth.switches))
+
+
 def first_switch(task: Task) -> tuple[float, int, int]:
     """(elapsed, wheel, direction) of the first switch; ValueError where there is none within the task's duration."""
-    with digits():
-        reference = follow(Taylor(task), task, np.array([task.duration]))
-    if not reference.switches:
+    switches = motion(task).switches
+    if not switches:
         raise ValueError("no switch within the duration")
-    return reference.switches[0]
+    return switches[0]
 
 
 def beyond_at(task: Task, wheel: int, sign: int, times: list[float]) -> list[float]:
