@@ -1,67 +1,40 @@
 """The same kernels in other number types, from other compilers, in other rounding modes, under sanitizers, valgrind."""
 
 import shutil
-from functools import partial
 
-import numpy as np
-
-from hard import naive_kernels
 from hard.builds import MOTION, ROUNDINGS, SETS, Build
 from hard.case import Cases, Measurement, Scale
-from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, REFERENCE, Bench, compiled_kernels, measurements, worst
+from hard.kernel_errors import EPS, PACKAGE, PROMISE, REFERENCE, Bench, Found, compiled_kernels, measurements
 from hard.kernels import kept_states
 from hard.sampling import Sample, sample
 
 CASES = Cases("Number types and compilers")
-PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % of the states"
-AS_WRITTEN = naive_kernels.AS_WRITTEN
 FAST, FUSED = ("-O3", "-march=native", "-ffp-contract=off"), ("-O3", "-march=native", "-ffp-contract=fast")
 SLOW = ("-O0", "-ffp-contract=off")
 ONE_JOINT = "-DOMNIROLL_MOST_JOINTS(wheels,rollers_per_wheel)=1"  # in a call
-DTYPES = {"double": np.float64, "float": np.float32}
 
 
-def measured(parts: list[Sample], kernels: dict[tuple[str, str], object]) -> list[Measurement]:
-    """Errors of all functions under each of the kernels, named by (what they are on, number type).
-
-    Beside those of `forward_dynamics` stand those of the formulas as written, in NumPy's numbers of the same type.
-    """
+def measured(part: Sample, kernels: dict[str, Found], number_type: str = "double") -> list[Measurement]:
+    """Errors of all functions under each of the kernels, by what they are on."""
     found = []
-    for part in parts:
-        for model in REFERENCE:
-            bench = Bench(part, model)
-            for (on, number_type), outputs in kernels.items():
-                written = as_written(bench, number_type)
-                for e in bench.errors(outputs, EPS[number_type]):
-                    naive = written.get((e.set_name, e.function))
-                    found += measurements([e], on, number_type, naive, components=False)
+    for model in REFERENCE:
+        bench = Bench(part, model)
+        for on, outputs in kernels.items():
+            errors = list(bench.errors(outputs, EPS[number_type]))
+            found += measurements(errors, on, number_type, components=False)
     return found
 
 
-def as_written(bench: Bench, number_type: str) -> dict[tuple[str, str], float]:
-    """The worst errors of the formulas as written, by set and function; none for massless rollers, nor in long double,
-    for which NumPy has no solver."""
-    if bench.model == "massless" or number_type not in DTYPES:
-        return {}
-    errors = bench.errors(partial(naive_kernels.accelerations, dtype=DTYPES[number_type]), EPS[number_type])
-    return {(e.set_name, e.function): worst(e.vectors) for e in errors}
-
-
-@CASES.case(
-    "number-types",
-    "float, double, long double",
-    naive=AS_WRITTEN,
-    promise=f"{PROMISE}, ulp of the type",
-)
+@CASES.case("number-types", "float, double, long double", naive="", promise=f"{PROMISE}, ulp of the type")
 def number_types(scale: Scale) -> list[Measurement]:
     """float on states that it can hold; long double on the same as double."""
-    count = scale.of(60, 2_500)
+    count, found = scale.of(60, 2_500), []
     whole = sample(41, count, 3, 5, closest_tip=1e-9)
-    kernels = {("compiled", kind): compiled_kernels(Build("cc", ("-O3", "-ffp-contract=off"), kind)) for kind in EPS}
     short = moderate(sample(42, count, 3, 5, closest_tip=1e-4))
-    return measured([whole], {k: v for k, v in kernels.items() if k[1] != "float"}) + measured(
-        [short], {k: v for k, v in kernels.items() if k[1] == "float"}
-    )
+    for kind in EPS:
+        kernels = {"compiled": compiled_kernels(Build(PACKAGE.compiler, PACKAGE.flags, kind))}
+        found += measured(short if kind == "float" else whole, kernels, kind)
+    return found
 
 
 def moderate(part: Sample) -> Sample:
@@ -87,28 +60,21 @@ def moderate(part: Sample) -> Sample:
 @CASES.case(
     "compilers-and-flags",
     "gcc and clang, -O0 and -O3 -march=native, contraction on and off",
-    naive=AS_WRITTEN,
+    naive="",
     promise=f"each build: {PROMISE}",
 )
 def compilers_and_flags(scale: Scale) -> list[Measurement]:
-    """gcc and clang, without optimisation and with all, contraction on and off."""
     builds = [Build(compiler, flags) for compiler in ("gcc", "clang") for flags in (SLOW, FAST, FUSED)]
-    there = [build for build in builds if build.is_there]
-    kernels = {(build.name, "double"): compiled_kernels(build) for build in there}
-    return measured([sample(43, scale.of(60, 2_500), 3, 5, closest_tip=1e-9)], kernels)
+    kernels = {build.name: compiled_kernels(build) for build in builds if build.is_there}
+    return measured(sample(43, scale.of(60, 2_500), 3, 5, closest_tip=1e-9), kernels)
 
 
-@CASES.case(
-    "directed-rounding",
-    "Rounding up, down, towards zero",
-    naive=AS_WRITTEN,
-    promise=PROMISE,
-)
+@CASES.case("directed-rounding", "Rounding up, down, towards zero", naive="", promise=PROMISE)
 def directed_rounding(scale: Scale) -> list[Measurement]:
-    """Up, down and towards zero: the compiler is told that the mode may change."""
+    """The compiler is told that the mode may change."""
     build = Build("gcc", ("-O2", "-frounding-math", "-ffp-contract=off"))
-    kernels = {(mode, "double"): compiled_kernels(build, mode) for mode in ROUNDINGS[1:]} if build.is_there else {}
-    return measured([sample(44, scale.of(60, 2_500), 3, 5, closest_tip=1e-9)], kernels)
+    kernels = {mode: compiled_kernels(build, mode) for mode in ROUNDINGS[1:]} if build.is_there else {}
+    return measured(sample(44, scale.of(60, 2_500), 3, 5, closest_tip=1e-9), kernels)
 
 
 @CASES.case(
@@ -127,9 +93,10 @@ def clean(scale: Scale) -> list[Measurement]:
     usual = {set_name: [part] for set_name in SETS}
     worst_too = {name: [part, *(state for of, _, state in kept_states() if of == name)] for name in SETS}
     checked = ("-O1", "-g", MOTION, "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-    tools = {"address and undefined, gcc": (Build("gcc", checked), worst_too, ())}
-    if scale is Scale.FULL:
-        tools["address and undefined, clang"] = (Build("clang", checked), worst_too, ())
+    tools = {
+        f"address and undefined, {compiler}": (Build(compiler, checked), worst_too, ())
+        for compiler in scale.of(("gcc",), ("gcc", "clang"))
+    }
     if shutil.which("valgrind"):
         valgrind = ("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full")
         tools["valgrind"] = (Build("gcc", ("-O1", "-g", MOTION, ONE_JOINT)), usual, valgrind)

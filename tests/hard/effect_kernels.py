@@ -7,7 +7,7 @@ from oracle.directions import directions_allowed
 
 from hard import rounding
 from hard.case import Cases, Measurement, Scale
-from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurements, python_kernels
+from hard.kernel_errors import EPS, OF_THE_FUNCTION, Errors, measurements, python_kernels
 from hard.sampling import Draw, Sample, per_state, sample
 from omniroll import Vehicle, generated_data
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, optional_effects, signatures
@@ -225,7 +225,7 @@ def compiled_kernel(part: Sample, row: int, set_name: str) -> CompiledKernel:
     "kernels-with-effects",
     "Every function of kernels with effects: each effect alone, and all together",
     naive="",
-    promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+    promise=OF_THE_FUNCTION,
 )
 def of_effects(scale: Scale) -> list[Measurement]:
     # Least squares of mecanum wheels go by normal equations, which square the condition.
@@ -236,7 +236,7 @@ def of_effects(scale: Scale) -> list[Measurement]:
     "derivatives",
     "The derivatives of accelerations and rates, alone and with all effects",
     naive="",
-    promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+    promise=OF_THE_FUNCTION,
 )
 def of_derivatives(scale: Scale) -> list[Measurement]:
     return against_balls(

@@ -14,6 +14,8 @@ from omniroll.kernels.kernel import SHARP
 PACKAGE = Build("cc", ("-O3", "-ffp-contract=off"))  # as runtime/build_kernels.py compiles
 BOUND, BULK_BOUND, BULK = rounding.NO_DIGIT, 8, 99  # ulp cond; of so many per cent of the states
 EPS = {"double": 2.0**-52, "float": 2.0**-23, "long double": float(np.finfo(np.longdouble).eps)}
+PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % of the states"
+OF_THE_FUNCTION = PROMISE.replace("condition,", "condition of the function;")
 REFERENCE = {"massless": "massless", "locked": "locked_sharp", "free": "free_sharp"}
 
 Found = Callable[[Sample, str], dict[str, np.ndarray]]  # outputs by function of a set on a sample

@@ -7,12 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hard import naive_kernels
 from hard.case import Cases, Measurement, Scale
 from hard.kernel_errors import (
     BOUND,
-    BULK,
-    BULK_BOUND,
+    OF_THE_FUNCTION,
     REFERENCE,
     Bench,
     Errors,
@@ -58,7 +56,7 @@ def worst_state(group: list[Errors]) -> Sample:
     "kernels-against-balls",
     "Every function of every kernel, 10^5 states, log-uniform and on the boundaries",
     naive="",
-    promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+    promise=OF_THE_FUNCTION,
 )
 def against_balls(scale: Scale) -> list[Measurement]:
     """All functions of all sets on all samples, compiled and in Python. In full the worst states are kept."""
@@ -106,36 +104,15 @@ def kept_states() -> Iterator[tuple[str, str, Sample]]:
 @CASES.case(
     "worst-states",
     "The worst state of each function, kept",
-    naive=naive_kernels.AS_WRITTEN,
+    naive="",
     promise=f"at most {BOUND} ulp times the condition",
 )
 def worst_states(scale: Scale) -> list[Measurement]:
     """Each function on the state that was its worst when all were measured last."""
     found = []
     for set_name, function, state in kept_states():
-        model = set_name.removesuffix("_sharp")
-        bench = Bench(state, model, [function])
-        written = [] if model == "massless" else bench.errors(naive_kernels.accelerations)
-        naive = max((worst(e.vectors) for e in written), default=None)
+        bench = Bench(state, set_name.removesuffix("_sharp"), [function])
         for on, outputs in (("compiled", compiled_kernels()), ("python", python_kernels)):
             errors = list(bench.errors(outputs))
-            found += [m for m in measurements(errors, on, naive=naive, components=False) if m.bound == BOUND]
-    return found
-
-
-@CASES.case(
-    "accelerations-as-written",
-    "Accelerations of the same vehicles",
-    naive=naive_kernels.AS_WRITTEN,
-    promise="the same bound",
-)
-def accelerations_as_written(scale: Scale) -> list[Measurement]:
-    """The reduced form beside the formulas evaluated as they are printed."""
-    found = []
-    part = sample(1, scale.of(300, 10_000), 3, 5)
-    for model in ("locked", "free"):
-        bench = Bench(part, model, ["forward_dynamics"])
-        printed = {e.set_name: worst(e.vectors) for e in bench.errors(naive_kernels.accelerations)}
-        for e in bench.errors(compiled_kernels()):
-            found += measurements([e], "compiled", naive=printed[e.set_name])
+            found += [m for m in measurements(errors, on, components=False) if m.bound == BOUND]
     return found

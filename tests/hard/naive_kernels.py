@@ -7,10 +7,8 @@ from hard.sampling import Sample
 AS_WRITTEN = "rho = l cos(chi) - r, 1/rho^2 in M*, a linear solver"
 
 
-def accelerations(sample: Sample, set_name: str, dtype: type = np.float64) -> dict[str, np.ndarray]:
+def accelerations(sample: Sample, set_name: str) -> dict[str, np.ndarray]:
     """nu' (3, K) of the reduced form, by (7.1) and (3.4) with the rollers in contact summed as they stand."""
-    narrow = lambda values: {name: array.astype(dtype) for name, array in values.items()}  # noqa: E731
-    sample = Sample(sample.wheels, sample.rollers, narrow(sample.vehicle), narrow(sample.state))
     with np.errstate(all="ignore"):
         matrix, force = system(sample, locked=set_name.startswith("locked"))
         solved = np.full(force.shape, np.nan)
