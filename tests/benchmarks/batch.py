@@ -1,9 +1,6 @@
 """Question 2: the reduced kernel over many vehicles at once, beside heyoka's batch functions of the same form."""
 
-import ctypes
 import itertools
-import tempfile
-from pathlib import Path
 
 import heyoka
 import matplotlib.pyplot as plt
@@ -17,8 +14,6 @@ from .common import (
     ROOT,
     Answer,
     Target,
-    compiled,
-    counted_operations,
     model_as_data,
     model_numbers,
     numeric_model,
@@ -31,54 +26,6 @@ from .common import (
 VEHICLES = 4096  # their arrays stay in the second cache
 REPEATS = 60
 MODELS = ("locked", "free")
-
-
-# The floor below any kernel with these operations: products alone, in the widest vectors, independent of each other.
-PRODUCTS = """
-#include <time.h>
-#if defined __AVX512F__
-#define BYTES 64
-#elif defined __AVX__
-#define BYTES 32
-#else
-#define BYTES 16
-#endif
-typedef double vector __attribute__((vector_size(BYTES)));
-double seconds(double x)
-{
-    vector a[12];
-    struct timespec start, end;
-    #pragma GCC unroll 12
-    for (int k = 0; k < 12; k++)
-        a[k] = x + k - (vector){0};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &start);
-    for (int m = 0; m < 100000; m++)
-        #pragma GCC unroll 12
-        for (int k = 0; k < 12; k++) {
-            a[k] *= x;
-            __asm__ volatile("" : "+x"(a[k]));
-        }
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
-    return ((end.tv_sec - start.tv_sec) + 1e-9*(end.tv_nsec - start.tv_nsec))/(12*100000.0*(BYTES/8));
-}
-"""
-SINE_AND_COSINE = 13  # products of the two polynomials
-
-
-def products(roller_model, wheels):
-    """Multiplications of one call of `forward_dynamics`, counted when it was generated."""
-    count = counted_operations(roller_model, "forward_dynamics")
-    return count["once"]["mul"] + wheels * (count["wheel"]["mul"] + SINE_AND_COSINE)
-
-
-def seconds_of_a_product():
-    """The least that a multiplication takes in the widest vectors."""
-    with tempfile.TemporaryDirectory() as name:
-        source = Path(name, "products.c")
-        source.write_text(PRODUCTS)
-        library = compiled(Path(name), "products", [source], "-march=native", "-Wno-psabi")
-        library.seconds.restype, library.seconds.argtypes = ctypes.c_double, [ctypes.c_double]
-        return min(library.seconds(1.0) for _ in range(20))
 
 
 def states(vehicle, roller_model):
@@ -185,24 +132,15 @@ def answer() -> Answer:
         headings=["rollers", "tool", "ns per vehicle", "error"],
         rows=rows,
         targets=targets,
-        closing=_plain_words(wins, found),
+        closing=_plain_words(wins),
         figures=["benchmark-batch.png"],
     )
 
 
-def _plain_words(wins, found):
+def _plain_words(wins):
     words = [f"heyoka's function is the faster one for {'; '.join(wins)}."] if wins else []
     sizes = " and ".join(f"{constants_of_a_vehicle(model)} ({model})" for model in MODELS)
     words.append(f"Constants of each vehicle are read from memory, {sizes} numbers a vehicle, and cost the more.")
-    floor = seconds_of_a_product()
-    for model in MODELS:
-        count = products(model, 3)
-        half = found[model]["heyoka cfunc"][0].least / VEHICLES / 2
-        words.append(
-            f"{model}: {count} multiplications a vehicle; a loop of nothing but multiplications takes "
-            f"{1e9 * floor:.4f} ns for one on this machine, so that no order of these takes less than "
-            f"{1e9 * count * floor:.1f} ns, and half of heyoka's time is {1e9 * half:.1f} ns."
-        )
     return " ".join(words)
 
 

@@ -92,8 +92,6 @@ def compiled(folder: Path, name: str, sources: list[Path], *flags: str) -> ctype
 class RightHandSide:
     """`void rhs(const double *in, double *out)` of C files, with the loop that times it in the same library."""
 
-    operations = 0  # of one call, where a tool counts them
-
     def __init__(self, folder: Path, name: str, sources: list[Path], out_size: int, *flags: str):
         harness = folder / "harness.c"
         harness.write_text(HARNESS)
@@ -167,12 +165,6 @@ def model_numbers(model):
     """(name, number or list of numbers) of the constants that do not belong to a free roller's place."""
     skipped = ("wheels", "rollers_per_wheel", "cos_kappa", "sin_kappa")
     return [(name, value) for name, value in vars(model).items() if name not in skipped]
-
-
-def counted_operations(set_name: str, name: str) -> dict:
-    """Operations of a generated function by place (once, wheel, slot, roller), counted when it was generated."""
-    (found,) = [f["operations"] for f in sets.functions(set_name, ()) if f["name"] == name]
-    return found
 
 
 def random_states(vehicle: omniroll.Vehicle, count: int, seed: int = 1) -> tuple[np.ndarray, ...]:

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -12,8 +13,8 @@ from omniroll.engine.simulate import checked_task
 from omniroll.engine.switching import SwitchingModel
 from omniroll.exchange.run_in_mujoco import run_in_mujoco
 
-from .common import ROOT, Answer, Target, repeated
-from .motion import cheapest, run_alone
+from .common import ROOT, Answer, Target
+from .tools import Engine, Simulate, cheapest, error_at_end, ladder
 
 SCENE = ROOT / "scenes/driven.toml"
 GOAL, FINE = 1e-9, 1e-14
@@ -21,35 +22,6 @@ LADDER = tuple(float(f"{10 ** (-k / 2):.0e}") for k in range(12, 27))
 SCIPY_LADDER = (1e-9, 1e-10, 1e-11, 1e-12)
 STEP = 2e-3  # s, MuJoCo's
 REPEATS, OF_PEERS = 9, 3
-
-
-def task_at(accuracy):
-    scene = omniroll.load_scene(SCENE)
-    return checked_task(scene.vehicle, **scene.options | {"accuracy": accuracy})
-
-
-class Engine:
-    """The compiled engine alone: one run, its buffers filled and not read."""
-
-    def __init__(self, tolerance):
-        self.task, self.tolerance = task_at(tolerance), tolerance
-
-    def __call__(self):
-        seconds, run, self.switches = run_alone(self.task, self.tolerance)
-        self.end = np.array(run.nu), np.array(run.pose)
-        return seconds
-
-
-class Simulate:
-    """simulate(), whole, without its estimate of the error: with the trajectory that it returns."""
-
-    def __init__(self, tolerance):
-        scene = omniroll.load_scene(SCENE)
-        self.vehicle, self.options = scene.vehicle, scene.options | {"accuracy": tolerance, "control": False}
-
-    def __call__(self):
-        run = omniroll.simulate(self.vehicle, **self.options)
-        self.end = run.nu[-1], run.pose[-1]
 
 
 def phases_of(run):
@@ -71,8 +43,8 @@ class Scipy:
     """DOP853 with the compiled kernel in its right-hand side. It is told where each phase ends and which motors are at
     their limits in it, as a fine run has found, and starts anew there: what finds that is not counted."""
 
-    def __init__(self, fine, tolerance):
-        self.fine, self.phases, self.tolerance, self.task = fine, phases_of(fine), tolerance, task_at(GOAL)
+    def __init__(self, fine, task, tolerance):
+        self.fine, self.phases, self.tolerance, self.task = fine, phases_of(fine), tolerance, task
         self.model = SwitchingModel(self.task.kernel, self.task.switching)
 
     def _flow(self, state, start, end):
@@ -125,34 +97,22 @@ class Mujoco:
         return found.seconds
 
 
-def error_of(end, fine):
-    """In the norm of `accuracy`, against the end of the fine run."""
-    scaled = [
-        *(end[1] - fine.pose[-1])[:2] / fine.vehicle.platform_radius, end[1][2] - fine.pose[-1, 2],
-        *(end[0] - fine.nu[-1]) / np.linalg.norm(fine.nu, axis=1).max(),
-    ]  # fmt: skip
-    return float(np.abs(scaled).max())
-
-
-def measured(tools, repeats, fine):
-    """[(tolerance, Times, error)]"""
-    found = []
-    for tolerance, tool in tools:
-        times = repeated(tool, repeats)
-        found.append((tolerance, times, error_of(tool.end, fine)))
-    return found
-
-
 def answer() -> Answer:
     scene = omniroll.load_scene(SCENE)
-    fine = omniroll.simulate(scene.vehicle, **scene.options | {"accuracy": FINE, "control": False})
-    entries = {
-        "omniroll, the C engine alone": measured([(t, Engine(t)) for t in LADDER], REPEATS, fine),
-        "omniroll, simulate(control=False)": measured([(t, Simulate(t)) for t in LADDER], REPEATS, fine),
-        "SciPy DOP853, same kernel": measured([(t, Scipy(fine, t)) for t in SCIPY_LADDER], OF_PEERS, fine),
+    vehicle, options = scene.vehicle, {name: value for name, value in scene.options.items() if name != "accuracy"}
+    fine = omniroll.simulate(vehicle, **options, accuracy=FINE, control=False)
+    task, last, speed = checked_task(vehicle, **options), (fine.nu[-1], fine.pose[-1]), np.linalg.norm(fine.nu, axis=1)
+
+    def error_of(end):
+        return error_at_end(vehicle, end, last, speed.max())
+
+    tools = {
+        "omniroll, the C engine alone": (partial(Engine, vehicle, **options), LADDER, REPEATS),
+        "omniroll, simulate(control=False)": (partial(Simulate, vehicle, control=False, **options), LADDER, REPEATS),
+        "SciPy DOP853, same kernel": (partial(Scipy, fine, task), SCIPY_LADDER, OF_PEERS),
     }
-    best = {tool: cheapest(found, GOAL) for tool, found in entries.items()}
-    ((_, times, error),) = measured([(STEP, Mujoco(fine, STEP))], OF_PEERS, fine)
+    best = {tool: cheapest(ladder(*how, error_of), GOAL) for tool, how in tools.items()}
+    ((_, times, error),) = ladder(partial(Mujoco, fine), (STEP,), OF_PEERS, error_of)
     rows = [
         [tool, f"tol {found[0]:.0e}", found[1].in_unit(1e3), f"{found[2]:.0e}"] if found else [tool, "", "-", "-"]
         for tool, found in best.items()

@@ -1,59 +1,41 @@
 """Question 13: how near the engine is to the price of its evaluations, and where the rest goes."""
 
-import time
-
 from costs.counting import LEVEL
 from costs.shares import ACCURACY, LENGTH, MODELS, shares
 
 import omniroll
 from omniroll.engine.simulate import checked_task
 
-from . import batch, sweeps_alone
-from .common import Answer, Target
-from .motion import DURATION, NU, run_alone
+from . import batch
+from .common import Answer, Target, repeated
+from .motion import TASK
 from .page import table
+from .tools import run_alone
 
-ACCURACIES, REPEATS, NODES = (1e-6, 1e-9), 15, 16
+ACCURACIES, REPEATS = (1e-6, 1e-9), 15
 MOST = 2
 
 
 def price(roller_model) -> float:
     """Seconds of one vehicle in the batch kernel, of the repeat that was fastest."""
     vehicle = omniroll.Vehicle.paper()
-    call, _ = batch.ours(vehicle, roller_model, batch.states(vehicle, roller_model), shared=True)
-    times = []
-    for _ in range(20 * REPEATS):
-        start = time.thread_time()
-        call()
-        times.append(time.thread_time() - start)
-    return min(times) / batch.VEHICLES
+    action, _ = batch.ours(vehicle, roller_model, batch.states(vehicle, roller_model), shared=True)
+    return repeated(batch.call(action), 20 * REPEATS).least / batch.VEHICLES
 
 
 def measured(roller_model, accuracy):
     """Seconds in the engine, evaluations and sweeps a step of motion 3."""
     vehicle = omniroll.Vehicle.paper()
-    options = {"nu": NU, "duration": DURATION, "roller_model": roller_model, "switching": "smooth"}
-    checked = checked_task(vehicle, **options, accuracy=accuracy)
+    checked = checked_task(vehicle, **TASK | {"roller_model": roller_model}, accuracy=accuracy)
     found = [run_alone(checked, accuracy) for _ in range(REPEATS)]
     run = found[-1][1]
     return min(seconds for seconds, *_ in found), run.stats()["evaluations"], run.run.sweep_count / run.run.step_count
 
 
-def parts_alone(roller_model, each) -> list[str]:
-    """What the parts of a sweep take by themselves, as a row: ns for the nodes of a step, and over the batch kernel."""
-    vehicle = omniroll.Vehicle.paper()
-    options = {"nu": NU, "duration": DURATION, "roller_model": roller_model, "switching": "smooth"}
-    found = sweeps_alone.seconds(checked_task(vehicle, **options, accuracy=ACCURACIES[0]))
-    limit = NODES * each
-    shown = [f"{seconds * 1e9:.0f} ({seconds / limit:.2f}x)" for seconds in found.values()]
-    return [roller_model, f"{limit * 1e9:.0f}", *shown]
-
-
 def answer() -> Answer:
-    rows, alone, worst = [], [], 0.0
+    rows, worst = [], 0.0
     for roller_model in MODELS:
         each = price(roller_model)
-        alone.append(parts_alone(roller_model, each))
         for accuracy in ACCURACIES:
             seconds, evaluations, sweeps = measured(roller_model, accuracy)
             over = seconds / (evaluations * each)
@@ -90,12 +72,7 @@ def answer() -> Answer:
             f"{table(['part', *found], parts)}\n\n"
             "An engine whose evaluations cost what they cost in a batch, and the rest what it costs now, would be at "
             f"{1 + (1 - kernel) * worst:.1f} times the limit, by these shares. The sums over the nodes carry the order "
-            "32 of a step.\n\n"
-            "What an engine cannot do without: parts of a sweep repeated by themselves, each waiting for the one "
-            f"before. ns for the {NODES} nodes of a step, and in brackets over what they cost in the batch kernel:\n\n"
-            f"{table(['rollers', 'batch kernel', *sweeps_alone.PARTS], alone)}\n\n"
-            "An iteration evaluates the rates and sums them up, and no sweep begins before the last one has ended: the "
-            "second of these is the least that it takes, before a step has a length, an end, or a row."
+            "32 of a step."
         ),
         targets=[
             Target(f"motion 3: <= {MOST}x its evaluations in the batch kernel", f"{worst:.1f}x at worst", worst <= MOST)

@@ -2,77 +2,24 @@
 
 import math
 import time
+from functools import partial
 
 import heyoka
-import matplotlib.pyplot as plt
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 import omniroll
-from omniroll.engine.compiled_engine import DONE, FULL, CompiledRun
-from omniroll.engine.simulate import checked_task
 
-from .common import ROOT, Answer, Target, numeric_model, reduced_form, repeated
+from .common import Answer, Target, numeric_model, reduced_form
+from .tools import Engine, Simulate, cheapest, error_at_end, figure, ladder
 
 NU, DURATION = (1.0, 0.0, 1.0), 1000.0
 GOALS = (1e-5, 1e-9)
 LADDER = tuple(float(f"{10 ** (-k / 2):.0e}") for k in range(6, 31))
 SCIPY_LADDER = (1e-8, 1e-13)
 REPEATS = 5
-
-
-def error_at_end(vehicle, end, reference):
-    """The norm of `accuracy`: ((x, y)/R, theta, nu/|nu(0)|); end = (nu, pose)."""
-    nu, pose = np.asarray(end[0], float) - reference[0], np.asarray(end[1], float) - reference[1]
-    scaled = [*pose[:2] / vehicle.platform_radius, pose[2], *nu / np.linalg.norm(NU)]
-    return float(np.abs(scaled).max())
-
-
-# This project
-
-
-class Engine:
-    """The C engine alone: one run, its buffers filled and not read."""
-
-    def __init__(self, vehicle, tolerance, roller_model="locked", switching="smooth", duration=DURATION):
-        self.task = checked_task(
-            vehicle, nu=NU, duration=duration, roller_model=roller_model, switching=switching, accuracy=tolerance
-        )
-        self.tolerance = tolerance
-
-    def __call__(self):
-        seconds, run, self.switches = run_alone(self.task, self.tolerance)
-        self.end, self.steps, self.sweeps = (run.nu, run.pose), run.run.step_count, run.run.sweep_count
-        return seconds
-
-
-def run_alone(task, tolerance):
-    """(seconds in the compiled engine, its run at the end, switches) of a task."""
-    run = CompiledRun(task, tolerance)
-    step, model = run.module.lib.omniroll_run, run.kernel.model_for(run.module.ffi)
-    seconds, status, switches = 0.0, FULL, 0
-    while status == FULL:
-        run.run.row_count = run.run.switch_count = 0
-        start = time.thread_time()
-        status = step(run.struct, model)
-        seconds += time.thread_time() - start
-        switches += run.run.switch_count
-    assert status == DONE
-    return seconds, run, switches
-
-
-def simulated(vehicle, tolerance, control):
-    found = omniroll.simulate(
-        vehicle,
-        nu=NU,
-        duration=DURATION,
-        roller_model="locked",
-        switching="smooth",
-        accuracy=tolerance,
-        control=control,
-    )
-    return found.nu[-1], found.pose[-1]
+TASK = {"nu": NU, "duration": DURATION, "roller_model": "locked", "switching": "smooth"}
 
 
 # heyoka
@@ -229,64 +176,31 @@ class Scipy:
         return time.thread_time() - start
 
 
-# The comparison
-
-
-def ladder(make, vehicle, reference, tolerances, repeats=REPEATS):
-    """[(tolerance, Times, error)]"""
-    found = []
-    for tolerance in tolerances:
-        tool = make(vehicle, tolerance)
-        times = repeated(tool, repeats)
-        found.append((tolerance, times, error_at_end(vehicle, tool.end, reference)))
-    return found
-
-
-def cheapest(found, goal):
-    """The fastest setting whose achieved error is below the goal, or None."""
-    enough = [entry for entry in found if entry[2] <= goal]
-    return min(enough, key=lambda entry: entry[1].least) if enough else None
-
-
 def references(vehicle):
-    """(reference end state, its distance from this project's finest run)."""
+    """(reference end state, its distance from this project's finest run, switches)."""
     fine = Heyoka(vehicle, 1e-18, np.longdouble)
     fine()
-    own = Engine(vehicle, 1e-15)
+    own = Engine(vehicle, 1e-15, **TASK)
     own()
     reference = [np.asarray(part, float) for part in fine.end]
-    return reference, error_at_end(vehicle, own.end, reference), own.switches
-
-
-class Simulate:
-    """simulate(), whole: with the trajectory that it returns."""
-
-    control = False
-
-    def __init__(self, vehicle, tolerance):
-        self.vehicle, self.tolerance = vehicle, tolerance
-
-    def __call__(self):
-        self.end = simulated(self.vehicle, self.tolerance, self.control)
-
-
-class ControlledSimulate(Simulate):
-    """simulate() with its control of the error."""
-
-    control = True
+    return reference, error_at_end(vehicle, own.end, reference, np.linalg.norm(NU)), own.switches
 
 
 def measure():
     vehicle = omniroll.Vehicle.paper()
     reference, confirmed, switches = references(vehicle)
     tools = {
-        "omniroll, the C engine alone": (Engine, LADDER, REPEATS),
-        "omniroll, simulate(control=False)": (Simulate, LADDER, 3),
-        "omniroll, simulate()": (ControlledSimulate, (1e-5, 1e-7, 1e-9), 3),
+        "omniroll, the C engine alone": (partial(Engine, **TASK), LADDER, REPEATS),
+        "omniroll, simulate(control=False)": (partial(Simulate, control=False, **TASK), LADDER, 3),
+        "omniroll, simulate()": (partial(Simulate, **TASK), (1e-5, 1e-7, 1e-9), 3),
         "heyoka": (Heyoka, LADDER, 3),
         "SciPy DOP853": (Scipy, SCIPY_LADDER, 1),
     }
-    found = {tool: ladder(make, vehicle, reference, tols, n) for tool, (make, tols, n) in tools.items()}
+
+    def error(end):
+        return error_at_end(vehicle, end, reference, np.linalg.norm(NU))
+
+    found = {tool: ladder(partial(make, vehicle), tols, n, error) for tool, (make, tols, n) in tools.items()}
     return found, confirmed, switches
 
 
@@ -310,7 +224,10 @@ def answer() -> Answer:
             measured = "the peer does not get there" if math.isnan(value) else f"{value:.1f}x"
             targets.append(Target(claim, measured, value >= wanted))
     targets += _of_simulate(found)
-    _figure(found)
+    curves = {
+        tool: [(1e3 * times.least, max(error, 1e-16)) for _, times, error in entries] for tool, entries in found.items()
+    }
+    figure("benchmark-motion-3.png", curves, xlabel="ms for 1000 s of motion", ylabel="error of the end state")
     return Answer(
         title="3. Motion 3 over 1000 s",
         text=(
@@ -350,16 +267,3 @@ def _of_simulate(found):
         Target("simulate(control=False) <= 1.5x the engine alone, to 1e-9", f"{over:.2f}x", over <= 1.5),
         Target("simulate() with its error estimate >= 3x faster than heyoka, to 1e-9", f"{faster:.1f}x", faster >= 3),
     ]
-
-
-def _figure(found):
-    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
-    for tool, entries in found.items():
-        axes.loglog(
-            [1e3 * times.least for _, times, _ in entries], [max(e, 1e-16) for *_, e in entries], "-o", label=tool
-        )
-    axes.set(xlabel="ms for 1000 s of motion", ylabel="error of the end state")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    figure.savefig(ROOT / "docs/benchmark-motion-3.png", dpi=120, metadata={"Software": None})
-    plt.close(figure)

@@ -3,7 +3,6 @@
 import math
 import time
 
-import matplotlib.pyplot as plt
 import mujoco
 import numpy as np
 
@@ -13,8 +12,9 @@ from omniroll.exchange.mjcf import SPHERES, to_mjcf
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles.parts import cylinder
 
-from .common import ROOT, Answer, Target, Times, repeated
-from .motion import NU, Engine, error_at_end
+from .common import Answer, Target, Times, repeated
+from .motion import NU
+from .tools import Engine, Simulate, error_at_end, figure
 
 DURATION, REPEATS = 2.0, 2
 STEPS = (2e-3, 1e-3, 5e-4, 2e-4)
@@ -67,34 +67,24 @@ class Mujoco:
 
 
 def answer() -> Answer:
-    vehicle = omniroll.Vehicle.paper()
-    fine = Engine(vehicle, 1e-13, "free", "impact", DURATION)
+    vehicle, task = omniroll.Vehicle.paper(), {"nu": NU, "duration": DURATION}  # free rollers, impact
+    fine = Engine(vehicle, 1e-13, **task)
     fine()
-    rows, points = [], []
+    rows, curves = [], {}
 
-    def add(tool, setting, times, end):
-        error = error_at_end(vehicle, end, fine.end)
+    def add(name, setting, tool, repeats):
+        times = repeated(tool, repeats)
+        error = error_at_end(vehicle, tool.end, fine.end, np.linalg.norm(NU))
         speed = Times(DURATION / times.least, DURATION / times.median)
-        rows.append([tool, setting, f"{speed.least:.3g} ({speed.median:.3g})", f"{error:.1e}"])
-        points.append((tool, speed.least, error))
+        curves.setdefault(name, []).append((speed.least, error))
+        rows.append([name, setting, f"{speed.least:.3g} ({speed.median:.3g})", f"{error:.1e}"])
         return speed.least
 
-    engine = Engine(vehicle, ACCURACY, "free", "impact", DURATION)
-    times = repeated(engine, 20)
-    own = add("omniroll, the C engine alone", f"accuracy {ACCURACY:g}", times, engine.end)
-
-    def simulated():
-        found = omniroll.simulate(vehicle, nu=NU, duration=DURATION, accuracy=ACCURACY)
-        simulated.end = found.nu[-1], found.pose[-1]
-
-    times = repeated(simulated, 10)
-    add("omniroll, simulate()", f"accuracy {ACCURACY:g}", times, simulated.end)
-    peers = []
-    for step in STEPS:
-        tool = Mujoco(vehicle, step)
-        times = repeated(tool, REPEATS)
-        peers.append(add("MuJoCo", f"step {1e3 * step:g} ms", times, tool.end))
-    _figure(points)
+    setting = f"accuracy {ACCURACY:g}"
+    own = add("omniroll, the C engine alone", setting, Engine(vehicle, ACCURACY, **task), 20)
+    add("omniroll, simulate()", setting, Simulate(vehicle, ACCURACY, **task), 10)
+    peers = [add("MuJoCo", f"step {1e3 * step:g} ms", Mujoco(vehicle, step), REPEATS) for step in STEPS]
+    figure("benchmark-mujoco.png", curves, xlabel="simulated seconds per second", ylabel="error after 2 s")
     return Answer(
         title="4. A body for each roller in MuJoCo",
         text=(
@@ -110,15 +100,3 @@ def answer() -> Answer:
         targets=[Target("faster than MuJoCo's fastest step", f"{own / max(peers):.0f}x", own > max(peers))],
         figures=["benchmark-mujoco.png"],
     )
-
-
-def _figure(points):
-    figure, axes = plt.subplots(figsize=(6, 3.2), layout="constrained")
-    for tool in dict.fromkeys(tool for tool, *_ in points):
-        chosen = [(speed, error) for name, speed, error in points if name == tool]
-        axes.loglog(*zip(*chosen, strict=True), "-o", label=tool)
-    axes.set(xlabel="simulated seconds per second", ylabel="error after 2 s")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    figure.savefig(ROOT / "docs/benchmark-mujoco.png", dpi=120, metadata={"Software": None})
-    plt.close(figure)

@@ -11,14 +11,13 @@ import sympy
 
 import omniroll
 from omniroll.kernels.firmware import constants_file
-from omniroll.kernels.kernel import kernel
+from omniroll.kernels.kernel import VEHICLE_SCALARS, kernel
 
 from .common import (
     ROOT,
     Answer,
     RightHandSide,
     Target,
-    counted_operations,
     model_as_data,
     model_numbers,
     numeric_model,
@@ -112,10 +111,7 @@ def casadi_function(folder, name, inputs, output):
         f"    static double w[{work}];\n    const double *arg[8] = {{in}};\n    double *res[8] = {{out}};\n"
         "    peer(arg, res, 0, w, 0);\n}\n"
     )
-    peer = RightHandSide(folder, name, [folder / f"{name}.c", wrapper], output.numel())
-    places = (casadi.OP_INPUT, casadi.OP_OUTPUT, casadi.OP_CONST)
-    peer.operations = sum(function.instruction_id(k) not in places for k in range(function.n_instructions()))
-    return peer
+    return RightHandSide(folder, name, [folder / f"{name}.c", wrapper], output.numel())
 
 
 def casadi_generic(folder, vehicle, solver):
@@ -256,13 +252,7 @@ def exact(vehicle, name, nu, chi, third):
     with mpmath.workdps(40):
         numbers = [[mpmath.mpf(float(x)) for x in values] for values in (nu, chi)]
         rest = [[mpmath.mpf(float(x)) for x in row] for row in third]
-        scalars = {
-            key: mpmath.mpf(getattr(vehicle, key))
-            for key in (
-                "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale",
-                "platform_radius", "wheel_radius", "roller_axis_radius",
-            )
-        }  # fmt: skip
+        scalars = {name: mpmath.mpf(getattr(vehicle, name)) for name in VEHICLE_SCALARS}
         angles = [mpmath.mpf(a) for a in vehicle.wheel_angles]
         model = module.prepare(vehicle.wheels, vehicle.rollers_per_wheel, wheel_angles=angles, **scalars)
         out = getattr(module, name)(model, *numbers, rest)
@@ -271,20 +261,13 @@ def exact(vehicle, name, nu, chi, third):
 
 
 def measured(function, states, truth):
-    """Times, error, and operations of a call where they are counted."""
+    """Times and error of a call."""
     error = relative_error(np.array([function(state) for state in states[: len(truth)]]), truth)
-    return function.per_call(states), error, function.operations
-
-
-def own_operations(wheels, rollers):
-    """Operations of `accelerations`; a sine is one, as in CasADi's count."""
-    times = {"once": 1, "wheel": wheels, "slot": rollers - 1, "roller": wheels * (rollers - 1)}
-    counts = counted_operations("free", "accelerations")
-    return sum(times[place] * sum(numbers.values()) for place, numbers in counts.items())
+    return function.per_call(states), error
 
 
 def measure(rollers):
-    """{(row, tool): (Times, error, operations)} for one n."""
+    """{(row, tool): (Times, error)} for one n."""
     vehicle = omniroll.Vehicle.paper(3, rollers)
     nu, chi, spins = random_states(vehicle, STATES)
     momenta = np.random.default_rng(2).uniform(-1, 1, (STATES, 3, 2)) * vehicle.roller_inertia
@@ -385,13 +368,9 @@ def _plain_words(found):
                 words.append(f"{tool} wins the reduced form ({row}): up to {max(ahead):.2f}x faster.")
     if words:
         words.append("It writes three wheels out in one straight line; this kernel loops and serves every N.")
-    best, own = found[5]["full", PEERS[-1]], found[5]["full", "omniroll" + KNOWN][0].least * 1e9
-    count, tenth = own_operations(3, 5), best[0].least * 1e8  # ns
     words.append(
-        "A sparse factorisation in the right order is the peers' best: row `LDL, spins first`. Its error grows with n. "
-        "It is an elimination that costs as much for each roller, as this kernel's: at n = 5 its C has "
-        f"{best[2]} operations and this kernel {count} ({count / own:.1f} a nanosecond). Ten times faster than it "
-        f"would be {tenth:.0f} ns, {count / tenth:.0f} operations a nanosecond."
+        "A sparse factorisation in the right order is the peers' best: row `LDL, spins first`. It is an elimination "
+        "that costs as much for each roller, as this kernel's; its error grows with n."
     )
     return " ".join(words)
 

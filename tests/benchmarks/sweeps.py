@@ -1,8 +1,6 @@
 """Question 7: many short runs against one long one."""
 
 import time
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -20,10 +18,10 @@ REPEATS = 5
 class Sweep:
     """simulate_many over vehicles of different masses, with error estimates, on a number of cores."""
 
-    def __init__(self, cores, part=slice(None)):
+    def __init__(self, cores):
         random = np.random.default_rng(1)
         paper = omniroll.Vehicle.paper()
-        self.vehicles = [paper.replace(mass=paper.mass * factor) for factor in random.uniform(0.8, 1.2, MEMBERS)[part]]
+        self.vehicles = [paper.replace(mass=paper.mass * factor) for factor in random.uniform(0.8, 1.2, MEMBERS)]
         self.cores = cores
 
     def __call__(self):
@@ -48,36 +46,12 @@ def measured(cores):
     return clock, core, sweep.found.error_estimate.max()
 
 
-def halves():
-    """Times by the clock and of all cores, of two processes that do half of the sweep each and share nothing."""
-    together = get_context("spawn")
-    barrier = together.Barrier(2)
-    with ProcessPoolExecutor(2, together, _meet_at, (barrier,)) as pool:
-        of_both = np.array(list(pool.map(_half, (slice(0, None, 2), slice(1, None, 2)))))
-    walls, cores = of_both.max(axis=0)[:, 0], of_both.sum(axis=0)[:, 1]
-    return tuple(Times(times.min(), float(np.median(times))) for times in (walls, cores))
-
-
-def _meet_at(barrier):
-    global meeting
-    meeting = barrier
-
-
-def _half(part):
-    sweep, times = Sweep(1, part), []
-    for _ in range(REPEATS + 1):
-        meeting.wait()
-        times.append(sweep())
-    return times[1:]
-
-
 def answer() -> Answer:
     vehicle = omniroll.Vehicle.paper()
     long = repeated(lambda: omniroll.simulate(vehicle, duration=LONG, control=False, **OPTIONS) and None, REPEATS)
     estimate = omniroll.simulate(vehicle, duration=LONG, **OPTIONS).stats["error_estimate"]
     one, one_core, error = measured(1)
     two, two_core, _ = measured(2)
-    apart, apart_core = halves()
     whole = MEMBERS * LENGTH
     ratio = one_core.least / whole / (long.least / LONG)
     faster = one.least / two.least
@@ -85,15 +59,13 @@ def answer() -> Answer:
         ["one plain run of 1000 s", long.in_unit(1e6 / LONG), "", f"{estimate:.0e}"],
         ["1000 members, one thread", one_core.in_unit(1e6 / whole), one.in_unit(1e6 / whole), f"{error:.0e}"],
         ["1000 members, two threads", two_core.in_unit(1e6 / whole), two.in_unit(1e6 / whole), f"{error:.0e}"],
-        ["500 members each, two processes", apart_core.in_unit(1e6 / whole), apart.in_unit(1e6 / whole), ""],
     ]
     return Answer(
         title="7. A sweep",
         text=(
             "Motion 3 (locked rollers, smooth switches, accuracy 1e-9): 1000 vehicles of different masses, 20 s each, "
             "with error estimates and without trajectories, against one run of 1000 s without an estimate. "
-            "Microseconds for a simulated second, and the largest error estimate. Two processes share nothing, and "
-            "show what two cores of the machine are worth."
+            "Microseconds for a simulated second, and the largest error estimate."
         ),
         headings=["run", "of the cores", "by the clock", "error"],
         rows=rows,

@@ -65,16 +65,8 @@ def answer() -> Answer:
     for roller_model in ("locked", "free"):
         for switching in ("smooth", "impact"):
             without, with_one, cost, error = measure(roller_model, switching)
-            rows.append(
-                [
-                    roller_model,
-                    switching,
-                    without.in_unit(1e6),
-                    with_one.in_unit(1e6),
-                    cost.in_unit(1e9, ".0f"),
-                    f"{error:.0e}",
-                ]
-            )
+            times = without.in_unit(1e6), with_one.in_unit(1e6), cost.in_unit(1e9, ".0f")
+            rows.append([roller_model, switching, *times, f"{error:.0e}"])
             claim = f"a switch costs less than 1 microsecond: {roller_model}, {switching}"
             targets.append(Target(claim, f"{cost.least * 1e9:.0f} ns", cost.least < 1e-6))
     return Answer(

@@ -24,7 +24,7 @@ def main() -> int:
     for place, name in enumerate(names, start=1):
         start = time.perf_counter()
         print(f"... {place}/{len(names)} {name}", file=sys.stderr, end="", flush=True)
-        measurements = cases[name].run(Scale.FULL)
+        measurements = list(cases[name].run(Scale.FULL))
         PAGE.write_text(
             page(cases.values(), [(cases[name], measurements)], PAGE.read_text(encoding="utf-8")), encoding="utf-8"
         )

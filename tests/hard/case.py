@@ -1,6 +1,6 @@
 """What a hard case is, and what measuring it gives."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
@@ -81,7 +81,7 @@ class Case:
     title    the case, in words
     naive    what a naive implementation does
     promise  what this one promises
-    run      measures it
+    run      measures it; it may yield one measurement after the other
     """
 
     name: str
@@ -89,7 +89,7 @@ class Case:
     title: str
     naive: str
     promise: str
-    run: Callable[[Scale], list[Measurement]]
+    run: Callable[[Scale], Iterable[Measurement]]
 
 
 class Cases(list[Case]):
@@ -99,7 +99,7 @@ class Cases(list[Case]):
         super().__init__()
         self.section = section
 
-    def case(self, name: str, title: str, *, naive: str, promise: str) -> Callable[[Run], Run]:
+    def case(self, name: str, title: str, *, promise: str, naive: str = "") -> Callable[[Run], Run]:
         """Decorates the function that measures a case."""
 
         def kept(run: Run) -> Run:

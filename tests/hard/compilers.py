@@ -1,6 +1,7 @@
 """The same kernels in other number types, from other compilers, in other rounding modes, under sanitizers, valgrind."""
 
 import shutil
+from collections.abc import Iterator
 
 from hard.builds import MOTION, ROUNDINGS, SETS, Build
 from hard.case import Cases, Measurement, Scale
@@ -14,27 +15,24 @@ SLOW = ("-O0", "-ffp-contract=off")
 ONE_JOINT = "-DOMNIROLL_MOST_JOINTS(wheels,rollers_per_wheel)=1"  # in a call
 
 
-def measured(part: Sample, kernels: dict[str, Found], number_type: str = "double") -> list[Measurement]:
+def measured(part: Sample, kernels: dict[str, Found], number_type: str = "double") -> Iterator[Measurement]:
     """Errors of all functions under each of the kernels, by what they are on."""
-    found = []
     for model in REFERENCE:
         bench = Bench(part, model)
         for on, outputs in kernels.items():
             errors = list(bench.errors(outputs, EPS[number_type]))
-            found += measurements(errors, on, number_type, components=False)
-    return found
+            yield from measurements(errors, on, number_type, components=False)
 
 
-@CASES.case("number-types", "float, double, long double", naive="", promise=f"{PROMISE}, ulp of the type")
-def number_types(scale: Scale) -> list[Measurement]:
+@CASES.case("number-types", "float, double, long double", promise=f"{PROMISE}, ulp of the type")
+def number_types(scale: Scale) -> Iterator[Measurement]:
     """float on states that it can hold; long double on the same as double."""
-    count, found = scale.of(60, 2_500), []
+    count = scale.of(60, 2_500)
     whole = sample(41, count, 3, 5, closest_tip=1e-9)
     short = moderate(sample(42, count, 3, 5, closest_tip=1e-4))
     for kind in EPS:
         kernels = {"compiled": compiled_kernels(Build(PACKAGE.compiler, PACKAGE.flags, kind))}
-        found += measured(short if kind == "float" else whole, kernels, kind)
-    return found
+        yield from measured(short if kind == "float" else whole, kernels, kind)
 
 
 def moderate(part: Sample) -> Sample:
@@ -60,7 +58,6 @@ def moderate(part: Sample) -> Sample:
 @CASES.case(
     "compilers-and-flags",
     "gcc and clang, -O0 and -O3 -march=native, contraction on and off",
-    naive="",
     promise=f"each build: {PROMISE}",
 )
 def compilers_and_flags(scale: Scale) -> list[Measurement]:
@@ -69,7 +66,7 @@ def compilers_and_flags(scale: Scale) -> list[Measurement]:
     return measured(sample(43, scale.of(60, 2_500), 3, 5, closest_tip=1e-9), kernels)
 
 
-@CASES.case("directed-rounding", "Rounding up, down, towards zero", naive="", promise=PROMISE)
+@CASES.case("directed-rounding", "Rounding up, down, towards zero", promise=PROMISE)
 def directed_rounding(scale: Scale) -> list[Measurement]:
     """The compiler is told that the mode may change."""
     build = Build("gcc", ("-O2", "-frounding-math", "-ffp-contract=off"))
@@ -80,7 +77,6 @@ def directed_rounding(scale: Scale) -> list[Measurement]:
 @CASES.case(
     "sanitizers-and-valgrind",
     "All functions, and steps through joints, under sanitizers and valgrind",
-    naive="",
     promise="nothing is found",
 )
 def clean(scale: Scale) -> list[Measurement]:

@@ -32,9 +32,6 @@ class Motion(Protocol):
     def kept(self, time: Any, y: Row, z: Row) -> Row:
         """Functions of y, and of t z, that stay zero; linear in z."""
 
-    def balance(self, time: Any, y: Row, z: Row, rates: Row) -> Row:
-        """Functions of y' and z that are zero; linear in these."""
-
 
 class Series:
     """The coefficients `y` and `z` of a motion about a state.
@@ -55,9 +52,8 @@ class Series:
         """z at the start, and how conditions and rates feel the unknowns there."""
         for _ in range(MOST):
             left = self._left(0, self._rates(0))
-            matrix, self.direct, self.response = self._slopes()
-            self.matrix, self.count = matrix, len(self.direct)
-            change = solved(matrix, [-value for value in left])
+            self.matrix, self.direct, self.response = self._slopes()
+            change = solved(self.matrix, [-value for value in left])
             for z, by in zip(self.z, change, strict=True):
                 z[0] = (z[0] + by).mid()
             if all(abs(float(by)) <= FULL * (1.0 + abs(float(z[0]))) for z, by in zip(self.z, change, strict=True)):
@@ -78,8 +74,7 @@ class Series:
             felt = [coefficient(h, 1) for h in self.motion.kept(zero, turned, still)]
             larger = [arb_series([c[0] + int(i == j)], 2) for i, c in enumerate(self.z)]
             own = [coefficient(h, 1) - b for h, b in zip(self.motion.kept(time, now, larger), before, strict=True)]
-            balance = [coefficient(a, 1) for a in self.motion.balance(zero, now, moved, rates)]
-            columns.append([*(a + b for a, b in zip(felt, own, strict=True)), *balance])
+            columns.append([a + b for a, b in zip(felt, own, strict=True)])
             direct.append(own)
             response.append(along)
         return transposed(columns), transposed(direct), response
@@ -99,9 +94,7 @@ class Series:
             for c, rate in zip(self.y, rates, strict=True)
         ]
         unknowns = [arb_series(c[: k + 1], k + 2) for c in self.z]
-        time, now = arb_series([0, 1], k + 2), [arb_series(c[: k + 1], k + 1) for c in self.y]
-        kept = [coefficient(h, k + 1) for h in self.motion.kept(time, ahead, unknowns)]
-        return kept + [coefficient(a, k) for a in self.motion.balance(time, now, self._unknowns(k), rates)]
+        return [coefficient(h, k + 1) for h in self.motion.kept(arb_series([0, 1], k + 2), ahead, unknowns)]
 
     def _extend(self, k: int) -> None:
         """Coefficient k of z, and k + 1 of y."""
@@ -120,11 +113,10 @@ class Series:
 
     def _matrix_at(self, k: int) -> list[Row]:
         """Of the conditions at order k: y_{k+1} feels z_k by 1/(k+1), t z by 1."""
-        kept = [
+        return [
             [d + (m - d) / (k + 1) for m, d in zip(row, direct, strict=True)]
-            for row, direct in zip(self.matrix[: self.count], self.direct, strict=True)
+            for row, direct in zip(self.matrix, self.direct, strict=True)
         ]
-        return kept + self.matrix[self.count :]
 
     def length(self, error: float) -> float:
         """Of a step whose last two coefficients are as small as `error`, relative to the largest of y."""

@@ -224,7 +224,6 @@ def compiled_kernel(part: Sample, row: int, set_name: str) -> CompiledKernel:
 @CASES.case(
     "kernels-with-effects",
     "Every function of kernels with effects: each effect alone, and all together",
-    naive="",
     promise=OF_THE_FUNCTION,
 )
 def of_effects(scale: Scale) -> list[Measurement]:
@@ -235,7 +234,6 @@ def of_effects(scale: Scale) -> list[Measurement]:
 @CASES.case(
     "derivatives",
     "The derivatives of accelerations and rates, alone and with all effects",
-    naive="",
     promise=OF_THE_FUNCTION,
 )
 def of_derivatives(scale: Scale) -> list[Measurement]:

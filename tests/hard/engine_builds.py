@@ -43,7 +43,6 @@ def switches(build: Build, rounding: str, duration: float) -> np.ndarray:
 @CASES.case(
     "same-switches",
     "A run with each compiler, each set of flags, each rounding mode",
-    naive="",
     promise="the same wheels in the same order; times within ten tolerances of the steps",
 )
 def same_switches(scale: Scale) -> list[Measurement]:

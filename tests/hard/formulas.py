@@ -1,6 +1,6 @@
 """Formulas where they lose their digits: tips, light and heavy rollers, wheels almost in line, one wheel and many."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -15,9 +15,8 @@ Fields = dict[str, np.ndarray]  # of the vehicles drawn so far
 
 def measured(
     scale: Scale, parts: list[Sample], names: list[str], models: tuple[str, ...], naive: Callable | None
-) -> list[Measurement]:
+) -> Iterator[Measurement]:
     """Errors of some functions on all samples, compiled and in Python, beside naive ones where there are such."""
-    found = []
     for part in parts:
         for model in models:
             bench = Bench(part, model, names)
@@ -25,8 +24,7 @@ def measured(
             theirs = {(e.set_name, e.function): worst(e.vectors) for e in written}
             for on, kernels in (("compiled", compiled_kernels()), ("python", python_kernels)):
                 for e in bench.errors(kernels):
-                    found += measurements([e], on, naive=theirs.get((e.set_name, e.function)), components=False)
-    return found
+                    yield from measurements([e], on, naive=theirs.get((e.set_name, e.function)), components=False)
 
 
 def case(

@@ -4,6 +4,7 @@ Two wheels that face each other, driven along: with the torque T on each and the
 J w' = T - l F, so that the slip s = l w - v obeys s' = l T/J - F (l^2/J + 2/M).
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -38,9 +39,8 @@ def measured(what: str, model: str, value: float, bound: float) -> Measurement:
     naive="lets friction fade in a band of slow slips, so that what should stick creeps",
     promise="below the cone nothing moves; beyond it the slip is that of the closed form",
 )
-def at_the_cone(scale: Scale) -> list[Measurement]:
+def at_the_cone(scale: Scale) -> Iterator[Measurement]:
     """At rest, with torques that ask for a little less than the friction, for all of it, and for a little more."""
-    found = []
     for model in scale.of(("massless",), ("massless", "free")):
         wrong, creep, off, parts = 0, 0.0, 0.0, (0.5, 1 - 1e-6, 1 - 1e-12, 1 + 1e-12, 1 + 1e-6, 2.0)
         for part in parts:
@@ -51,12 +51,9 @@ def at_the_cone(scale: Scale) -> list[Measurement]:
             creep = max(creep, slip if part < 1 else 0.0)
             wanted = max(part - 1, 0.0) * FRICTION * LOAD * YIELDS * 0.01
             off = max(off, abs(slip - wanted) / (FRICTION * LOAD * YIELDS * 0.01))
-        found += [
-            measured("modes judged wrongly", model, wrong, 0),
-            measured("slip in m/s that should be none", model, creep, 0),
-            measured("error of the slip / that which friction alone would make", model, off, 1e-11),
-        ]
-    return found
+        yield measured("modes judged wrongly", model, wrong, 0)
+        yield measured("slip in m/s that should be none", model, creep, 0)
+        yield measured("error of the slip / that which friction alone would make", model, off, 1e-11)
 
 
 @CASES.case(
@@ -113,9 +110,8 @@ def reversing(scale: Scale) -> list[Measurement]:
     naive="lets them slip at each joint",
     promise="the motion is that of rolling",
 )
-def on_a_joint(scale: Scale) -> list[Measurement]:
+def on_a_joint(scale: Scale) -> Iterator[Measurement]:
     """Contacts that stick stand on joints, go over them and back: the motion is that of rolling."""
-    found = []
     start = {"nu": (0.3, -0.2, 0.4), "chi": (JOINT, -JOINT, JOINT), "roller_model": "massless", "accuracy": 1e-12}
     for duration in scale.of((0.5,), (0.5, 3.0)):
         back = TorqueTable((0.0, duration), ((0.02, 0.02, 0.0), (-0.03, 0.0, 0.02)))
@@ -128,9 +124,6 @@ def on_a_joint(scale: Scale) -> list[Measurement]:
         apart = float(np.abs(end_of(rolls) - end_of(sticks)).max())
         balance = abs(sticks.ledger.residual) / sum(map(abs, sticks.ledger.contributions.values()))
         setting = f"massless, {duration} s"
-        found += [
-            measured("contacts that slip, and switches too many or too few", setting, slips, 0),
-            measured("distance from rolling", setting, apart, 1e-10),
-            measured("energy of rolling down, relative", setting, balance, 1e-10),
-        ]
-    return found
+        yield measured("contacts that slip, and switches too many or too few", setting, slips, 0)
+        yield measured("distance from rolling", setting, apart, 1e-10)
+        yield measured("energy of rolling down, relative", setting, balance, 1e-10)

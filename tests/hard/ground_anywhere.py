@@ -6,19 +6,16 @@ A scene follows from its number alone, so that one that fails is found again: `s
 """
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from hard.case import Cases, Measurement, Scale
 from omniroll import Bearings, Contact, Controller, Motor, Slope, Torque, TorqueTable, simulate
 from omniroll.effects.effect import Effect
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.vehicle import Vehicle
 
-CASES = Cases("Effects")
 SEED = 97
 GRAVITY = 9.7
 DURATION = 0.05
@@ -136,13 +133,6 @@ def unbalanced(run: Trajectory) -> float:
     return abs(run.ledger.residual) / energy if energy > 0 else 0.0
 
 
-def steep_scenes(law: str) -> Iterator[int]:
-    """The numbers of the scenes of a law."""
-    for number in itertools.count():
-        if scene(number)[1]["effects"][0].law == law:
-            yield number
-
-
 def on_steep_ground(number: int) -> tuple[Vehicle, dict[str, Any]]:
     """A scene of a smooth law on ground that makes it stiff; a named speed is as low as makes it so at rest."""
     vehicle, task = scene(number)
@@ -161,27 +151,3 @@ def missed_on_steep_ground(number: int) -> tuple[float, float]:
     run, finer = (simulate(vehicle, **task | {"accuracy": accuracy}) for accuracy in (COARSE, FINE))
     apart = np.abs(run.nu[-1] - finer.nu[-1]).max() / np.abs(finer.nu).max()
     return unbalanced(run) / COARSE, float(apart) / COARSE
-
-
-def missed_by_low_speeds(number: int) -> float:
-    """Over the accuracy: the energy that the ledger does not account for."""
-    vehicle, task = on_steep_ground(number)
-    return unbalanced(simulate(vehicle, **task | {"accuracy": COARSE})) / COARSE
-
-
-@CASES.case(
-    "ground-steep",
-    "400 random vehicles on a ground of 1e6 N s/m, whose slips decay in microseconds, and axles that stick",
-    naive="takes an iteration for settled whose ratios of change take turns: speeds miss ten times the accuracy",
-    promise="the ledger closes within the accuracy, and the speeds are those of a finer run",
-)
-def steep(scale: Scale) -> list[Measurement]:
-    numbers = itertools.islice(steep_scenes("viscous"), scale.of(6, 400))
-    balance, apart = np.max([missed_on_steep_ground(number) for number in numbers], axis=0)
-    numbers = itertools.islice(steep_scenes("regularised"), scale.of(6, 300))
-    found = {
-        "energy that the ledger does not account for / accuracy": (float(balance), 1.0),
-        "nu at the end, beside a finer run / accuracy": (float(apart), float(MISSES)),
-        "energy / accuracy, named speeds as low": (max(map(missed_by_low_speeds, numbers)), float(MISSES)),
-    }
-    return [Measurement(what, "compiled", "double", "all", *numbers) for what, numbers in found.items()]

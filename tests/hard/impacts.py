@@ -1,5 +1,7 @@
 """Impacts that send a wheel back, and a wheel that both rollers send to its joint."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from hard.case import Cases, Measurement, Scale
@@ -22,11 +24,9 @@ def slow_arrival(random: np.random.Generator, model: str) -> dict:
 @CASES.case(
     "sent-back",
     "An impact that reverses the wheel which caused it",
-    naive="",
     promise="the law is applied again at the same instant until no wheel moves outwards; energy never rises",
 )
-def sent_back(scale: Scale) -> list[Measurement]:
-    found = []
+def sent_back(scale: Scale) -> Iterator[Measurement]:
     for model in ("locked", "free"):
         random = np.random.default_rng(41)
         starts = [slow_arrival(random, model) for _ in range(scale.of(6, 15))]
@@ -39,12 +39,9 @@ def sent_back(scale: Scale) -> list[Measurement]:
             setting = Setting(model, "impact", engine)
             rise = max(float(r.switches.energy_jump.max(initial=0)) / r.energy[0] for r in runs[engine])
             unfinished = sum(run.t[-1] < 1.0 for run in runs[engine])
-            found += [
-                setting.measurement("runs that lose a wheel or give up, in %", 100 / len(starts) * unfinished, 0),
-                setting.measurement("largest gain of energy, relative", rise, 1e-15),
-                setting.measurement("distance of the engines' ends", apart, 10 * EPS**0.5),
-            ]
-    return found
+            yield setting.measurement("runs that lose a wheel or give up, in %", 100 / len(starts) * unfinished, 0)
+            yield setting.measurement("largest gain of energy, relative", rise, 1e-15)
+            yield setting.measurement("distance of the engines' ends", apart, 10 * EPS**0.5)
 
 
 def _run(setting: Setting, start: dict) -> Trajectory:
@@ -84,14 +81,12 @@ def held_states(model: str, tries: int) -> list[dict]:
     naive="runs in an endless loop",
     promise="the run goes on, or the watchdog stops it, names time, wheel and state, and keeps the trajectory",
 )
-def held_on_the_joint(scale: Scale) -> list[Measurement]:
-    found = []
+def held_on_the_joint(scale: Scale) -> Iterator[Measurement]:
     for setting in settings(models=("free",), laws=("smooth",)):
         states = held_states(setting.model, 40_000)[: scale.of(2, 20)]
         assert states
         unclear = sum(not _ends_or_says_why(setting, state) for state in states)
-        found.append(setting.measurement("runs that neither end nor say when, where and why", unclear, 0))
-    return found
+        yield setting.measurement("runs that neither end nor say when, where and why", unclear, 0)
 
 
 def _ends_or_says_why(setting: Setting, state: dict) -> bool:

@@ -1,81 +1,65 @@
 """Any vehicle, any state: refused by name, or run to something finite that satisfies the invariants."""
 
-import signal
-import sys
+import struct
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
+from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
 
 import omniroll
-from hard.case import Case, Measurement
-from hard.setting import DOUBLE, ENGINES, LAWS, MODELS, PAPER, speeds_of_wheels
+from hard.attempts import Attempt, broken, tried
+from hard.case import Cases, Measurement, Scale
+from hard.setting import DOUBLE, ENGINES, JOINT, LAWS, MODELS, PAPER, speeds_of_wheels
 from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Trajectory, Vehicle, kernel
 
-SECTION = "Input"
-SCENES = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))
-PATIENCE, ASLEEP = 60, 600  # s, for one input
+CASES = Cases("Input")
+PATIENCE = 60  # s of the processor, for one input
 MOST_PHASES = 4  # of an accepted run, about
-
 FIELDS = {name: value for name, value in PAPER.as_dict().items() if isinstance(value, float)}
-WILD = st.sampled_from([0, -1.0, 1e-320, 1e-160, 1e160, 1e308, float("nan"), float("inf"), "one", None, True, [], [1]])
-FACTORS = st.floats(-3, 3).map(lambda power: 10.0**power)
+WILD = (0, -1.0, 1e-320, 1e-160, 1e160, 1e308, float("nan"), float("inf"), "one", None, True, [], [1])
 
 
-def with_something_wild(usual: st.SearchStrategy) -> st.SearchStrategy:
+def any_float(random: np.random.Generator) -> float:
+    return struct.unpack("d", random.bytes(8))[0]
+
+
+def with_something_wild(values: dict[str, Any], random: np.random.Generator) -> dict[str, Any]:
     """Half of them as they are, half with one value replaced by anything."""
-
-    def replaced(values: dict) -> st.SearchStrategy:
-        anything = st.one_of(WILD, st.floats(), st.lists(st.floats(), max_size=5))
-        return st.dictionaries(st.sampled_from(sorted(values)), anything, max_size=1).map(lambda wild: values | wild)
-
-    return usual.flatmap(replaced)
+    anything = (WILD[random.integers(len(WILD))], any_float(random), [any_float(random) for _ in range(3)])
+    wild = {str(random.choice(sorted(values))): anything[random.integers(3)]}
+    return values | wild if random.random() < 0.5 else values
 
 
-def near(value: float) -> st.SearchStrategy:
-    """Near the paper's vehicle's, or anything positive."""
-    return st.one_of(st.floats(0.7, 1.4).map(lambda factor: value * factor), FACTORS.map(lambda factor: value * factor))
-
-
-def vehicles() -> st.SearchStrategy:
+def vehicle(random: np.random.Generator) -> dict[str, Any]:
     """Fields of a vehicle with one to six wheels; up to three numbers are not the paper's."""
-    sizes = st.fixed_dictionaries({"wheels": st.integers(1, 6), "rollers_per_wheel": st.integers(4, 40)})
-    changes = st.lists(st.sampled_from(sorted(FIELDS)), max_size=3, unique=True).flatmap(
-        lambda chosen: st.fixed_dictionaries({name: near(FIELDS[name]) for name in chosen})
-    )
-
-    def merged(parts: tuple[dict, dict]) -> dict:
-        base = Vehicle.paper(**parts[0]).as_dict() | {"wheel_angles": None}
-        return base | parts[1]
-
-    return with_something_wild(st.tuples(sizes, changes).map(merged))
+    size = int(random.integers(1, 7)), int(random.integers(4, 41))
+    made = Vehicle.paper(*size).as_dict() | {"wheel_angles": None}
+    for name in random.choice(sorted(FIELDS), random.integers(4), replace=False):
+        factor = random.uniform(0.7, 1.4) if random.random() < 0.5 else 10 ** random.uniform(-3, 3)
+        made[str(name)] = FIELDS[name] * float(factor)
+    return with_something_wild(made, random)
 
 
-def states() -> st.SearchStrategy:
+def state(random: np.random.Generator) -> dict[str, Any]:
     """Arguments of simulate for the paper's vehicle, but for the duration."""
-    joint = np.pi / PAPER.rollers_per_wheel
-    speed = st.one_of(st.floats(-3, 3), st.sampled_from([0.0, 1.0, -0.25]))
-    angle = st.one_of(st.floats(-joint, joint), st.sampled_from([joint, -joint, 0.0]))
-    three = {"min_size": 3, "max_size": 3}
-    return with_something_wild(
-        st.fixed_dictionaries(
-            {
-                "nu": st.lists(speed, **three),
-                "chi": st.one_of(angle, st.lists(angle, **three)),
-                "pose": st.lists(st.floats(-1e3, 1e3), **three),
-                "spins": st.one_of(st.just(0.0), st.floats(-5, 5)),
-                "start_time": st.one_of(st.just(0.0), st.floats(-1e9, 1e9)),
-                "roller_model": st.sampled_from(MODELS),
-                "switching": st.sampled_from(LAWS),
-                "engine": st.sampled_from(ENGINES),
-                "accuracy": st.floats(1e-13, 1e-3),
-            }
-        )
-    )
+
+    def some(low: float, high: float, *special: float) -> float:
+        """A number between two, or every third time one that is special."""
+        return float(random.choice(special) if random.random() < 1 / 3 else random.uniform(low, high))
+
+    chi = [some(-JOINT, JOINT, JOINT, -JOINT, 0.0) for _ in range(3)]
+    made = {
+        "nu": [some(-3, 3, 0.0, 1.0, -0.25) for _ in range(3)],
+        "chi": chi if random.random() < 0.5 else chi[0],
+        "pose": random.uniform(-1e3, 1e3, 3).tolist(),
+        "spins": some(-5, 5, 0.0),
+        "start_time": some(-1e9, 1e9, 0.0),
+        "roller_model": str(random.choice(MODELS)),
+        "switching": str(random.choice(LAWS)),
+        "engine": str(random.choice(ENGINES)),
+        "accuracy": float(10 ** random.uniform(-13, -3)),
+    }
+    return with_something_wild(made, random)
 
 
 def phases_long(vehicle: Vehicle, nu: object, spins: object = 0) -> float:
@@ -96,117 +80,66 @@ def check_run(run: Trajectory) -> None:
     for name in ("t", "nu", "chi", "pose", "contact_spin", "energy"):
         assert np.isfinite(getattr(run, name)).all(), name
     assert run.spins is None or np.isfinite(run.spins).all()
-    joint = np.pi / run.vehicle.rollers_per_wheel
-    assert np.abs(run.chi).max() <= joint
-    assert ((run.contact >= 0) & (run.contact < run.vehicle.rollers_per_wheel)).all()
-    assert (np.diff(run.t) >= 0).all() and (np.diff(run.elapsed) >= 0).all()
-    assert (run.energy >= 0).all()
+    assert np.abs(run.chi).max() <= np.pi / run.vehicle.rollers_per_wheel, "beyond the joint"
+    assert ((run.contact >= 0) & (run.contact < run.vehicle.rollers_per_wheel)).all(), "no roller"
+    assert (np.diff(run.t) >= 0).all() and (np.diff(run.elapsed) >= 0).all(), "back in time"
+    assert (run.energy >= 0).all(), "negative energy"
     if run.switching == "impact" and len(run.switches):  # Carnot
-        assert run.switches.energy_jump.max() <= 1e-12 * run.energy.max()
+        assert run.switches.energy_jump.max() <= 1e-12 * run.energy.max(), "an impact adds energy"
 
 
-def check_stopped(stopped: SimulationStopped) -> None:
-    assert stopped.reason and np.isfinite(stopped.t) and set(stopped.state) == {"nu", "chi", "pose", "contact"}
-    assert stopped.trajectory.t[-1] == stopped.t
-
-
-def check_vehicle(fields: dict) -> None:
+def outcome(vehicle: Vehicle, may_be_wrong: tuple[str, ...], **task: Any) -> str:
+    """What came of a run, which keeps what is promised: it ends well, names what is wrong, or says why it stopped."""
     try:
-        vehicle = Vehicle(**fields)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            check_run(omniroll.simulate(vehicle, **task, control=False))
+    except SimulationStopped as stopped:
+        assert stopped.reason and np.isfinite(stopped.t) and set(stopped.state) == {"nu", "chi", "pose", "contact"}
+        assert stopped.trajectory.t[-1] == stopped.t
+        return "stopped"
+    except InvalidValueError as refused:
+        assert refused.field in may_be_wrong, refused.field
+        return "refused"
+    return "done"
+
+
+def try_vehicle(seed: int) -> str:
+    fields = vehicle(np.random.default_rng([1, seed]))
+    try:
+        made = Vehicle(**fields)
     except InvalidValueError as refused:
         assert refused.field in fields, refused.field
-        return
+        return "refused"
     nu = (1.0, 0.3, 0.8)
-    for model in MODELS:
-        try:
-            run = omniroll.simulate(
-                vehicle, nu=nu, duration=phases_long(vehicle, nu), roller_model=model, accuracy=1e-6, control=False
-            )
-        except SimulationStopped as stopped:
-            check_stopped(stopped)
-        except InvalidValueError as refused:
-            assert refused.field in ("nu", "duration"), refused.field
-        else:
-            check_run(run)
+    task = {"nu": nu, "duration": phases_long(made, nu), "accuracy": 1e-6}
+    return [outcome(made, ("nu", "duration"), roller_model=model, **task) for model in MODELS][-1]
 
 
-def check_state(arguments: dict) -> None:
-    duration = phases_long(PAPER, arguments["nu"], arguments["spins"])
-    try:
-        run = omniroll.simulate(PAPER, **arguments, duration=duration, control=False)
-    except SimulationStopped as stopped:
-        check_stopped(stopped)
-    except InvalidValueError as refused:
-        assert refused.field in (*arguments, "duration", "spins"), refused.field
-    else:
-        check_run(run)
+def try_state(seed: int) -> str:
+    task = state(np.random.default_rng([2, seed]))
+    duration = phases_long(PAPER, task["nu"], task["spins"])
+    return outcome(PAPER, (*task, "duration", "spins"), **task, duration=duration)
 
 
-@contextmanager
-def in_time() -> Iterator[None]:
-    """An error where the body takes more than PATIENCE of the processor's time, whatever else runs on the machine; or,
-    where it only waits, more than ASLEEP."""
-
-    def ring(*_):
-        raise AssertionError(f"no result within {PATIENCE} s of work, or {ASLEEP} s")
-
-    timers = (signal.ITIMER_PROF, signal.SIGPROF, PATIENCE), (signal.ITIMER_REAL, signal.SIGALRM, ASLEEP)
-    before = [signal.signal(number, ring) for _, number, _ in timers]
-    for timer, _, limit in timers:
-        signal.setitimer(timer, limit)
-    try:
-        yield
-    finally:
-        for (timer, number, _), handler in zip(timers, before, strict=True):
-            signal.setitimer(timer, 0)
-            signal.signal(number, handler)
+def measured(attempt: Attempt, count: int, on: str) -> list[Measurement]:
+    lines = tried(attempt, count, PATIENCE)
+    return [Measurement(f"promises broken by {count} inputs", on, DOUBLE, "", broken(lines), 0)]
 
 
-def broken(check: Callable, strategy: st.SearchStrategy, examples: int) -> int:
-    """0 where the check holds for so many inputs; else 1, with the smallest input that breaks it on stderr."""
-
-    @settings(
-        max_examples=examples,
-        deadline=None,
-        database=None,
-        derandomize=True,
-        suppress_health_check=list(HealthCheck),
-        phases=(Phase.explicit, Phase.generate, Phase.shrink),
-    )
-    @given(strategy)
-    def hold(value):
-        with in_time(), warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)
-            check(value)
-
-    try:
-        hold()
-    except Exception as error:  # whatever it is, it is not what was promised
-        print(*getattr(error, "__notes__", []), repr(error), sep="\n", file=sys.stderr)
-        return 1
-    return 0
+@CASES.case(
+    "any-vehicle",
+    "Any vehicle",
+    promise="either refused by the name of the wrong field, or the runs are finite and satisfy the invariants",
+)
+def any_vehicle(scale: Scale) -> list[Measurement]:
+    return measured(try_vehicle, scale.of(60, 2000), "compiled, all roller models")
 
 
-def measured(check: Callable, strategy: st.SearchStrategy, examples: int, on: str) -> list[Measurement]:
-    what = f"promises broken by {examples} inputs"
-    return [Measurement(what, on, DOUBLE, "", broken(check, strategy, examples), 0)]
-
-
-CASES = [
-    Case(
-        name="any-vehicle",
-        section=SECTION,
-        title="Any vehicle",
-        naive="",
-        promise="either refused by the name of the wrong field, or the runs are finite and satisfy the invariants",
-        run=lambda scale: measured(check_vehicle, vehicles(), scale.of(60, 2000), "compiled, all roller models"),
-    ),
-    Case(
-        name="any-state",
-        section=SECTION,
-        title="Any start",
-        naive="",
-        promise="as above; no run takes longer than a minute, and one that is stopped keeps its trajectory",
-        run=lambda scale: measured(check_state, states(), scale.of(80, 3000), "both engines"),
-    ),
-]
+@CASES.case(
+    "any-state",
+    "Any start",
+    promise="as above; no run takes longer than a minute, and one that is stopped keeps its trajectory",
+)
+def any_state(scale: Scale) -> list[Measurement]:
+    return measured(try_state, scale.of(80, 3000), "both engines")

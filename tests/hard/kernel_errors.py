@@ -63,9 +63,8 @@ class Bench:
 
 def measurements(
     errors: list[Errors], on: str, number_type: str = "double", naive: float | None = None, components: bool = True
-) -> list[Measurement]:
+) -> Iterator[Measurement]:
     """The worst vector, and the vectors and components in bulk, of each function."""
-    found = []
     for e in errors:
         if np.isnan(e.vectors).all():
             continue  # no state left to judge
@@ -77,8 +76,7 @@ def measurements(
             values[f"of single components, {BULK} % of all"] = (percentile(e.components), BULK_BOUND)
         for place, (what, (value, bound)) in enumerate(values.items()):
             setting = f"{e.set_name} {e.function}"
-            found.append(Measurement(what, on, number_type, setting, value, bound, None if place else naive))
-    return found
+            yield Measurement(what, on, number_type, setting, value, bound, None if place else naive)
 
 
 def worst(units: np.ndarray) -> float:

@@ -55,7 +55,6 @@ def worst_state(group: list[Errors]) -> Sample:
 @CASES.case(
     "kernels-against-balls",
     "Every function of every kernel, 10^5 states, log-uniform and on the boundaries",
-    naive="",
     promise=OF_THE_FUNCTION,
 )
 def against_balls(scale: Scale) -> list[Measurement]:
@@ -104,15 +103,12 @@ def kept_states() -> Iterator[tuple[str, str, Sample]]:
 @CASES.case(
     "worst-states",
     "The worst state of each function, kept",
-    naive="",
     promise=f"at most {BOUND} ulp times the condition",
 )
-def worst_states(scale: Scale) -> list[Measurement]:
+def worst_states(scale: Scale) -> Iterator[Measurement]:
     """Each function on the state that was its worst when all were measured last."""
-    found = []
     for set_name, function, state in kept_states():
         bench = Bench(state, set_name.removesuffix("_sharp"), [function])
         for on, outputs in (("compiled", compiled_kernels()), ("python", python_kernels)):
             errors = list(bench.errors(outputs))
-            found += [m for m in measurements(errors, on, components=False) if m.bound == BOUND]
-    return found
+            yield from (m for m in measurements(errors, on, components=False) if m.bound == BOUND)

@@ -1,5 +1,6 @@
 """Times known beforehand: thousands of knots, tables that jump by decades, samples that are very short or very long."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,8 +56,7 @@ class Driven:
     naive="does not know of the knots, and gives up after 200 000 evaluations between two switches",
     promise="errors are at most those of a rounding for each knot, and a knot costs a step",
 )
-def many_knots(scale: Scale) -> list[Measurement]:
-    found = []
+def many_knots(scale: Scale) -> Iterator[Measurement]:
     for engine, knots in {"compiled": scale.of(2000, 20_000), "python": scale.of(200, 2000)}.items():
         (setting,) = on_the_spot.settings(engine)
         random = np.random.default_rng(61)
@@ -65,11 +65,8 @@ def many_knots(scale: Scale) -> list[Measurement]:
         driven = Driven(20.0, table, float(times[-1]) + 1e-3)
         run = driven.run(setting)
         passed = knots + len(np.unique(run.switches.t))
-        found += [
-            setting.measurement("error of nu_3 and heading, in eps for each knot", driven.missed(run) / knots, 1),
-            setting.measurement("steps for each knot and switch", run.stats["steps"] / passed, 2),
-        ]
-    return found
+        yield setting.measurement("error of nu_3 and heading, in eps for each knot", driven.missed(run) / knots, 1)
+        yield setting.measurement("steps for each knot and switch", run.stats["steps"] / passed, 2)
 
 
 def pulses(random: np.random.Generator, interpolation: str) -> TorqueTable:
@@ -94,8 +91,7 @@ def pulses(random: np.random.Generator, interpolation: str) -> TorqueTable:
     naive="steps over the pulses",
     promise="the motion is the closed form",
 )
-def decades(scale: Scale) -> list[Measurement]:
-    found = []
+def decades(scale: Scale) -> Iterator[Measurement]:
     for setting in on_the_spot.settings(*ENGINES):
         random, worst = np.random.default_rng(62), 0.0
         for _ in range(scale.of(1, 10)):
@@ -104,8 +100,7 @@ def decades(scale: Scale) -> list[Measurement]:
                 jumps = np.abs(np.array(driven.table.torque)[:, 0])
                 assert jumps.max() / jumps.min() > DECADES / 100
                 worst = max(worst, driven.missed(driven.run(setting)))
-        found.append(setting.measurement("error of nu_3 and heading, in eps", worst, 64))
-    return found
+        yield setting.measurement("error of nu_3 and heading, in eps", worst, 64)
 
 
 def sampled(q: mpmath.mpf, target: float, gain: float, sample_time: float, duration: float) -> tuple:
@@ -127,15 +122,14 @@ def sampled(q: mpmath.mpf, target: float, gain: float, sample_time: float, durat
     naive="adds the samples to the large time and loses their digits",
     promise="the motion is the closed form",
 )
-def samples(scale: Scale) -> list[Measurement]:
+def samples(scale: Scale) -> Iterator[Measurement]:
     """1e-6 s and 1e6 s, on a clock that starts at 0 and at a time of today."""
-    found, amount = [], {"compiled": scale.of(2000, 50_000), "python": scale.of(100, 1000)}
+    amount = {"compiled": scale.of(2000, 50_000), "python": scale.of(100, 1000)}
     for setting in on_the_spot.settings(*ENGINES):
         for sample_time, speed, count in ((1e-6, 1.0, amount[setting.engine]), (1e6, 1e-6, 3)):
             missed = max(sampling(setting, sample_time, speed, count, start_time) for start_time in (0.0, 1.7e9))
             what = f"samples of {sample_time:g} s: error in eps for each sample"
-            found.append(setting.measurement(what, missed / count, 1))
-    return found
+            yield setting.measurement(what, missed / count, 1)
 
 
 def sampling(setting: Setting, sample_time: float, speed: float, count: int, start_time: float) -> float:
@@ -173,12 +167,12 @@ def all_known_at(start: dict[str, Any], time: float) -> tuple[Effect, ...]:
     naive="takes the sample before the switch, or loses the wheel",
     promise="the switch comes first, and the sample sees the speeds after it; each comes once",
 )
-def one_instant(scale: Scale) -> list[Measurement]:
+def one_instant(scale: Scale) -> Iterator[Measurement]:
     """A sample and a knot 10 ulp before a switch, ... , 10 ulp after it, against the true motion with both after it.
 
     Under impact the sample sees other speeds after the switch than before it.
     """
-    found, ulps = [], scale.of((-1, 0, 1), (-10, -1, 0, 1, 10))
+    ulps = scale.of((-1, 0, 1), (-10, -1, 0, 1, 10))
     for model in scale.of(("locked",), MODELS):
         random, judged = np.random.default_rng([63, MODELS.index(model)]), Setting(model, "impact", "python")
         worst = dict.fromkeys(ENGINES, 0.0)
@@ -194,7 +188,4 @@ def one_instant(scale: Scale) -> list[Measurement]:
                     worst[engine] = max(worst[engine], true_flow.missed(run, truth))
         for engine in ENGINES:
             setting = Setting(model, "impact", engine)
-            found.append(setting.measurement("distance from the true motion", worst[engine], 1e-12))
-    return found
-
-
+            yield setting.measurement("distance from the true motion", worst[engine], 1e-12)

@@ -1,6 +1,6 @@
 """Currents of motors at their limit: one that grazes it, and one that meets it while rollers pass."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -120,9 +120,9 @@ def _misplaced(rise: Rise, limit: float, time: float | None) -> float:
     promise=f"a current that passes its limit by more than {ROUNDINGS} roundings is seen, at the first crossing; "
     "one that turns back before it is not",
 )
-def grazing(scale: Scale) -> list[Measurement]:
+def grazing(scale: Scale) -> Iterator[Measurement]:
     """Just below its limit, and just above: is the limit seen, and where?"""
-    found, distances = [], scale.of(DISTANCES[1::2], DISTANCES)
+    distances = scale.of(DISTANCES[1::2], DISTANCES)
     for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",)):
         wrong, late, tries = 0, 0.0, 0
         for rise in rises(setting.model, scale.of(1, 3)):
@@ -131,11 +131,8 @@ def grazing(scale: Scale) -> list[Measurement]:
                 time = limited_from(setting.run(**rise.start, effects=(rise.motor(limit),), accuracy=1e-14))
                 wrong, tries = wrong + ((time is not None) != passes), tries + 1
                 late = max(late, _misplaced(rise, limit, time)) if passes else late
-        found += [
-            setting.measurement("turns judged wrongly, in %", 100 * wrong / tries, 0),
-            setting.measurement("the true current there less its limit, in roundings", late, LANDED),
-        ]
-    return found
+        yield setting.measurement("turns judged wrongly, in %", 100 * wrong / tries, 0)
+        yield setting.measurement("the true current there less its limit, in roundings", late, LANDED)
 
 
 def bouncing(random: np.random.Generator, duration: float) -> dict[str, Any]:
@@ -174,9 +171,9 @@ def law_missed(run: Trajectory) -> float:
     promise="the bounces and the changes at the limit are those of the true motion; where a phase begins or ends "
     "the rows have the torque that the motor gives; no impact raises the energy",
 )
-def limit_and_switch(scale: Scale) -> list[Measurement]:
+def limit_and_switch(scale: Scale) -> Iterator[Measurement]:
     """The first bounces against the flow in 28 digits; after more of them time itself is a matter of rounding."""
-    found, bounces, amount = [], scale.of(1, 12), {"compiled": 10, "python": scale.of(0, 2)}
+    bounces, amount = scale.of(1, 12), {"compiled": 10, "python": scale.of(0, 2)}
     random = np.random.default_rng(3)
     starts = [bouncing(random, 0.02) for _ in range(3)][1:2] + [bouncing(random, 0.02) for _ in range(scale.of(0, 9))]
     whole = Setting("locked", "impact", "compiled").run(**starts[0], accuracy=1e-13)
@@ -190,12 +187,9 @@ def limit_and_switch(scale: Scale) -> list[Measurement]:
         apart += abs(len(run.switches) - len(truth.switches))
         runs = [setting.run(**start, accuracy=1e-13) for start in starts[: amount[setting.engine]]] or [run]
         rise = max(float(run.switches.energy_jump.max(initial=0)) / run.energy[0] for run in runs)
-        found += [
-            setting.measurement("distance from the true motion after the first bounces", apart, 1e-11),
-            setting.measurement("torques less the law of the motors, in roundings", max(map(law_missed, runs)), 16),
-            setting.measurement("largest rise of energy at a switch / eps", rise / EPS, 16),
-        ]
-    return found
+        yield setting.measurement("distance from the true motion after the first bounces", apart, 1e-11)
+        yield setting.measurement("torques less the law of the motors, in roundings", max(map(law_missed, runs)), 16)
+        yield setting.measurement("largest rise of energy at a switch / eps", rise / EPS, 16)
 
 
 def _meetings(run: Trajectory) -> int:
@@ -203,5 +197,3 @@ def _meetings(run: Trajectory) -> int:
     limited = run.drive[:, run.effects.drives().index("damping")] == 0
     changes = np.flatnonzero((limited[1:] != limited[:-1]).any(axis=1)) + 1
     return int(np.isin(run.t[changes], run.switches.t).sum())
-
-

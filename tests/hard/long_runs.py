@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 import omniroll
 from hard import naive
 from hard.case import Cases, Measurement, Scale
-from hard.random_phases import random_task, random_vehicle
 from hard.setting import EPS, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import AccuracyWarning
 from omniroll.studies.accuracy.reference import Mechanics, digits, flint_module
@@ -91,19 +91,16 @@ def circle(start: dict, duration: float) -> tuple[np.ndarray, np.ndarray]:
     naive="drifts as its tolerance allows; the heading, which is linear in time, is good",
     promise="errors grow as an error of eps in the start would: in proportion to the angle turned",
 )
-def massless(scale: Scale) -> list[Measurement]:
+def massless(scale: Scale) -> Iterator[Measurement]:
     """Against the closed form; SciPy does as much as the Python engine."""
     amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(100, 3_000)}
-    compiled, found = Setting("massless", "impact", "compiled"), []
+    compiled = Setting("massless", "impact", "compiled")
     theirs = _drifts(naive_run(compiled, amounts["python"])) if scale.compares else {}
     for engine, switches in amounts.items():
         setting = Setting("massless", "impact", engine)
         drifts, bounds = _drifts(long_run(setting, switches)), (1, 1, 10, 10, 100)
-        found += [
-            setting.measurement(what, drifts[what], bound, theirs.get(what))
-            for what, bound in zip(drifts, bounds, strict=True)
-        ]
-    return found
+        for what, bound in zip(drifts, bounds, strict=True):
+            yield setting.measurement(what, drifts[what], bound, theirs.get(what))
 
 
 def _drifts(run: Long) -> dict[str, float]:
@@ -130,22 +127,20 @@ def _account(run: Long) -> float:
     naive="drifts as its tolerance allows",
     promise="only switches change the energy; errors grow as eps times the sensitivity times sqrt(switches)",
 )
-def massive(scale: Scale) -> list[Measurement]:
+def massive(scale: Scale) -> Iterator[Measurement]:
     """Smooth switches: the account of energy, and the end against a run of another accuracy, by the sensitivity."""
     amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(60, 1_000)}
-    found = []
     for model in ("locked", "free"):
         compiled = Setting(model, "smooth", "compiled")
         by_scipy = naive_run(compiled, amounts["python"]) if scale.compares else None
         for engine, switches in amounts.items():
             setting = Setting(model, "smooth", engine)
             account = _account(long_run(setting, switches))
-            found.append(setting.measurement(ACCOUNT, account, 1, by_scipy and _account(by_scipy)))
+            yield setting.measurement(ACCOUNT, account, 1, by_scipy and _account(by_scipy))
         theirs = by_scipy and _error(compiled, amounts["python"], by_scipy)
         for switches in scale.of((3_000,), (3_000, 30_000)):
             error = _error(compiled, switches, long_run(compiled, switches))
-            found.append(compiled.measurement("pose, nu: error / (eps sensitivity sqrt(switches))", error, 10, theirs))
-    return found
+            yield compiled.measurement("pose, nu: error / (eps sensitivity sqrt(switches))", error, 10, theirs)
 
 
 @CASES.case(
@@ -154,9 +149,8 @@ def massive(scale: Scale) -> list[Measurement]:
     naive="the energy drifts between the impacts",
     promise="no impact raises the energy by more than rounding, 16 eps; the jumps that are reported add up to the loss",
 )
-def impacts(scale: Scale) -> list[Measurement]:
+def impacts(scale: Scale) -> Iterator[Measurement]:
     """An impact slows the vehicle. It is driven: exactly, by powers of two at the ends of pieces, and by torques."""
-    found = []
     for model in ("locked", "free"):
         setting = Setting(model, "impact", "compiled")
         state, count, off, most = dict(START), 0, 0.0, -np.inf
@@ -166,10 +160,9 @@ def impacts(scale: Scale) -> list[Measurement]:
             count, most = count + len(jumps), max(most, float(jumps.max(initial=-np.inf)))
             off += (run.energy[-1] / run.energy[0] - 1) - float(jumps.sum())
             state = _scaled_to_one(run)
-        found.append(setting.measurement(ACCOUNT, abs(off) / (EPS * count), 1))
-        found.append(setting.measurement("largest rise of energy at a switch / eps", most / EPS, 16))
-        found.append(_driven(Setting(model, "impact", "python"), scale.of(2.0, 60.0)))
-    return found
+        yield setting.measurement(ACCOUNT, abs(off) / (EPS * count), 1)
+        yield setting.measurement("largest rise of energy at a switch / eps", most / EPS, 16)
+        yield _driven(Setting(model, "impact", "python"), scale.of(2.0, 60.0))
 
 
 def _scaled_to_one(run: omniroll.Trajectory) -> dict[str, np.ndarray]:
@@ -207,37 +200,16 @@ def _apart(one: Long, other: Long) -> float:
     promise="the heading grows no faster than eps times the sensitivity, and not at all with mirrored wheels "
     "(massless, locked)",
 )
-def straight_run(scale: Scale) -> list[Measurement]:
+def straight_run(scale: Scale) -> Iterator[Measurement]:
     """nu = (1, 0, 0) of a vehicle with a wheel across: any disturbance of the heading grows."""
-    found = []
     for setting in settings():
         task = {"nu": (1, 0, 0), "duration": scale.of(5.0, 20.0 if setting.engine == "compiled" else 5.0)}
         run = setting.run(MIRRORED, **task)
         if setting.model != "free":
-            found.append(setting.measurement("mirrored: largest heading, rad", float(np.abs(run.pose[:, 2]).max()), 0))
+            yield setting.measurement("mirrored: largest heading, rad", float(np.abs(run.pose[:, 2]).max()), 0)
         uneven = setting.run(PAPER, **task)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)
             checked = omniroll.simulate(PAPER, **setting.options(**task) | {"engine": "compiled"}, accuracy=1e-9)
         noise = float(np.abs(uneven.pose[:, 2]).max()) / (EPS * checked.stats["sensitivity"])
-        found.append(setting.measurement("heading / (eps sensitivity)", noise, 10))
-    return found
-
-
-@CASES.case(
-    "phase-energy",
-    "Energy between two switches",
-    naive="drifts with its tolerance",
-    promise="constant to 1e-13 at the tightest accuracy",
-)
-def phase_energy(scale: Scale) -> list[Measurement]:
-    """The largest relative change of energy between two switches, at the tightest accuracy."""
-    found = []
-    for setting in settings():
-        random, worst = np.random.default_rng(51), 0.0
-        for _ in range(scale.of(3, 40) if setting.engine == "compiled" else scale.of(1, 5)):
-            vehicle = random_vehicle(random)
-            task = random_task(random, vehicle, 10)
-            worst = max(worst, setting.run(vehicle, **task, accuracy=1e-15).stats["phase_energy_drift"])
-        found.append(setting.measurement("drift of the energy in a phase, relative", worst, 1e-13))
-    return found
+        yield setting.measurement("heading / (eps sensitivity)", noise, 10)

@@ -1,6 +1,7 @@
 """Speeds over the whole range of numbers, subnormal ones, late clocks and short times."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -26,15 +27,13 @@ def scaled(factor: float) -> dict:
     naive="has absolute tolerances, and so makes another run at every magnitude",
     promise="the same run to the bit, scaled",
 )
-def powers_of_two(scale: Scale) -> list[Measurement]:
+def powers_of_two(scale: Scale) -> Iterator[Measurement]:
     """How many numbers of a run differ from those of the run at ordinary speeds, after scaling."""
-    found = []
     for setting in settings():
         base = setting.run(**START)
         powers = scale.of(POWERS[:3], POWERS)
         differing = sum(_differing(base, setting.run(**scaled(2.0**power)), 2.0**power) for power in powers)
-        found.append(setting.measurement("numbers that are not the same to the bit", differing, 0))
-    return found
+        yield setting.measurement("numbers that are not the same to the bit", differing, 0)
 
 
 def _differing(base: Trajectory, other: Trajectory, factor: float) -> int:
@@ -53,12 +52,10 @@ def _differing(base: Trajectory, other: Trajectory, factor: float) -> int:
 @CASES.case(
     "rest",
     "nu = 0",
-    naive="",
     promise="nothing moves; rollers that spin go on spinning",
 )
-def at_rest(scale: Scale) -> list[Measurement]:
+def at_rest(scale: Scale) -> Iterator[Measurement]:
     """nu = 0; under free rollers also with spins, which go on (section 3 of the paper, property 2)."""
-    found = []
     for setting in settings():
         spins = 3.0 if setting.model == "free" else 0.0
         start = {"nu": (0, 0, 0), "chi": (0.1, -0.2, 0.3), "spins": spins, "duration": scale.of(5.0, 1000.0)}
@@ -66,17 +63,15 @@ def at_rest(scale: Scale) -> list[Measurement]:
         change = max(np.abs(run.nu).max(), np.abs(run.chi - run.chi[0]).max(), np.abs(run.pose).max())
         if run.spins is not None:
             change = max(change, np.abs(run.spins - spins).max() / spins)
-        found.append(setting.measurement("largest change, relative to the spins", float(change), 4 * EPS))
-    return found
+        yield setting.measurement("largest change, relative to the spins", float(change), 4 * EPS)
 
 
 @CASES.case(
     "subnormal",
     "Subnormal numbers, and flush-to-zero on",
-    naive="",
     promise="the run is the one with zeros in their place",
 )
-def subnormal(scale: Scale) -> list[Measurement]:
+def subnormal(scale: Scale) -> Iterator[Measurement]:
     """Subnormal components among ordinary ones: speeds, angles, spins; then with subnormals counted as zero."""
     tiny = 5e-324
     clean = {"nu": (1.0, 0.0, 0.5), "chi": (0.0, 0.0, 0.3), "spins": np.eye(3, 4), "duration": 3.0}
@@ -85,16 +80,14 @@ def subnormal(scale: Scale) -> list[Measurement]:
         "chi": (tiny, -tiny, 0.3),
         "spins": np.eye(3, 4) + tiny * (np.eye(3, 4) == 0),
     }
-    found = []
     for setting in settings():
         wanted = setting.run(**clean)
         apart = _distance(setting.run(**start), wanted)
-        found.append(setting.measurement("distance from the run with zeros", apart, 1e-13))
+        yield setting.measurement("distance from the run with zeros", apart, 1e-13)
         if CAN_FLUSH:
             with subnormals_are_zero():
                 flushed = setting.run(**start)
-            found.append(setting.measurement("the same, flush-to-zero on", _distance(flushed, wanted), 1e-13))
-    return found
+            yield setting.measurement("the same, flush-to-zero on", _distance(flushed, wanted), 1e-13)
 
 
 def _distance(run: Trajectory, other: Trajectory) -> float:
@@ -106,12 +99,10 @@ def _distance(run: Trajectory, other: Trajectory) -> float:
 @CASES.case(
     "edges-of-the-range",
     "The smallest and the largest speeds, and beyond",
-    naive="",
     promise="the run is finite, or nu is refused before it starts",
 )
-def edges_of_the_range(scale: Scale) -> list[Measurement]:
+def edges_of_the_range(scale: Scale) -> Iterator[Measurement]:
     """Speeds up to and just beyond the allowed ones: a run that scales, or a refusal that names nu."""
-    found = []
     for setting in settings():
         wrong = 0
         for size in (validation.SMALLEST, validation.LARGEST / 1e3, validation.SMALLEST / 2, validation.LARGEST * 2):
@@ -121,8 +112,7 @@ def edges_of_the_range(scale: Scale) -> list[Measurement]:
                 wrong += not (np.isfinite(run.nu).all() and np.isfinite(run.energy).all() and len(run.switches) > 0)
             except InvalidValueError as refused:
                 wrong += refused.field != "nu"
-        found.append(setting.measurement("neither a finite run nor a refusal that names nu", wrong, 0))
-    return found
+        yield setting.measurement("neither a finite run nor a refusal that names nu", wrong, 0)
 
 
 @CASES.case(
@@ -131,16 +121,14 @@ def edges_of_the_range(scale: Scale) -> list[Measurement]:
     naive="adds its steps to the large time and loses their digits",
     promise="the motion is the one that starts at t = 0; only its times are rounded",
 )
-def late_clock(scale: Scale) -> list[Measurement]:
+def late_clock(scale: Scale) -> Iterator[Measurement]:
     """A start at t = 1e9 s, where an ulp is 1.2e-7 s: the motion is the early one's."""
-    found = []
     for setting in settings():
         early, late = setting.run(**START), setting.run(**START, start_time=LATE)
-        found.append(setting.measurement("distance of the ends", _distance(late, early), 1e-12))
+        yield setting.measurement("distance of the ends", _distance(late, early), 1e-12)
         off = float(np.abs(late.switches.t - LATE - early.switches.t).max()) / np.spacing(LATE)
-        found.append(setting.measurement("times of switches, in ulp of t", off, 0.5))
+        yield setting.measurement("times of switches, in ulp of t", off, 0.5)
         short = setting.run(**START | {"duration": 1e-9}, start_time=LATE)
         way = short.pose[-1, 0] / (PAPER.platform_radius * START["nu"][0] * 1e-9)
         wrong = abs(way - 1) + (short.t[0] != LATE) + (short.elapsed[-1] != 1e-9) + len(short.switches)
-        found.append(setting.measurement("way in 1e-9 s, far less than an ulp, relative error", float(wrong), 1e-8))
-    return found
+        yield setting.measurement("way in 1e-9 s, far less than an ulp, relative error", float(wrong), 1e-8)

@@ -5,14 +5,11 @@ so that wheels break away and come to rest in pairs or all at once.
 Ordinary scenes are the same with other masses and sizes, friction in bearings, springs at the contacts and accuracies
 down to 1e-3; they obey the laws within ten times their accuracy.
 
-`python -m hard.manoeuvres [count [first [ordinary]]]` from tests/ runs them and prints tables: which end, why others
-stop, which miss ten times their accuracy beside a run a thousand times finer, or the laws of friction in a row. A scene
-follows from its number.
+Each is held to ten times its accuracy beside a run a thousand times finer, and to the laws of friction in each row. A
+scene follows from its number: `scene(number)`, `ordinary(number)`.
 """
 
 import re
-import sys
-from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -199,25 +196,3 @@ CASES = [
         ("ordinary-scenes", ordinary, "2000 ordinary scenes: other masses and sizes, bearings, springs, 1e-9 to 1e-3"),
     )
 ]
-
-
-def main(count: int = FULL, first: int = 0, drawn: Callable[[int], Drawn] = scene) -> None:
-    found = []
-    for number in range(first, first + count):
-        words, what = outcome(number, drawn)
-        found.append((words, what))
-        if what not in ("ends", "tips"):
-            print(number, ", ".join(words.values()), "|", what, flush=True)
-    for key in found[0][0]:
-        print(f"\n| {key} | scenes | end | tip | stop | miss |\n| --- | --- | --- | --- | --- | --- |")
-        for value in sorted({words[key] for words, _ in found}):
-            told = [what for words, what in found if words[key] == value]
-            parts = [sum(what.startswith(begin) for what in told) for begin in ("ends", "tips", "stops", "misses")]
-            print(f"| {value} | {len(told)} | {' | '.join(map(str, parts))} |")
-    print("\n| outcome | scenes |\n| --- | --- |")
-    for what, times in Counter(what for _, what in found).most_common():
-        print(f"| {what} | {times} |")
-
-
-if __name__ == "__main__":
-    main(*map(int, sys.argv[1:3]), *(ordinary for word in sys.argv[3:] if word == "ordinary"))

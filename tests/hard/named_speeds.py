@@ -1,5 +1,7 @@
 """Stiff friction: Coulomb's law with a named speed of 1e-3 ... 1e-9 rad/s, against closed forms in 40 digits."""
 
+from collections.abc import Iterator
+from itertools import chain
 from typing import Any
 
 import mpmath
@@ -40,9 +42,8 @@ def missed_times(rates: np.ndarray, times: np.ndarray, named: float, slowing: An
     return worst
 
 
-def wheels(scale: Scale) -> list[Measurement]:
+def wheels(scale: Scale) -> Iterator[Measurement]:
     """On the spot, until nothing is left of the speed."""
-    found = []
     for named in SPEEDS:
         random, worst, steps = np.random.default_rng(81), 0.0, 0.0
         for _ in range(scale.of(1, 5)):
@@ -60,16 +61,13 @@ def wheels(scale: Scale) -> list[Measurement]:
                 left = float(np.abs(run.nu[-1]).max()) / abs(nu_3)
                 worst = max(worst, off, left, missed_times(rates, run.elapsed, named, slowing))
                 steps = max(steps, run.stats["steps"] - plain.stats["steps"])
-        found += [
-            COMPILED.measurement(f"axles, {named:g} rad/s: error", worst, ACCURACY),
-            COMPILED.measurement(f"axles, {named:g} rad/s: steps more than with 1 rad/s", steps, STEPS),
-        ]
-    return found
+        yield COMPILED.measurement(f"axles, {named:g} rad/s: error", worst, ACCURACY)
+        yield COMPILED.measurement(f"axles, {named:g} rad/s: steps more than with 1 rad/s", steps, STEPS)
 
 
-def rollers(scale: Scale) -> list[Measurement]:
+def rollers(scale: Scale) -> Iterator[Measurement]:
     """chi = 0 and equal spins: what the rollers do to the vehicle cancels, and it stays at rest."""
-    found, setting, torque = [], Setting("free", "impact", "compiled"), 5e-6
+    setting, torque = Setting("free", "impact", "compiled"), 5e-6
     for named in SPEEDS:
         with on_the_spot.digits():
             slowing = mpmath.mpf(torque) / mpmath.mpf(PAPER.roller_inertia)
@@ -83,16 +81,13 @@ def rollers(scale: Scale) -> list[Measurement]:
         lost = abs(float(run.quantity("roller_loss")[-1]) / run.energy[0] - 1)
         worst = max(worst, lost, float(np.abs(spins[-1]).max()) / SPIN, float(np.abs(run.nu).max()) / SPIN)
         steps = run.stats["steps"] - plain.stats["steps"]
-        found += [
-            setting.measurement(f"rollers, {named:g} rad/s: error", worst, ACCURACY),
-            setting.measurement(f"rollers, {named:g} rad/s: steps more than with 1 rad/s", steps, STEPS),
-        ]
-    return found
+        yield setting.measurement(f"rollers, {named:g} rad/s: error", worst, ACCURACY)
+        yield setting.measurement(f"rollers, {named:g} rad/s: steps more than with 1 rad/s", steps, STEPS)
 
 
-def prices(scale: Scale) -> list[Measurement]:
+def prices(scale: Scale) -> Iterator[Measurement]:
     """How much more often the rates are evaluated than with 1 rad/s, where wheels and rollers stop and turn."""
-    setting, found = Setting("free", "impact", "compiled"), []
+    setting = Setting("free", "impact", "compiled")
     for body, torque, motions in (
         ("wheel", 2e-3, (((1, 0, 1), 6), ((1, 0, 0.3), 1.5))),
         ("roller", 1e-5, (((1, 0, 1), 6),)),
@@ -107,15 +102,12 @@ def prices(scale: Scale) -> list[Measurement]:
                 for speed in (1.0, 1e-6)
             ]  # fmt: skip
             ratios.append(evaluations[1] / evaluations[0])
-        found.append(
-            setting.measurement(f"{body}s, 1e-06 rad/s: evaluations over those with 1 rad/s", max(ratios), PRICE)
-        )
-    return found
+        yield setting.measurement(f"{body}s, 1e-06 rad/s: evaluations over those with 1 rad/s", max(ratios), PRICE)
 
 
-def under_impact(scale: Scale) -> list[Measurement]:
+def under_impact(scale: Scale) -> Iterator[Measurement]:
     """Free rollers whose spins come to rest between the switches; a switch turns them again."""
-    found, torque = [], 2e-5
+    torque = 2e-5
     for law in scale.of(("impact",), LAWS):
         random, judged = np.random.default_rng(82), Setting("free", law, "python")
         worst, rise = dict.fromkeys(ENGINES, 0.0), dict.fromkeys(ENGINES, 0.0)
@@ -136,10 +128,9 @@ def under_impact(scale: Scale) -> list[Measurement]:
                 rise[engine] = max(rise[engine], float(run.switches.energy_jump.max(initial=0.0)) / run.energy[0])
         for engine in ENGINES:
             setting = Setting("free", law, engine)
-            found.append(setting.measurement("distance from the true motion", worst[engine], 1e-11))
+            yield setting.measurement("distance from the true motion", worst[engine], 1e-11)
             if law == "impact":
-                found.append(setting.measurement("largest rise of energy at a switch / eps", rise[engine] / EPS, 16))
-    return found
+                yield setting.measurement("largest rise of energy at a switch / eps", rise[engine] / EPS, 16)
 
 
 CASES = [
@@ -150,7 +141,7 @@ CASES = [
         naive="",
         promise=f"the error is within the accuracy, 1e-9; a stop takes at most {STEPS} steps more than with 1 rad/s; "
         f"1e-6 rad/s costs at most {PRICE} times the evaluations of 1 rad/s",
-        run=lambda scale: wheels(scale) + rollers(scale) + prices(scale),
+        run=lambda scale: chain(wheels(scale), rollers(scale), prices(scale)),
     ),
     Case(
         name="rollers-that-stop",

@@ -1,5 +1,6 @@
 """Starts exactly on a joint; switches exactly at the end of a run or at a time of output."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -19,16 +20,14 @@ AT_ONCE = 1e-12  # s
     promise="a wheel that moves outwards, or rests and accelerates outwards, switches at once, another does not; a "
     "vehicle at rest stays as it is",
 )
-def start_on_a_joint(scale: Scale) -> list[Measurement]:
-    found = []
+def start_on_a_joint(scale: Scale) -> Iterator[Measurement]:
     for setting in settings():
         count = scale.of(6, 60)
         for what, start in (("moving", moving), ("resting", resting)):
             random = np.random.default_rng(11)
             wrong = sum(misjudged(setting, *start(random, setting)) for _ in range(count))
-            found.append(setting.measurement(f"starts judged wrongly, {what}, in %", 100 * wrong / count, 0))
-        found.append(setting.measurement("largest change of a vehicle at rest", change_at_rest(setting), 0))
-    return found
+            yield setting.measurement(f"starts judged wrongly, {what}, in %", 100 * wrong / count, 0)
+        yield setting.measurement("largest change of a vehicle at rest", change_at_rest(setting), 0)
 
 
 def moving(random: np.random.Generator, setting: Setting) -> tuple[dict[str, Any], float]:
@@ -65,9 +64,8 @@ def change_at_rest(setting: Setting) -> float:
     naive="misses the event at the end, or gives the sample before the switch",
     promise="the switch is in the run, and a sample at its time is the state after it",
 )
-def at_the_end(scale: Scale) -> list[Measurement]:
+def at_the_end(scale: Scale) -> Iterator[Measurement]:
     """A run that ends at the time of a switch has it; a sample at that time shows the state after it."""
-    found = []
     for setting in settings():
         random, ends, samples, theirs = np.random.default_rng(13), 0, 0, 0
         for _ in range(scale.of(2, 10)):
@@ -78,9 +76,8 @@ def at_the_end(scale: Scale) -> list[Measurement]:
             samples += wrong_samples(whole, times)
             if scale.compares:
                 theirs += not naive.simulate(setting.task(**task | {"duration": float(times[0])})).switches
-        found.append(setting.measurement("switches missing at the end of a run", ends, 0, scale.shown(theirs)))
-        found.append(setting.measurement("samples on the wrong side of a switch", samples, 0))
-    return found
+        yield setting.measurement("switches missing at the end of a run", ends, 0, scale.shown(theirs))
+        yield setting.measurement("samples on the wrong side of a switch", samples, 0)
 
 
 def missing_ends(setting: Setting, task: dict, times: np.ndarray, whole) -> int:

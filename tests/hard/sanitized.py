@@ -13,10 +13,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from hard.builds import ROOT
 from hard.case import Cases, Measurement, Scale
@@ -92,16 +91,14 @@ def built(compiler: str, folder: Path) -> Iterator[Path]:
 @CASES.case(
     "sanitized-engine",
     "Wrong calls, wrong scenes, any vehicle and any start, with engines and kernels under sanitizers",
-    naive="",
     promise="no read or write beyond an array, no undefined arithmetic; each as without sanitizers",
 )
-def clean(scale: Scale) -> list[Measurement]:
+def clean(scale: Scale) -> Iterator[Measurement]:
     """Runs that a sanitizer ended, or in which a promise was broken."""
-    found = []
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         for compiler in filter(preloaded, scale.of(["gcc"], [*COMPILERS])):
-            found.append(unseen(compiler, folder))
+            yield unseen(compiler, folder)
             if scale is Scale.TEST:
                 continue
             with built(compiler, folder) as place:
@@ -111,39 +108,19 @@ def clean(scale: Scale) -> list[Measurement]:
                     )
                     print(done.stdout[-2000:], done.stderr[:6000] if done.returncode else "", file=sys.stderr)
                     text = f"a sanitizer's complaint, or a broken promise, in {count} {what}"
-                    found.append(Measurement(text, "package's libraries", "double", compiler, done.returncode != 0, 0))
-    return found
-
-
-def broken_of(lines: Iterable[dict[str, Any]]) -> int:
-    """How many inputs broke a promise; what they say goes to stdout."""
-    wrong = [line for line in lines if line["word"] == "broken"]
-    for line in wrong:
-        print(line["seed"], line["why"])
-    return len(wrong)
-
-
-def attempts(what: str, folder: Path) -> Callable[[int], int]:
-    """A function that makes so many attempts of a kind, and counts those that broke a promise."""
-    from hard import inputs
-    from hard.wrong_inputs import ATTEMPTS, tried
-
-    if what in ATTEMPTS:
-        return lambda count: broken_of(tried(ATTEMPTS[what](folder), list(range(count)), inputs.PATIENCE))
-    check, inputs_of = {
-        "vehicles": (inputs.check_vehicle, inputs.vehicles),
-        "states": (inputs.check_state, inputs.states),
-    }[what]
-    return lambda count: inputs.broken(check, inputs_of(), count)
+                    yield Measurement(text, "package's libraries", "double", compiler, done.returncode != 0, 0)
 
 
 def main(place: str, what: str, count: str) -> int:
+    from hard import attempts, inputs, wrong_inputs
     from omniroll.kernels import sets
 
     sets.BUILT = Path(place)
     with tempfile.TemporaryDirectory() as scratch:
         os.chdir(scratch)
-        failed = attempts(what, Path(scratch))(int(count))
+        of_inputs = {"vehicles": inputs.try_vehicle, "states": inputs.try_state}
+        attempt = of_inputs[what] if what in of_inputs else wrong_inputs.ATTEMPTS[what](Path(scratch))
+        failed = attempts.broken(attempts.tried(attempt, int(count), inputs.PATIENCE))
         os.chdir("/")
     return 1 if failed else 0
 

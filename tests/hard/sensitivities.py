@@ -1,5 +1,7 @@
 """Derivatives of runs: over switches, beside runs in 28 digits, at ties, at a joint, where a wheel grazes its joint."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 import omniroll
@@ -31,21 +33,20 @@ def followed(setting: Setting, names: tuple[str, ...], **task) -> Trajectory:
     naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
     promise="1e-9 of the largest derivative; over 10^5 switches ten times the accuracy times that, the growth",
 )
-def faster(scale: Scale) -> list[Measurement]:
+def faster(scale: Scale) -> Iterator[Measurement]:
     """A start k times as fast makes the same motion k times as fast: the derivatives by nu add up to t times the rates.
 
     The error is over the growth of the motion beside the run, the largest of the derivatives. The run misses by its
     accuracy times the growth, and the derivatives by as much.
     """
-    found, many = [], "10^5 switches: error over the largest derivative"
+    many = "10^5 switches: error over the largest derivative"
     for setting in settings(engines=("compiled",)):
         error, _, _ = of_faster_start(setting, scale.of(20.0, 600.0))
-        found.append(setting.measurement("error over the largest derivative", error, 1e-9))
+        yield setting.measurement("error over the largest derivative", error, 1e-9)
         error, growth, switches = of_faster_start(setting, scale.of(300.0, LONGEST[setting.name]))
         allowed = max(1e-9, 10 * ACCURACY * growth)
         by = f"{setting.name}, {switches} switches, growth {growth:.1e}"
-        found.append(Measurement(many, "compiled", DOUBLE, by, error, allowed))
-    return found
+        yield Measurement(many, "compiled", DOUBLE, by, error, allowed)
 
 
 def of_faster_start(setting: Setting, duration: float) -> tuple[float, float, int]:
@@ -142,9 +143,8 @@ def refusal(setting: Setting, name: str, start: dict) -> tuple[tuple[int, ...], 
     naive="projects the wheels in the order of their numbers, and gives that map's derivative",
     promise="a number that keeps the wheels together has a derivative; one that parts them is refused, by instant",
 )
-def ties(scale: Scale) -> list[Measurement]:
+def ties(scale: Scale) -> Iterator[Measurement]:
     """Turning on the spot, wheel 1 behind by an ulp, tau/10, 10 tau: what parts the wheels, and what does not."""
-    found = []
     for setting in settings(models=("locked", "free"), laws=("impact",), engines=("compiled",)):
         random = np.random.default_rng(2)
         wrong, count = 0, scale.of(2, 20)
@@ -155,8 +155,7 @@ def ties(scale: Scale) -> list[Measurement]:
                 wrong += refusal(setting, "nu[2]", start) is not None
                 if gap != 10:  # else wheels 0 and 2 alone are together, and chi[0] parts these
                     wrong += refusal(setting, "chi[0]", start) != ((0, 1, 2), setting.run(**start).switches.t[0])
-        found.append(setting.measurement(f"starts judged wrongly, of {7 * count}", wrong, 0))
-    return found
+        yield setting.measurement(f"starts judged wrongly, of {7 * count}", wrong, 0)
 
 
 @CASES.case(
@@ -190,9 +189,8 @@ def at_the_joint(scale: Scale) -> list[Measurement]:
     naive="divides by the wheel's rate, and gives what comes of that",
     promise="refused below a millionth of the fastest wheel's rate, by wheel and time; given above",
 )
-def grazing(scale: Scale) -> list[Measurement]:
+def grazing(scale: Scale) -> Iterator[Measurement]:
     """A wheel that passes its joint at so small a part of the fastest wheel's rate."""
-    found = []
     for setting in settings(laws=("impact",), engines=("compiled",)):
         random, wrong, count = np.random.default_rng(3), 0, scale.of(3, 30)
         rows = speeds_of_wheels(setting.task(nu=(1, 0, 0), duration=0).kernel).T
@@ -209,8 +207,7 @@ def grazing(scale: Scale) -> list[Measurement]:
                 grazes = passes > 0 and share < 1e-6
                 if passes <= 1:  # else impacts send the wheel to and fro, ever more slowly
                     wrong += refusal(setting, "mass", start) != (((wheel,), 0.0) if grazes else None)
-        found.append(setting.measurement(f"starts judged wrongly, of up to {6 * count}", wrong, 0))
-    return found
+        yield setting.measurement(f"starts judged wrongly, of up to {6 * count}", wrong, 0)
 
 
 @CASES.case(

@@ -2,6 +2,7 @@
 their disks, wheels that slip, contacts that come to rest, stick and let go."""
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -68,7 +69,7 @@ def beside_true_runs(scale: Scale) -> list[Measurement]:
     return [m for run in runs for m in beside_true_run(run, scale.of(run.numbers[:1], run.numbers), scale)]
 
 
-def beside_true_run(case: Run, numbers: tuple[str, ...], scale: Scale) -> list[Measurement]:
+def beside_true_run(case: Run, numbers: tuple[str, ...], scale: Scale) -> Iterator[Measurement]:
     """The errors of the derivatives at the end of a run, and of a session that goes there in steps."""
     setting, duration = Setting(case.model, case.law, "compiled"), scale.of(*case.durations)
     start = START | {"spins": SPINS, "effects": case.effects} | case.start
@@ -79,15 +80,13 @@ def beside_true_run(case: Run, numbers: tuple[str, ...], scale: Scale) -> list[M
     session = omniroll.Session(PAPER, **options)
     for step in STEPS:
         session.step(step * duration)
-    found = []
     for name in numbers:
         true, log = true_sensitivities.derivative_over_events(task, name)
         growth = np.abs(true).max()
         by = f"{setting.name}, {acting(case)}, by {name}: {happened(log)}; growth {growth:.1e}"
         for on, own in (("compiled", run.sensitivity(name, duration)), ("session", session.sensitivity(name))):
             error = float(np.abs(row(own) - true).max() / growth)
-            found.append(Measurement("error over the largest derivative", on, DOUBLE, by, error, BOUND))
-    return found
+            yield Measurement("error over the largest derivative", on, DOUBLE, by, error, BOUND)
 
 
 def row(own) -> np.ndarray:

@@ -1,6 +1,7 @@
 """A motion in steps, as a session makes it: pauses 1 ulp before, at and after each event."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -41,9 +42,9 @@ def around(events: np.ndarray) -> np.ndarray:
     return np.unique([np.nextafter(events, -np.inf), events, np.nextafter(events, np.inf)])
 
 
-def around_every_event(scale: Scale) -> list[Measurement]:
+def around_every_event(scale: Scale) -> Iterator[Measurement]:
     """Motors that reach their limits, a controller, tables: switches, limits, samples and knots; axles that stick."""
-    duration, found = 1.5, []
+    duration = 1.5
     models, laws = scale.of((("locked",), ("impact",)), (MODELS, LAWS))
     cases = [("all events", DRIVEN, setting) for setting in settings(engines=("compiled",))]
     cases += [("axles stick", STICKING, setting) for setting in settings(models, laws, ("compiled",))]
@@ -55,13 +56,12 @@ def around_every_event(scale: Scale) -> list[Measurement]:
             events = np.unique(run.elapsed[1:][np.diff(run.elapsed) == 0])
             session = stepped(setting, start, around(events[(events > 0) & (events < duration)]), duration)
             worst = max(worst, distance(run, session))
-        found.append(setting.measurement(f"{name}: distance from one run", worst, BOUND))
-    return found
+        yield setting.measurement(f"{name}: distance from one run", worst, BOUND)
 
 
-def before_two_switches(scale: Scale) -> list[Measurement]:
+def before_two_switches(scale: Scale) -> Iterator[Measurement]:
     """Two wheels 0.95 tau apart switch together in one run; a step ends 1 ulp, ... , 0.9 tau before the first."""
-    found, duration = [], 1.0
+    duration = 1.0
     for setting in settings(models=("locked", "free"), laws=("impact",), engines=("compiled",)):
         start = {"nu": (1.0, 0.0, 0.0), "chi": np.array([0.0, 0.1, -0.1]), "effects": (Torque(0.0),)}
         first = setting.run(**start, duration=duration, accuracy=ACCURACY)
@@ -73,8 +73,7 @@ def before_two_switches(scale: Scale) -> list[Measurement]:
         worst = 0.0
         for before in np.linspace(np.spacing(time), 0.9 * together, scale.of(4, 40)):
             worst = max(worst, distance(run, stepped(setting, start, [time - before], duration)))
-        found.append(setting.measurement("two wheels in tau: distance from one run", worst, BOUND))
-    return found
+        yield setting.measurement("two wheels in tau: distance from one run", worst, BOUND)
 
 
 CASES = [
@@ -84,6 +83,6 @@ CASES = [
         title="Steps of a session that end 1 ulp before, at and after switches, limits, samples and knots",
         naive="makes a run of its own of each step: wheels closer than tau switch at its end, where tau begins anew",
         promise="the motion is that of one run",
-        run=lambda scale: around_every_event(scale) + before_two_switches(scale),
+        run=lambda scale: chain(around_every_event(scale), before_two_switches(scale)),
     )
 ]

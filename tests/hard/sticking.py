@@ -1,5 +1,6 @@
 """Axles that stick: one by one, all at once, on a joint, on a slope, while the speed passes zero, and under impacts."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import mpmath
@@ -40,9 +41,8 @@ def slow_wheel(random: np.random.Generator, setting: Setting, duration: float) -
     naive="fades the friction in a band around rest, since with its sign alone the solver gives up: it creeps",
     promise="the motion is the true one",
 )
-def one_by_one(scale: Scale) -> list[Measurement]:
+def one_by_one(scale: Scale) -> Iterator[Measurement]:
     """From random starts until they rest, through switches that turn again what stuck."""
-    found = []
     short = (("massless", "impact", 0.3), ("locked", "impact", 0.1))
     for model, law, duration in scale.of(short, [(model, law, 0.5) for model in MODELS for law in LAWS]):
         random, setting, worst = np.random.default_rng([71, MODELS.index(model)]), Setting(model, law, "compiled"), 0.0
@@ -51,8 +51,7 @@ def one_by_one(scale: Scale) -> list[Measurement]:
             run = setting.run(**start, accuracy=ACCURACY)
             assert (run.kernel.wheel_speeds(run.nu) == 0).any()
             worst = max(worst, true_flow.missed(run, true_flow.motion(setting.task(**start))))
-        found.append(setting.measurement("distance from the true motion", worst, 1e-11))
-    return found
+        yield setting.measurement("distance from the true motion", worst, 1e-11)
 
 
 def stopping(nu_3: float, torque: float) -> tuple[Any, Any]:

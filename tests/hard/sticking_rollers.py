@@ -1,5 +1,6 @@
 """Rollers that stick in their bearings: rolling to rest on their disks, held on a slope, through impacts at joints."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import mpmath
@@ -31,9 +32,8 @@ def beside_joint(random: np.random.Generator) -> np.ndarray:
     return np.full(2, JOINT * random.choice((-1, 1)) * (1 - random.choice(BESIDE_JOINT)))
 
 
-def rolling_to_rest(scale: Scale) -> list[Measurement]:
+def rolling_to_rest(scale: Scale) -> Iterator[Measurement]:
     """Along the axles rollers in contact slow the vehicle down uniformly; wheels stand beside their joints."""
-    found = []
     for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",), engines=("compiled",)):
         random, late, off, creeps = np.random.default_rng(81), 0.0, 0.0, 0.0
         for _ in range(scale.of(2, 20)):
@@ -52,17 +52,13 @@ def rolling_to_rest(scale: Scale) -> list[Measurement]:
                 off = max(off, float(abs(mpmath.mpf(float(run.pose[-1, 0])) / way - 1)) / EPS)
                 after = np.abs(run.nu[run.elapsed > 1.001 * float(stop), 0]).max()
                 creeps = max(creeps, float(after / abs(nu_1)) / EPS)
-        found += [
-            setting.measurement("error of the stop's instant, in eps", late, ROUNDINGS),
-            setting.measurement("error of the way, in eps", off, ROUNDINGS),
-            setting.measurement("largest nu_1 afterwards, in eps of the first", creeps, 1),
-        ]
-    return found
+        yield setting.measurement("error of the stop's instant, in eps", late, ROUNDINGS)
+        yield setting.measurement("error of the way, in eps", off, ROUNDINGS)
+        yield setting.measurement("largest nu_1 afterwards, in eps of the first", creeps, 1)
 
 
-def at_the_break_away_torque(scale: Scale) -> list[Measurement]:
+def at_the_break_away_torque(scale: Scale) -> Iterator[Measurement]:
     """On a slope along the axles, with break-away torques that just hold, and some eps less."""
-    found = []
     for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",), engines=("compiled",)):
         random, lets_go, holds = np.random.default_rng(82), 0.0, 0
         count = scale.of(2, 20)
@@ -83,16 +79,12 @@ def at_the_break_away_torque(scale: Scale) -> list[Measurement]:
                     else:
                         holds += run.nu[-1, 0] == 0
         what = f"{ROUNDINGS} eps above it: largest nu_1 / (eps of what the pull alone gives)"
-        found += [
-            setting.measurement(what, lets_go, ROUNDINGS),
-            setting.measurement(f"{ROUNDINGS} eps below it: starts that do not roll, in %", 100 * holds / count, 0),
-        ]
-    return found
+        yield setting.measurement(what, lets_go, ROUNDINGS)
+        yield setting.measurement(f"{ROUNDINGS} eps below it: starts that do not roll, in %", 100 * holds / count, 0)
 
 
-def through_joints(scale: Scale) -> list[Measurement]:
+def through_joints(scale: Scale) -> Iterator[Measurement]:
     """On the spot no roller spins on its disk, so that no impact at a joint takes energy, and the heading is linear."""
-    found = []
     for setting in settings(models=("free",), engines=("compiled",)):
         random, drift, moved, spun = np.random.default_rng(83), 0.0, 0.0, 0.0
         passed = scale.of(20, 10_000)
@@ -108,17 +100,14 @@ def through_joints(scale: Scale) -> list[Measurement]:
                 off = abs(mpmath.mpf(float(run.pose[-1, 2])) - heading) / max(1, abs(heading))
                 moved = max(moved, float(off) / EPS)
                 spun = max(spun, float(np.abs(run.spins).max()) / (abs(nu_3) / PAPER.yaw_scale) / EPS)
-        found += [
-            setting.measurement("energy: drift / (eps switches)", drift, 1),
-            setting.measurement("error of the heading, in eps", moved, TENFOLD),
-            setting.measurement("largest spin of a free roller, in eps of theta'", spun, ROUNDINGS),
-        ]
-    return found
+        yield setting.measurement("energy: drift / (eps switches)", drift, 1)
+        yield setting.measurement("error of the heading, in eps", moved, TENFOLD)
+        yield setting.measurement("largest spin of a free roller, in eps of theta'", spun, ROUNDINGS)
 
 
-def breaking_away_beside_joints(scale: Scale) -> list[Measurement]:
+def breaking_away_beside_joints(scale: Scale) -> Iterator[Measurement]:
     """Its disk takes a free roller along with the torque B theta' chi' cos(psi); at the joint one stands at the top."""
-    found, places = [], scale.of((0.3, 1e-3), (0.3, 1e-1, 1e-2, 1e-3, 1e-4))
+    places = scale.of((0.3, 1e-3), (0.3, 1e-1, 1e-2, 1e-3, 1e-4))
     for setting in settings(models=("free",), laws=("impact",), engines=("compiled",)):
         random, worst = np.random.default_rng(84), 0.0
         for beside in places:
@@ -138,8 +127,7 @@ def breaking_away_beside_joints(scale: Scale) -> list[Measurement]:
                     instant = mpmath.mpf(float(run.elapsed[turning[0] - 1]))
                     taken = most * mpmath.cos(mpmath.mpf(JOINT) - abs(rate) * instant)  # by the roller at the top
                     worst = max(worst, float(abs(taken / mpmath.mpf(torque) - 1)) / EPS)
-        found.append(setting.measurement("torque at the break-away, off its bound, in eps", worst, TENFOLD))
-    return found
+        yield setting.measurement("torque at the break-away, off its bound, in eps", worst, TENFOLD)
 
 
 @CASES.case(

@@ -1,5 +1,7 @@
 """When switches are: against the true flow."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from hard import naive, true_flow
@@ -15,11 +17,10 @@ CASES = Cases("Switches")
     naive="solves for the time on the interpolant of a step, which is less exact than the step",
     promise="within 100 eps (|t| + |h|) + eps |chi|/|chi'|",
 )
-def against_the_true_flow(scale: Scale) -> list[Measurement]:
+def against_the_true_flow(scale: Scale) -> Iterator[Measurement]:
     """The first switch from random starts; the error in units of 100 eps (|t| + |h|) + eps |chi| / |chi'|."""
     random = np.random.default_rng(31)
     starts = [random_start(random, JOINT) for _ in range(scale.of(2, 20))]
-    found = []
     for model in MODELS:
         errors, theirs = {engine: [] for engine in ENGINES}, []
         for start in starts:
@@ -34,10 +35,7 @@ def against_the_true_flow(scale: Scale) -> list[Measurement]:
                 errors[engine].append(abs(run.switches.t[0] - exact) / allowed)
             if scale.compares:
                 theirs.append(abs(naive.simulate(task, most_switches=0).t - exact) / allowed)
-        found += [
-            Setting(model, "impact", engine).measurement(
-                "error / (100 eps (t + h) + eps chi/chi')", max(errors[engine]), 1, max(theirs, default=None)
-            )
-            for engine in ENGINES
-        ]
-    return found
+        what = "error / (100 eps (t + h) + eps chi/chi')"
+        for engine in ENGINES:
+            setting = Setting(model, "impact", engine)
+            yield setting.measurement(what, max(errors[engine]), 1, max(theirs, default=None))

@@ -1,6 +1,6 @@
 """Wheels that reach their joints at the same instant, or almost."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -28,9 +28,9 @@ def wrong_instants(switches: Iterable[tuple[float, int]], wheels: int, expected:
     naive="ends the step at the first event; the other wheels are then beyond their joints, where it sees no event",
     promise="each time all wheels switch together and are projected together",
 )
-def turning_on_the_spot(scale: Scale) -> list[Measurement]:
+def turning_on_the_spot(scale: Scale) -> Iterator[Measurement]:
     """nu = (0, 0, 1) from equal chi: by symmetry all wheels reach their joints at once, for ever."""
-    task, found = {"nu": (0, 0, 1), "duration": scale.of(15.0, 100.0)}, []
+    task = {"nu": (0, 0, 1), "duration": scale.of(15.0, 100.0)}
     for setting in settings():
         run = setting.run(**task)
         turned = run.pose[-1, 2] * run.vehicle.yaw_scale * run.kernel.wheel_speeds(np.array([0, 0, 1.0]))[0]
@@ -40,8 +40,7 @@ def turning_on_the_spot(scale: Scale) -> list[Measurement]:
         if scale.compares:
             switches = naive.simulate(setting.task(**task)).switches
             theirs = wrong_instants([(t, wheel) for t, wheel, _ in switches], 3, expected)
-        found.append(setting.measurement("instants at which not all wheels switch together", wrong, 0, theirs))
-    return found
+        yield setting.measurement("instants at which not all wheels switch together", wrong, 0, theirs)
 
 
 def one_behind(random: np.random.Generator, setting: Setting) -> Callable[[float | str], dict[str, Any]]:
@@ -63,9 +62,8 @@ def one_behind(random: np.random.Generator, setting: Setting) -> Callable[[float
     naive="takes a difference of rounding for a difference in time, and loses the second wheel",
     promise="one switch up to tau/10, two from 10 tau on; tau = 100 eps (t + h)",
 )
-def gaps(scale: Scale) -> list[Measurement]:
+def gaps(scale: Scale) -> Iterator[Measurement]:
     """Turning on the spot, wheel 1 a little behind: by an ulp of chi, a tenth of tau, ten tau."""
-    found = []
     for setting in settings():
         random = np.random.default_rng(2)
         wrong, theirs, count = 0, 0, scale.of(3, 30)
@@ -79,5 +77,4 @@ def gaps(scale: Scale) -> list[Measurement]:
                     others = naive.simulate(setting.task(**start)).switches
                     theirs += sorted(w for _, w, _ in others) != [0, 1, 2] or len({t for t, *_ in others}) != instants
         share = 100 / (3 * count)
-        found.append(setting.measurement("starts judged wrongly, in %", share * wrong, 0, scale.shown(share * theirs)))
-    return found
+        yield setting.measurement("starts judged wrongly, in %", share * wrong, 0, scale.shown(share * theirs))

@@ -12,7 +12,7 @@ CASES = all_cases()
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
 def test_promise(case):
-    measurements = case.run(Scale.TEST)
+    measurements = list(case.run(Scale.TEST))
     assert measurements, "nothing was measured"
     broken = [m for m in measurements if not m.kept]
     assert not broken, "\n".join(f"{m.what}, {m.on}, {m.setting}: {m.measured:.3g} > {m.bound:.3g}" for m in broken)

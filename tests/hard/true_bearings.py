@@ -22,7 +22,7 @@ START = ("nu", "chi", "pose", "spins")
 
 
 class Rolling:
-    """The formulas of a task, with one of its numbers larger by `change`; a state is nu, chi, the pose and the spins."""
+    """The formulas of a task, with one of its numbers larger by `change`; a state is nu, chi, pose and spins."""
 
     contacts, ground, heavy = 0, None, True
 

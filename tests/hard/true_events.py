@@ -96,9 +96,6 @@ class Phase:
         kept = [slip[i][c] - (time * z[k] if self.modes[i] == BEGINS else 0) for (i, c), k in self.places.items()]
         return kept + [turning[i] for i in self.bearings]
 
-    def balance(self, time: Any, y: Row, z: Row, rates: Row) -> Row:
-        return []
-
 
 class Run:
     """The motion from its start to the end; `log` says what happens: (time, contact, mode), (time, bearing, "bearing",

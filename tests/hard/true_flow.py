@@ -1,7 +1,6 @@
 """The true flow from a start, exactly as the floats have it: Taylor series in 28 digits over the generated formulas."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,15 +11,6 @@ from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.reference import Reference, Taylor, digits, follow
 
 TRIALS = 60
-
-
-@dataclass(frozen=True)
-class Peak:
-    """A wheel that turns back: when, how far beyond pi/n it is then, and at what acceleration."""
-
-    time: float
-    beyond: float
-    acceleration: float
 
 
 def motion(task: Task) -> Reference:
@@ -49,22 +39,17 @@ def beyond_at(task: Task, wheel: int, sign: int, times: list[float]) -> list[flo
         return [float(sign * at(taylor.mechanics.number(t))[3 + wheel] - taylor.mechanics.joint) for t in times]
 
 
-def peak(task: Task, wheel: int, sign: int) -> Peak:
-    """Where sign chi is largest, by bisection of the wheel's speed. It must lie within one Taylor step."""
+def most_beyond(task: Task, wheel: int, sign: int) -> float:
+    """How far beyond pi/n a wheel is where sign chi is largest, by bisection of its speed, within one Taylor step."""
     with digits():
         taylor, at = _one_step(task, task.duration)
-        number = taylor.mechanics.number
-
-        def speed(time: Any) -> Any:
-            return sign * taylor.mechanics.module.wheel_speeds(taylor.mechanics.model, at(time)[:3])[wheel]
-
-        early, late = number(0.0), number(task.duration)
-        slope = float(speed(late) - speed(early)) / task.duration
+        m = taylor.mechanics
+        early, late = m.number(0.0), m.number(task.duration)
         for _ in range(TRIALS):
             middle = ((early + late) / 2).mid()
-            early, late = (middle, late) if speed(middle) > 0 else (early, middle)
-        beyond = sign * at(early)[3 + wheel] - taylor.mechanics.joint
-        return Peak(float(early), float(beyond), slope)
+            outwards = sign * m.wheel_speeds(at(middle)[:3])[wheel] > 0
+            early, late = (middle, late) if outwards else (early, middle)
+        return float(sign * at(early)[3 + wheel] - m.joint)
 
 
 def course(task: Task) -> Callable[[Any], list]:

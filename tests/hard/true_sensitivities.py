@@ -58,7 +58,6 @@ class Moved(Mechanics):
         axial = self.module.axial_speeds(self.model, self.view(y, "nu"), self.view(y, "chi"), spins)
         return self.with_rollers(y, axial), axial
 
-
     def switched(self, y: Row, axial: Any, moves: dict[int, int]) -> tuple[Row, Any]:
         self.switches += len(moves)
         return super().switched(y, axial, moves)
