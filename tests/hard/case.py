@@ -33,10 +33,6 @@ class Scale(Enum):
         """Whether the naive implementation is measured too. The page shows it; no bound is on it."""
         return self is Scale.FULL
 
-    def shown(self, naive: float) -> float | None:
-        """What the naive implementation gave, where it is measured."""
-        return naive if self.compares else None
-
 
 @dataclass(frozen=True)
 class Measurement:
@@ -70,6 +66,12 @@ class Measurement:
         if not self.kept:
             return float("inf")
         return self.measured / self.bound if self.bound > 0 else 0.0
+
+
+def counted(what: str, wrong: list[int], every: int) -> Measurement:
+    """That none of so many numbered scenes is wrong; it names those that are."""
+    setting = f"numbers {', '.join(map(str, wrong))}" if wrong else f"{every} of them"
+    return Measurement(what, "compiled", "double", setting, len(wrong), 0)
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,13 @@ controller, as one run, as a session with random steps, and in a sweep.
 A scene follows from its number alone: `controlled(number)`.
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from contact import laws
 
-from hard.case import Cases, Measurement, Scale
+from hard.case import Cases, Measurement, Scale, counted
 from hard.ground_anywhere import ACCURACY, MISSES, SEED, rollers_stick, rollers_stick_on_coulomb, scene, unbalanced
 from omniroll import (
     Bearings,
@@ -106,15 +107,11 @@ def measured(number: int) -> dict[str, float]:
     naive="decides what sticks before a controller has been asked for its first sample",
     promise="all end, laws of friction hold in each row, the ledger closes, sessions and sweeps end where runs do",
 )
-def everywhere(scale: Scale) -> list[Measurement]:
+def everywhere(scale: Scale) -> Iterator[Measurement]:
     found = {number: measured(number) for number in range(scale.of(6, 10_000))}
-    told = []
     for what in STOPS:
-        numbers = [str(number) for number, of_scene in found.items() if what in of_scene]
-        setting = f"scenes {', '.join(numbers)}" if numbers else f"{len(found)} scenes"
-        told.append(Measurement(what, "compiled", "double", setting, len(numbers), 0))
+        yield counted(what, [number for number, of_scene in found.items() if what in of_scene], len(found))
     for what in sorted({what for of_scene in found.values() for what in of_scene} - {*STOPS}):
         value, number = max((of_scene[what], number) for number, of_scene in found.items() if what in of_scene)
         bound = MOST_EVALUATIONS if what == COST else MISSES * ACCURACY
-        told.append(Measurement(what, "compiled", "double", f"scene {number}", value, bound))
-    return told
+        yield Measurement(what, "compiled", "double", f"scene {number}", value, bound)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 import omniroll
-from hard import naive
 from hard.case import Cases, Measurement, Scale
 from hard.setting import EPS, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import AccuracyWarning
@@ -58,14 +57,6 @@ def long_run(setting: Setting, switches: int, *, accuracy: float = 1e-13, start:
     return Long(*end, pieces * piece, count, (float(first), float(found.energy[-1])), jumps)
 
 
-def naive_run(setting: Setting, switches: int) -> Long:
-    """The same by SciPy."""
-    pieces, piece = pieces_of(setting, switches)
-    motion = naive.simulate(setting.task(PAPER, **START, duration=pieces * piece), most_switches=10 * switches)
-    nu, chi, pose = np.split(motion.y, [3, 6])
-    return Long(nu, chi, pose, pieces * piece, len(motion.switches), motion.energy, sum(motion.jumps))
-
-
 def circle(start: dict, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """nu and pose of a massless vehicle in closed form: nu_1 + i nu_2 and the heading turn uniformly (60 digits)."""
     flint, setting = flint_module(), Setting("massless", "smooth", "python")
@@ -87,20 +78,17 @@ def circle(start: dict, duration: float) -> tuple[np.ndarray, np.ndarray]:
 
 @CASES.case(
     "million-massless",
-    "10^6 switches of a massless vehicle (Python engine, naive: 3000), against the closed form",
+    "10^6 switches of a massless vehicle (Python engine: 3000), against the closed form",
     naive="drifts as its tolerance allows; the heading, which is linear in time, is good",
     promise="errors grow as an error of eps in the start would: in proportion to the angle turned",
 )
 def massless(scale: Scale) -> Iterator[Measurement]:
-    """Against the closed form; SciPy does as much as the Python engine."""
     amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(100, 3_000)}
-    compiled = Setting("massless", "impact", "compiled")
-    theirs = _drifts(naive_run(compiled, amounts["python"])) if scale.compares else {}
     for engine, switches in amounts.items():
         setting = Setting("massless", "impact", engine)
         drifts, bounds = _drifts(long_run(setting, switches)), (1, 1, 10, 10, 100)
         for what, bound in zip(drifts, bounds, strict=True):
-            yield setting.measurement(what, drifts[what], bound, theirs.get(what))
+            yield setting.measurement(what, drifts[what], bound)
 
 
 def _drifts(run: Long) -> dict[str, float]:
@@ -123,7 +111,7 @@ def _account(run: Long) -> float:
 
 @CASES.case(
     "million-massive",
-    "10^6 switches of massive rollers (Python engine, naive: 1000; distances of runs: 30 000)",
+    "10^6 switches of massive rollers (Python engine: 1000; distances of runs: 30 000)",
     naive="drifts as its tolerance allows",
     promise="only switches change the energy; errors grow as eps times the sensitivity times sqrt(switches)",
 )
@@ -132,15 +120,13 @@ def massive(scale: Scale) -> Iterator[Measurement]:
     amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(60, 1_000)}
     for model in ("locked", "free"):
         compiled = Setting(model, "smooth", "compiled")
-        by_scipy = naive_run(compiled, amounts["python"]) if scale.compares else None
         for engine, switches in amounts.items():
             setting = Setting(model, "smooth", engine)
             account = _account(long_run(setting, switches))
-            yield setting.measurement(ACCOUNT, account, 1, by_scipy and _account(by_scipy))
-        theirs = by_scipy and _error(compiled, amounts["python"], by_scipy)
+            yield setting.measurement(ACCOUNT, account, 1)
         for switches in scale.of((3_000,), (3_000, 30_000)):
             error = _error(compiled, switches, long_run(compiled, switches))
-            yield compiled.measurement("pose, nu: error / (eps sensitivity sqrt(switches))", error, 10, theirs)
+            yield compiled.measurement("pose, nu: error / (eps sensitivity sqrt(switches))", error, 10)
 
 
 @CASES.case(

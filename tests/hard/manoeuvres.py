@@ -17,7 +17,7 @@ import numpy as np
 from contact.laws import carried, judged
 
 import omniroll
-from hard.case import Case, Measurement, Scale
+from hard.case import Case, Measurement, Scale, counted
 from omniroll import Bearings, Contact, Controller, Motor, SimulationStopped, Slope, Springs, Vehicle, simulate
 from omniroll.results.comparison import distance_at
 
@@ -174,12 +174,8 @@ def wrong(drawn: Callable[[int], Drawn], scale: Scale) -> list[Measurement]:
     told = {number: outcome(number, drawn)[1] for number in range(scale.of(FEW, FULL))}
     parts = {"stop": "stops", "miss ten times their accuracy": "misses ten", "miss a law in a row": "misses a law",
              "stop a thousand times finer": "ends; the finer"}  # fmt: skip
-    measured = []
-    for what, begin in parts.items():
-        numbers = [str(number) for number, how in told.items() if how.startswith(begin)]
-        setting = f"numbers {', '.join(numbers)}" if numbers else f"{len(told)} of them"
-        measured.append(Measurement(what, "compiled", "double", setting, len(numbers), 0))
-    return measured
+    wrong = {what: [n for n, how in told.items() if how.startswith(begin)] for what, begin in parts.items()}
+    return [counted(what, numbers, len(told)) for what, numbers in wrong.items()]
 
 
 CASES = [

@@ -7,12 +7,12 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from hard import on_the_spot, true_flow
-from hard.case import Case, Measurement, Scale
-from hard.setting import ENGINES, EPS, JOINT, LAWS, PAPER, Setting
+from hard import on_the_spot
+from hard.case import Cases, Measurement, Scale
+from hard.setting import PAPER, Setting
 from omniroll import Bearings
 
-SECTION = "Effects"
+CASES = Cases("Effects")
 ACCURACY = 1e-9
 SPEEDS = (1e-3, 1e-6, 1e-9)  # rad/s
 COMPILED = Setting("massless", "impact", "compiled")
@@ -105,50 +105,11 @@ def prices(scale: Scale) -> Iterator[Measurement]:
         yield setting.measurement(f"{body}s, 1e-06 rad/s: evaluations over those with 1 rad/s", max(ratios), PRICE)
 
 
-def under_impact(scale: Scale) -> Iterator[Measurement]:
-    """Free rollers whose spins come to rest between the switches; a switch turns them again."""
-    torque = 2e-5
-    for law in scale.of(("impact",), LAWS):
-        random, judged = np.random.default_rng(82), Setting("free", law, "python")
-        worst, rise = dict.fromkeys(ENGINES, 0.0), dict.fromkeys(ENGINES, 0.0)
-        for _ in range(scale.of(1, 3)):
-            start = {
-                "nu": random.normal(size=3),
-                "spins": random.uniform(-0.2, 0.2, (3, 4)),
-                "duration": scale.of(0.02, 0.3),
-            }
-            rates = judged.task(**start).kernel.wheel_speeds(start["nu"])
-            start["chi"] = JOINT * np.sign(rates) * [0.99, 0.97, 0.95]
-            start["effects"] = (Bearings(roller_coulomb=torque, roller_speed=0.05),)
-            truth = true_flow.motion(judged.task(**start))
-            assert truth.switches
-            for engine in ENGINES:
-                run = Setting("free", law, engine).run(**start, accuracy=1e-13)
-                worst[engine] = max(worst[engine], true_flow.missed(run, truth))
-                rise[engine] = max(rise[engine], float(run.switches.energy_jump.max(initial=0.0)) / run.energy[0])
-        for engine in ENGINES:
-            setting = Setting("free", law, engine)
-            yield setting.measurement("distance from the true motion", worst[engine], 1e-11)
-            if law == "impact":
-                yield setting.measurement("largest rise of energy at a switch / eps", rise[engine] / EPS, 16)
-
-
-CASES = [
-    Case(
-        name="named-speeds",
-        section=SECTION,
-        title="Stiff named speeds of the regularised law: 1e-3 ... 1e-9 rad/s (compiled engine)",
-        naive="",
-        promise=f"the error is within the accuracy, 1e-9; a stop takes at most {STEPS} steps more than with 1 rad/s; "
-        f"1e-6 rad/s costs at most {PRICE} times the evaluations of 1 rad/s",
-        run=lambda scale: chain(wheels(scale), rollers(scale), prices(scale)),
-    ),
-    Case(
-        name="rollers-that-stop",
-        section=SECTION,
-        title="Free rollers that friction stops, and that switches turn again (named speed 0.05 rad/s)",
-        naive="",
-        promise="the motion is the true one, and no impact raises the energy",
-        run=under_impact,
-    ),
-]
+@CASES.case(
+    "named-speeds",
+    "Stiff named speeds of the regularised law: 1e-3 ... 1e-9 rad/s (compiled engine)",
+    promise=f"the error is within the accuracy, 1e-9; a stop takes at most {STEPS} steps more than with 1 rad/s; "
+    f"1e-6 rad/s costs at most {PRICE} times the evaluations of 1 rad/s",
+)
+def named_speeds(scale: Scale) -> Iterator[Measurement]:
+    return chain(wheels(scale), rollers(scale), prices(scale))

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from hard.case import Case, Measurement, Scale
+from hard.case import Cases, Measurement, Scale
 from hard.setting import LAWS, MODELS, PAPER, Setting, random_start, settings
 from omniroll import Bearings, Controller, Motor, Session, Torque, TorqueTable, Trajectory
 from omniroll.engine.switching import tau
 
-SECTION = "Switches"
+CASES = Cases("Switches")
 ACCURACY = 1e-13
 BOUND = 1e-10
 DRIVEN = (
@@ -76,13 +76,11 @@ def before_two_switches(scale: Scale) -> Iterator[Measurement]:
         yield setting.measurement("two wheels in tau: distance from one run", worst, BOUND)
 
 
-CASES = [
-    Case(
-        name="session-steps",
-        section=SECTION,
-        title="Steps of a session that end 1 ulp before, at and after switches, limits, samples and knots",
-        naive="makes a run of its own of each step: wheels closer than tau switch at its end, where tau begins anew",
-        promise="the motion is that of one run",
-        run=lambda scale: chain(around_every_event(scale), before_two_switches(scale)),
-    )
-]
+@CASES.case(
+    "session-steps",
+    "Steps of a session that end 1 ulp before, at and after switches, limits, samples and knots",
+    naive="makes a run of its own of each step: wheels closer than tau switch at its end, where tau begins anew",
+    promise="the motion is that of one run",
+)
+def session_steps(scale: Scale) -> Iterator[Measurement]:
+    return chain(around_every_event(scale), before_two_switches(scale))

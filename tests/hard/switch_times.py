@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hard import naive, true_flow
+from hard import true_flow
 from hard.case import Cases, Measurement, Scale
 from hard.setting import ENGINES, EPS, JOINT, MODELS, Setting, random_start, speeds_of_wheels
 
@@ -22,7 +22,7 @@ def against_the_true_flow(scale: Scale) -> Iterator[Measurement]:
     random = np.random.default_rng(31)
     starts = [random_start(random, JOINT) for _ in range(scale.of(2, 20))]
     for model in MODELS:
-        errors, theirs = {engine: [] for engine in ENGINES}, []
+        errors = {engine: [] for engine in ENGINES}
         for start in starts:
             runs = {e: Setting(model, "impact", e).run(**start, duration=3.0, accuracy=1e-14) for e in ENGINES}
             reached = runs["compiled"].switches
@@ -33,9 +33,7 @@ def against_the_true_flow(scale: Scale) -> Iterator[Measurement]:
             allowed = 100 * EPS * 2 * exact + EPS * JOINT / speed
             for engine, run in runs.items():
                 errors[engine].append(abs(run.switches.t[0] - exact) / allowed)
-            if scale.compares:
-                theirs.append(abs(naive.simulate(task, most_switches=0).t - exact) / allowed)
         what = "error / (100 eps (t + h) + eps chi/chi')"
         for engine in ENGINES:
             setting = Setting(model, "impact", engine)
-            yield setting.measurement(what, max(errors[engine]), 1, max(theirs, default=None))
+            yield setting.measurement(what, max(errors[engine]), 1)
