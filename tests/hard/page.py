@@ -16,7 +16,7 @@ INTRODUCTION = """# Hard cases
 
 Written by `make hard` (tests/hard/, one file a subject). Each case is held to a number: a promise is a bound, and
 `make test-long` fails where one is broken. A cell shows the worst of all settings as *measured* <= *bound*, with the
-setting where it was; naive is the same number from a naive implementation of the same case, its best setting first.
+setting where it was; naive is the same number from the formulas as they are printed, its best setting first.
 """
 
 

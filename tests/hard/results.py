@@ -74,7 +74,7 @@ def failing_calls(scale: Scale) -> Iterator[Measurement]:
 
 @CASES.case(
     "signals",
-    "SIGINT, SIGTERM or kill -9 at 200 moments of a long run and of a stream",
+    "SIGINT, SIGTERM or kill -9 at 60 moments of a long run and of a stream",
     naive="leaves an empty folder",
     promise="the results before stand, or the new motion up to that moment, which says so; exit code 130 or 143",
 )
@@ -89,7 +89,7 @@ def signals(scale: Scale) -> Iterator[Measurement]:
             _run(long, place / "whole", *options)
             took += time.perf_counter()
             whole = load_results(place / "whole").trajectory()
-            for number in SIGNALS * scale.of(4, 34):
+            for number in SIGNALS * scale.of(4, 10):
                 shutil.copytree(place / "out", place / "work")
                 ended = _signalled(long, place / "work", number, rng.uniform(0, 1.2 * took), options)
                 counts[number] += 1

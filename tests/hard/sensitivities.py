@@ -82,7 +82,7 @@ TRUE_RUNS = (  # roller model, law, effects, number; every second one in `make t
     (FREE, "impact", (VISCOUS,), "wheel_viscous"),
     (FREE, "smooth", (MOTORS,), "mass"),
 )
-SWITCHES = 3, 100  # in the tests, in full; axles that stick end their runs before
+SWITCHES = 3, 20  # in the tests, in full; axles that stick end their runs before
 SPINS = np.random.default_rng(0).normal(size=(3, PAPER.rollers_per_wheel - 1))
 
 
@@ -90,7 +90,7 @@ SPINS = np.random.default_rng(0).normal(size=(3, PAPER.rollers_per_wheel - 1))
     "derivatives-beside-true-runs",
     "Derivatives of a run against differences of runs in 28 digits",
     naive="leaves out that the switch comes at another time; differentiates friction that is smoothed, which creeps on",
-    promise="1e-9 of the largest derivative over up to 100 switches; zero for nu where a run sticks at its end",
+    promise="1e-9 of the largest derivative over up to 20 switches; zero for nu where a run sticks at its end",
 )
 def beside_true_runs(scale: Scale) -> list[Measurement]:
     """The derivatives at the end of runs against central differences of runs in 28 digits."""
