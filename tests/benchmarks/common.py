@@ -184,16 +184,13 @@ def relative_error(found: np.ndarray, exact: np.ndarray) -> float:
 def machine() -> list[tuple[str, str]]:
     """The machine and the versions, without names of hosts or folders."""
     cpu, flags, cores = "unknown", "", 0
-    try:
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            key, _, value = line.partition(":")
-            cores += key.strip() == "processor"
-            if key.strip() == "model name":
-                cpu = value.strip()
-            if key.strip() == "flags":
-                flags = value
-    except OSError:
-        cpu = platform.processor() or platform.machine()
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        key, _, value = line.partition(":")
+        cores += key.strip() == "processor"
+        if key.strip() == "model name":
+            cpu = value.strip()
+        if key.strip() == "flags":
+            flags = value
     vectors = [name for name in ("avx2", "fma", "avx512f") if name in flags.split()]
     version = subprocess.run([COMPILER, "--version"], capture_output=True, text=True).stdout.splitlines()[0]
     peers = []

@@ -51,11 +51,11 @@ def of_a_process(attempt: Attempt, seeds: list[int], patience: int) -> Iterator[
             seeds = seeds[1:]
 
 
-def tried(attempt: Attempt, count: int, patience: int, first: int = 0) -> list[Line]:
+def tried(attempt: Attempt, count: int, patience: int) -> list[Line]:
     """What came of so many seeds; what broke a promise or took too long goes to stderr."""
     found: list[Line] = []
-    for start in range(first, first + count, OF_A_PROCESS):
-        seeds = list(range(start, min(start + OF_A_PROCESS, first + count)))
+    for start in range(0, count, OF_A_PROCESS):
+        seeds = list(range(start, min(start + OF_A_PROCESS, count)))
         found += of_a_process(attempt, seeds, patience)
     for line in found:
         if line["word"] == "broken" or line["seconds"] > patience:

@@ -28,11 +28,6 @@ class Scale(Enum):
         """The one of two amounts that this scale takes."""
         return test if self is Scale.TEST else full
 
-    @property
-    def compares(self) -> bool:
-        """Whether the naive implementation is measured too. The page shows it; no bound is on it."""
-        return self is Scale.FULL
-
 
 @dataclass(frozen=True)
 class Measurement:

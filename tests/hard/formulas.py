@@ -20,7 +20,7 @@ def measured(
     for part in parts:
         for model in models:
             bench = Bench(part, model, names)
-            written = bench.errors(naive) if naive and scale.compares else ()
+            written = bench.errors(naive) if naive and scale is Scale.FULL else ()
             theirs = {(e.set_name, e.function): worst(e.vectors) for e in written}
             for on, kernels in (("compiled", compiled_kernels()), ("python", python_kernels)):
                 for e in bench.errors(kernels):

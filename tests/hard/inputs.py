@@ -47,14 +47,15 @@ def state(random: np.random.Generator) -> dict[str, Any]:
         """A number between two, or every third time one that is special."""
         return float(random.choice(special) if random.random() < 1 / 3 else random.uniform(low, high))
 
+    model = str(random.choice(MODELS))
     chi = [some(-JOINT, JOINT, JOINT, -JOINT, 0.0) for _ in range(3)]
     made = {
         "nu": [some(-3, 3, 0.0, 1.0, -0.25) for _ in range(3)],
         "chi": chi if random.random() < 0.5 else chi[0],
         "pose": random.uniform(-1e3, 1e3, 3).tolist(),
-        "spins": some(-5, 5, 0.0),
+        "spins": some(-5, 5, 0.0) if model == "free" else 0.0,
         "start_time": some(-1e9, 1e9, 0.0),
-        "roller_model": str(random.choice(MODELS)),
+        "roller_model": model,
         "switching": str(random.choice(LAWS)),
         "engine": str(random.choice(ENGINES)),
         "accuracy": float(10 ** random.uniform(-13, -3)),

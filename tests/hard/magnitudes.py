@@ -7,7 +7,7 @@ import numpy as np
 
 from hard.case import Cases, Measurement, Scale
 from hard.flushing import CAN_FLUSH, subnormals_are_zero
-from hard.setting import EPS, PAPER, settings
+from hard.setting import PAPER, settings
 from omniroll import InvalidValueError, Trajectory, validation
 
 CASES = Cases("Magnitudes and time")
@@ -47,23 +47,6 @@ def _differing(base: Trajectory, other: Trajectory, factor: float) -> int:
     if base.spins is not None:
         pairs.append((base.spins * factor, other.spins))
     return sum(int((a != b).sum()) for a, b in pairs)
-
-
-@CASES.case(
-    "rest",
-    "nu = 0",
-    promise="nothing moves; rollers that spin go on spinning",
-)
-def at_rest(scale: Scale) -> Iterator[Measurement]:
-    """nu = 0; under free rollers also with spins, which go on (section 3 of the paper, property 2)."""
-    for setting in settings():
-        spins = 3.0 if setting.model == "free" else 0.0
-        start = {"nu": (0, 0, 0), "chi": (0.1, -0.2, 0.3), "spins": spins, "duration": scale.of(5.0, 1000.0)}
-        run = setting.run(**start)
-        change = max(np.abs(run.nu).max(), np.abs(run.chi - run.chi[0]).max(), np.abs(run.pose).max())
-        if run.spins is not None:
-            change = max(change, np.abs(run.spins - spins).max() / spins)
-        yield setting.measurement("largest change, relative to the spins", float(change), 4 * EPS)
 
 
 @CASES.case(

@@ -17,7 +17,7 @@ AT_ONCE = 1e-12  # s
     "Start exactly on a joint, moving out or in, or at rest",
     naive="sees the switch of a wheel at rest only when the wheel is some way beyond the joint",
     promise="a wheel that moves outwards, or rests and accelerates outwards, switches at once, another does not; a "
-    "vehicle at rest stays as it is",
+    "vehicle at rest stays as it is, and rollers that spin go on spinning",
 )
 def start_on_a_joint(scale: Scale) -> Iterator[Measurement]:
     for setting in settings():
@@ -52,8 +52,10 @@ def misjudged(setting: Setting, task: dict[str, Any], outwards: float) -> bool:
 
 
 def change_at_rest(setting: Setting) -> float:
-    run = setting.run(nu=(0, 0, 0), chi=(JOINT, -JOINT, 0.1), duration=5.0)
+    """Of what stands, and of spins of free rollers, which go on."""
+    run = setting.run(nu=(0, 0, 0), chi=(JOINT, -JOINT, 0.1), spins=3.0, duration=5.0)
     still = [run.nu, run.chi - run.chi[0], run.pose, run.contact - run.contact[0]]
+    still += [run.spins - 3.0] if setting.model == "free" else []
     return max(float(np.abs(values).max()) for values in still) + len(run.switches)
 
 

@@ -25,7 +25,11 @@ FRAGMENTS = (
 
 
 def edited(content: bytes, random: np.random.Generator) -> bytes:
-    """The bytes with some of them cut and others put in their place, one to four times."""
+    """The bytes with another digit for one, or with some cut and others put in their place, one to four times."""
+    digits = [place for place, byte in enumerate(content) if byte in b"0123456789"]
+    if digits and random.random() < 0.5:
+        place = random.choice(digits)
+        return content[:place] + b"%d" % random.integers(10) + content[place + 1 :]
     for _ in range(random.integers(1, 5)):
         start = int(random.choice((0.0, 1.0, *random.random(6))) * len(content))
         new = FRAGMENTS[random.integers(len(FRAGMENTS))] if random.random() < 0.5 else random.bytes(random.integers(9))

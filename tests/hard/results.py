@@ -35,15 +35,6 @@ SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 EXPECTED = {signal.SIGKILL: (-9, 0), signal.SIGTERM: (143, -15, 0), signal.SIGINT: (130, 0)}  # 0: it was done before
 
 
-@contextlib.contextmanager
-def folder() -> Iterator[Path]:
-    place = Path(tempfile.mkdtemp(dir=MEMORY if MEMORY.is_dir() else None))
-    try:
-        yield place
-    finally:
-        shutil.rmtree(place, ignore_errors=True)
-
-
 def scene(path: Path, run: str) -> Path:
     """The paper's motion 3 for a time, by the lines of [run]."""
     path.write_text(re.sub(r"duration = .*", run, (SCENES / "motion-3-impact.toml").read_text()))
@@ -57,7 +48,8 @@ def scene(path: Path, run: str) -> Path:
     promise="the results before stand, or all of the new ones; the next run puts the folder in order",
 )
 def failing_calls(scale: Scale) -> Iterator[Measurement]:
-    with folder() as place:
+    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as folder:
+        place = Path(folder)
         scenes = scene(place / "before.toml", "duration = 0.3\nstep = 0.1"), scene(place / "new.toml", "duration = 0.4")
         shim = built_shim(place)
         for how in HOW:
@@ -81,7 +73,8 @@ def failing_calls(scale: Scale) -> Iterator[Measurement]:
 def signals(scale: Scale) -> Iterator[Measurement]:
     """Runs that are ended by signals at random moments, over complete results of another run."""
     wrong, counts, rng = Counter(), Counter(), random.Random("signals")
-    with folder() as place:
+    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as folder:
+        place = Path(folder)
         long = scene(place / "long.toml", "duration = 1500")
         _run(scene(place / "before.toml", "duration = 0.3\nstep = 0.1"), place / "out")
         for options in ((), ("--stream",))[: scale.of(1, 2)]:

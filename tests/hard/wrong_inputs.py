@@ -1,11 +1,6 @@
-"""Changed arguments of every public function, and changed scenes, by number.
-
-`python -m hard.wrong_inputs [calls | scenes [count [first]]]` from tests/ tries those seeds and prints what came of
-them.
-"""
+"""Changed arguments of every public function, and changed scenes, by number."""
 
 import contextlib
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -29,9 +24,9 @@ ATTEMPTS: dict[str, Callable[[Path], Attempt]] = {
 }
 
 
-def measured(what: str, count: int, first: int = 0) -> Iterator[Measurement]:
+def measured(what: str, count: int) -> Iterator[Measurement]:
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        found = tried(ATTEMPTS[what](Path(folder)), count, MOST_SECONDS, first)
+        found = tried(ATTEMPTS[what](Path(folder)), count, MOST_SECONDS)
     words = Counter(line["word"] for line in found)
     seconds, seed = max((line["seconds"], line["seed"]) for line in found)
     memory = max(line["memory"] for line in found) / 2**30
@@ -62,12 +57,3 @@ def wrong_calls(scale: Scale) -> Iterator[Measurement]:
 )
 def wrong_scenes(scale: Scale) -> Iterator[Measurement]:
     return measured("scenes", scale.of(FEW, FULL))
-
-
-def main(what: str = "scenes", count: str = str(FULL), first: str = "0") -> None:
-    for one in measured(what, int(count), int(first)):
-        print(f"{one.what}: {one.measured:.3g}, at most {one.bound:.3g}; {one.setting}")
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])
