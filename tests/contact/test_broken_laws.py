@@ -1,35 +1,19 @@
-"""A run whose energy comes from nowhere is never returned, nor one with bounds that leave no digits."""
+"""A run that breaks the laws of friction, or whose energy comes from nowhere, is never returned, nor one with bounds
+that leave no digits."""
 
 from dataclasses import replace
 
 import pytest
 
 import omniroll
+from omniroll import Bearings, Contact, Session, SimulationStopped, Torque
 from omniroll.engine.control import lawful
 
 PAPER = omniroll.Vehicle.paper()
-PUSH = omniroll.Torque((0.02, -0.01, 0.03))
 
 
 def sticking(friction):
     return omniroll.Contact(law="coulomb", friction=friction)
-
-
-@pytest.fixture(scope="module")
-def run():
-    return omniroll.simulate(
-        PAPER, nu=(0.3, 0, 0.2), duration=0.05, effects=[sticking(0.8), PUSH], roller_model="massless", accuracy=1e-7
-    )
-
-
-def test_energy_from_nowhere(run):
-    assert lawful(run) is run
-    dense = run.dense.copy()
-    dense[..., 6 + PAPER.wheels :] *= 1.5  # the work of the drive, and what slips lose
-    wrong = replace(run, made=run.made | {"dense": lambda: dense}, in_part={})
-    with pytest.raises(omniroll.SimulationStopped, match="come from nowhere.*: this is a fault") as said:
-        lawful(wrong)
-    assert said.value.trajectory is wrong
 
 
 @pytest.mark.parametrize("field", ["wheel_coulomb", "roller_coulomb", "wheel_break_away"])
@@ -49,3 +33,41 @@ def test_a_torque_that_locks_an_axle_locks_it():
         for torque in (1e6, 1e8)
     )
     assert abs(locked.nu[-1] - other.nu[-1]).max() < 1e-6 and abs(locked.quantity("rates")[-1]).max() < 1e-6
+
+
+def test_energy_from_nowhere():
+    """Kept numbers are changed: the work of the drive, and what slips lose."""
+    effects = [sticking(0.8), Torque((0.02, -0.01, 0.03))]
+    run = omniroll.simulate(PAPER, nu=(0.3, 0, 0.2), duration=0.05, effects=effects, roller_model="massless",
+                            accuracy=1e-7)  # fmt: skip
+    assert lawful(run) is run
+    dense = run.dense.copy()
+    dense[..., 6 + PAPER.wheels :] *= 1.5
+    wrong = replace(run, made=run.made | {"dense": lambda: dense}, in_part={})
+    with pytest.raises(SimulationStopped, match="come from nowhere.*: this is a fault") as said:
+        lawful(wrong)
+    assert said.value.trajectory is wrong
+
+
+ROLLS = ([Contact(law="coulomb", friction=0.5), Torque(0.2)], (1.0, 0.0, 1.0))
+
+
+STANDS = ([Bearings(wheel_coulomb=0.05), Torque(0.02)], (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(("what", "scene"), [("contact", ROLLS), ("axle", STANDS)])
+def test_what_sticks_with_more_than_it_can_take_ends_a_session(what, scene):
+    """The bound of what sticks is lowered behind the engine's back, which then goes on with a wrong decision."""
+    effects, nu = scene
+    session = Session(PAPER, effects=effects, nu=nu)
+    session.step(0.01)
+    run = session._run.run
+    if what == "contact":
+        assert run.grips[1].sticks
+        for k in range(2):
+            run.grips[1].staying[k] *= 1e-6
+    else:
+        run.bearings[1].holding = 1e-6
+    with pytest.raises(SimulationStopped, match="takes more than it can") as stopped:
+        session.step(0.01)
+    assert stopped.value.wheel == 1

@@ -65,11 +65,3 @@ def test_any_number_of_wheels(wheels, rollers):
     ]
     assert len(runs[0].switches) >= 1
     assert distance_at(*runs, np.linspace(0, 0.5, 5)) < 1e-8
-
-
-def test_the_error_estimate_holds():
-    vehicle, options = slipping_task("regularised")
-    run = simulate(vehicle, **options, accuracy=1e-7)
-    finer = simulate(vehicle, **options, accuracy=1e-12, control=False)
-    error = distance_at(run, finer, run.elapsed)
-    assert error <= 1e-6 and error <= 10 * run.stats["error_estimate"] + 1e-12

@@ -1,13 +1,9 @@
-"""Runs in which wheels with rollers at an angle or in two rows slip: traction, energy, and rolling as a limit."""
-
-from dataclasses import replace
+"""Runs in which wheels with rollers at an angle or in two rows slip: traction, energy, readings."""
 
 import numpy as np
 import pytest
 
-import omniroll
-from contact.other_bodies import named, slipping
-from omniroll import Contact, InvalidValueError, TorqueTable, Vehicle, simulate
+from omniroll import Contact, TorqueTable, Vehicle, simulate
 
 FRICTION, GRAVITY = 0.6, 9.80665
 RAYS = tuple(np.pi / 4 + np.pi / 2 * np.arange(4))
@@ -46,8 +42,7 @@ def test_spinning_wheels_on_massless_rollers_pull_along_their_rollers_alone(angl
         np.testing.assert_allclose(0.25 * nu_dot[:2], FRICTION * GRAVITY * np.array(pull), rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("model", ["massless", "free"])
+@pytest.mark.parametrize("law, model", [("viscous", "free"), ("regularised", "massless"), ("coulomb", "free")])
 @pytest.mark.parametrize("kind", VEHICLES)
 def test_the_account_closes_and_switches_change_no_speed(kind, model, law):
     run = simulate(
@@ -62,62 +57,3 @@ def test_the_account_closes_and_switches_change_no_speed(kind, model, law):
     if model == "free":  # spins are what the account's energy is made of
         middle = run.sample(0.2503)
         assert run.spins.shape == (len(run), 4, 7) and np.isfinite(middle.energy)
-
-
-@pytest.mark.parametrize("kind", VEHICLES)
-def test_slip_tends_to_rolling_as_the_ground_grows_strong(kind):
-    task = {"vehicle": VEHICLES[kind], "nu": (1, 0.3, 0.2), "duration": 0.3, "roller_model": "massless"}
-    rolling = simulate(effects=[PUSH], **task).pose[-1]
-    far = [
-        np.linalg.norm(simulate(effects=[Contact(c), PUSH], accuracy=1e-11, **task).pose[-1] - rolling)
-        for c in (1e5, 1e6)
-    ]
-    assert np.log10(far[0] / far[1]) == pytest.approx(1.0, abs=0.02)
-
-
-@pytest.mark.parametrize("model", ["massless", "free"])
-@pytest.mark.parametrize("what", ["roller_angle", "row_offset"])
-def test_small_angles_and_offsets_tend_to_the_omni_wheel(what, model):
-    case = slipping("mecanum" if what == "roller_angle" else "rows", 2, 4, 7, model)
-    damping = {"ground_damping": (3.7, 1.9)}
-    known, found = case.known() | {"torque": np.ones(4)}, []
-    for size in (0.0, 1e-6, 2e-6):
-        numbers = {"roller_angle": (size,) * 4} if what == "roller_angle" else {"rows": 2, "row_offset": size}
-        if size == 0:
-            numbers = {"roller_angle": 0.0, "rows": 1, "row_offset": 0.0}
-        bound = replace_vehicle(case, numbers).bound(("contact", "contact_viscous"), **damping)
-        moved = named(bound, "slip_dynamics", known)
-        asked = ("nu_dot", "chi_dot", "rates_dot", "contact_omega_dot")
-        found.append(np.concatenate([np.ravel(moved[name]) for name in asked if name in moved]))
-    near, far = np.abs(found[1] - found[0]).max(), np.abs(found[2] - found[0]).max()
-    assert 0 < near < 1e-3 * np.abs(found[0]).max() and far / near == pytest.approx(2, rel=1e-3)
-
-
-def replace_vehicle(case, numbers):
-    other = replace(case)
-    other.vehicle = case.vehicle.replace(**numbers)
-    return other
-
-
-@pytest.mark.parametrize("kind", VEHICLES)
-def test_an_accelerometer_feels_what_the_middle_does(kind):
-    """Against differences of where it is."""
-    run = simulate(
-        VEHICLES[kind], nu=(0.5, 0.8, 1.0), duration=0.3, roller_model="massless", accuracy=1e-10,
-        effects=[PUSH, Contact(**LAWS["viscous"], wheel_rates=0)],
-    )  # fmt: skip
-    step, times = 1e-5, np.array([0.0213, 0.0837, 0.1511, 0.2713])
-    assert np.array_equal(*(run.state_and_row(times + way)[1] for way in (-step, step))), "no event lies between"
-    before, now, after = (run.sample(times + way).pose for way in (-step, 0.0, step))
-    moved = (before - 2 * now + after)[:, :2] / step**2
-    cosine, sine = np.cos(now[:, 2]), np.sin(now[:, 2])
-    felt = np.stack([cosine * moved[:, 0] + sine * moved[:, 1], cosine * moved[:, 1] - sine * moved[:, 0]], axis=-1)
-    read = run.measure(times)["accelerometer"]
-    assert np.abs(read - felt).max() < 1e-4 * np.abs(read).max()
-
-
-@pytest.mark.parametrize("kind", VEHICLES)
-def test_what_does_not_go_with_them_is_refused(kind):
-    springs = [Contact(law="coulomb", friction=0.5), omniroll.Springs(height=0.1)]
-    with pytest.raises(InvalidValueError, match="leave them out for the loads of the vehicle at rest"):
-        simulate(VEHICLES[kind], nu=(1, 0, 0), duration=0.1, effects=springs)

@@ -8,10 +8,7 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.engine.simulate import checked_task
-from omniroll.results import slip_map
 from omniroll.scenes import SceneError, load_scene
-from omniroll.scenes.costs import operations
 from omniroll.scenes.lints import lints
 
 pytestmark = pytest.mark.long
@@ -47,15 +44,6 @@ def test_a_scene_runs_and_keeps_what_the_contacts_did(written, tmp_path, capsys)
     assert [float(row["force_axle_3"]) for row in rows] == run.ground_force[:, 2, 0].tolist()
     assert [float(row["loss_1"]) for row in rows] == run.quantity("ground_loss")[:, 0].tolist()
     assert np.ptp(run.slip[0, :, 1]) > 0.1 and not (tmp_path / "out/impulses.csv").exists()
-
-
-def test_a_later_run_without_contacts_takes_the_file_away(written, tmp_path):
-    assert cli.main(["run", str(written("coefficient = 30")), "--output", str(tmp_path / "out")]) == 0
-    rolling = written("coefficient = 30")
-    rolling.write_text(SCENE.replace("[contact]\n", ""))
-    assert (tmp_path / "out/slip.csv").exists()
-    assert cli.main(["run", str(rolling), "--output", str(tmp_path / "out")]) == 0
-    assert not (tmp_path / "out/slip.csv").exists()
 
 
 @pytest.mark.parametrize("contact, more, said", [
@@ -111,21 +99,3 @@ def test_shipped_scenes_do_what_they_say(name, modes, tmp_path, capsys):
     assert modes_in_file == run.sticks.tolist()
     assert f"  slip on the ground {run.ledger.contributions['ground_loss']:.6e}\n" in capsys.readouterr().out
     assert abs(run.ledger.residual) <= 1e-9 * sum(map(abs, run.ledger.contributions.values()))
-
-
-def test_tracks_are_those_of_the_contacts():
-    vehicle = omniroll.Vehicle.paper()
-    run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=0.05, roller_model="massless", control=False,
-                            effects=[omniroll.Contact(5.0, wheel_rates=0)])  # fmt: skip
-    place, speed = slip_map.tracks(run, run.t)
-    x, y, theta = run.pose.T
-    for wheel, angle in enumerate(vehicle.wheel_angles):
-        wanted = np.stack([x, y]) + vehicle.platform_radius * np.stack([np.cos(theta + angle), np.sin(theta + angle)])
-        assert place[:, wheel].T == pytest.approx(wanted, abs=1e-14)
-    assert speed == pytest.approx(np.hypot(*np.moveaxis(run.slip, -1, 0)), rel=1e-12)
-
-
-def test_one_function_gives_all_accelerations(written):
-    scene = load_scene(written("coefficient = 30"))
-    counted = {cost.function for cost in operations(checked_task(scene.vehicle, **scene.options))}
-    assert counted == {"pose_rates", "slip_dynamics", "ground_power"}

@@ -1,10 +1,8 @@
 """Loads from springs: the platform heaves and tilts on its wheels, and contacts leave the ground and come back.
 
-Accelerations are those of rigid bodies, each by itself (spring_bodies.py); a box that tips does so as its closed form
-says; with stiffer and stiffer springs loads become those of rigid bodies; the energy's account closes.
+A box that tips does so as its closed form says; with stiffer and stiffer springs loads become those of rigid bodies;
+the energy's account closes. test_all_bodies.py has the accelerations.
 """
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,230 +10,9 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import omniroll
-from omniroll.effects.effect_set import EffectSet
-
-from .spring_bodies import Bodies, Revolution
 
 GRAVITY = 9.80665
-FRICTION, SPEED, LAMBDA = 0.7, 0.02, 0.8
-
-
-def some_bodies(massless: bool) -> Bodies:
-    """Four wheels anywhere; the platform's products of inertia leave none about the horizontal axes for the whole."""
-    angles = np.array([0.3, 1.7, 3.4, 4.9])
-    places = np.array([[0.21, 0.05], [-0.02, 0.19], [-0.2, -0.04], [0.03, -0.23]])
-    roller = Revolution(0.0, 0.0, 0.0) if massless else Revolution(0.02, 3e-5, 5e-6)
-    found = Bodies(
-        places, angles, 5, 0.05, 0.04, Revolution(0.3, 4e-4, 2e-4), roller, 4.0, np.array([0.02, -0.01, 0.13]),
-        np.diag([0.05, 0.07, 0.11]),
-    )  # fmt: skip
-    inertia = found.platform_inertia.copy()
-    inertia[0, 1] = inertia[1, 0] = -found.matrix(np.zeros(found.size)).real[3, 4]
-    return replace(found, platform_inertia=inertia)
-
-
-def numbers_of(bodies: Bodies) -> tuple[omniroll.Vehicle, omniroll.Springs]:
-    """The vehicle and the springs under it, read off the bodies' kinetic energy."""
-    matrix = bodies.matrix(np.zeros(bodies.size)).real
-    height = bodies.center[2]
-    of_tilt = matrix[3:5, 3:5] - bodies.mass * height**2 * np.eye(2)
-    axles = np.stack([np.cos(bodies.angles), np.sin(bodies.angles)])
-    spin = (axles * matrix[3:5, 6 : 6 + bodies.wheels]).sum(axis=0)
-    vehicle = omniroll.Vehicle(
-        wheels=bodies.wheels, rollers_per_wheel=bodies.rollers, mass=bodies.mass, yaw_inertia=matrix[2, 2],
-        wheel_inertia=matrix[6, 6], roller_inertia=matrix[-1, -1] or 1e-9, yaw_scale=LAMBDA, platform_radius=0.2,
-        wheel_radius=bodies.wheel_radius, roller_axis_radius=bodies.roller_axis_radius,
-        wheel_angles=tuple(bodies.angles), wheel_places=tuple(map(tuple, bodies.places)),
-        center_of_mass=tuple(bodies.center[:2]),
-    )  # fmt: skip
-    products = -matrix[2, 3:5] - bodies.mass * height * bodies.center[:2]
-    return vehicle, omniroll.Springs(
-        height=height, deflection=2e-3, damping_ratio=0.4, tilt_inertia=tuple(np.diag(of_tilt)),
-        products=tuple(products), spin_inertia=tuple(spin), normal_gravity=GRAVITY,
-    )  # fmt: skip
-
-
-def on_a_slope(massless: bool, **law):
-    """Bodies, their kernel on a ground of this law, and a function that compares what it says of a state with the
-    bodies."""
-    bodies = some_bodies(massless)
-    vehicle, springs = numbers_of(bodies)
-    slope = omniroll.Slope(angle=0.2, direction=0.7)
-    springs = replace(springs, normal_gravity=slope.normal_gravity)
-    contact = omniroll.Contact(**law, friction=FRICTION, normal_gravity=slope.normal_gravity)
-    acting = EffectSet.checked((omniroll.Torque(0.0), slope, contact, springs), vehicle)
-
-    def assert_same(found, state):
-        for name, value in judged(bodies, springs, state, slope, massless).items():
-            assert np.abs(found[name] - value).max() < 1e-10 * max(1.0, np.abs(value).max()), name
-
-    return bodies, acting.kernel(vehicle, "massless" if massless else "free", "python"), assert_same
-
-
-@pytest.mark.parametrize("massless", [False, True])
-def test_accelerations_are_those_of_rigid_bodies(massless):
-    rng, (bodies, bound, assert_same) = np.random.default_rng(5), on_a_slope(massless, law="regularised", speed=SPEED)
-    for _ in range(5):
-        state = random_state(bodies, rng, massless)
-        assert_same(computed(bound, bodies, state), state)
-
-
-@pytest.mark.parametrize("massless", [False, True])
-def test_accelerations_of_contacts_that_stick_are_those_of_rigid_bodies(massless):
-    """Each contact sticks, slips or is off: those that stick keep their zero slip, by forces that nobody gives."""
-    rng, (bodies, bound, assert_same) = np.random.default_rng(6), on_a_slope(massless, law="coulomb")
-    modes = rng.permutation([(sticks, presses) for sticks, presses in np.ndindex(2, 2) for _ in range(6)])[:20]
-    for sticks_presses in modes.reshape(5, 4, 2):
-        state = random_state(bodies, rng, massless)
-        state["sticks"], state["presses"] = (sticks_presses * [1, 1]).astype(float).T
-        state["sticks"] *= state["presses"]
-        state["ground_push"] = 3 * rng.normal(size=(4, 2)) * (state["presses"] - state["sticks"])[:, None]
-        roll(bound, state)
-        found = computed(bound, bodies, state, "sprung_dynamics")
-        assert_same(found, state)
-        assert np.abs(found["slip_dot"][state["sticks"] > 0]).max(initial=0.0) < 1e-9
-
-
-def roll(bound, state: dict[str, np.ndarray]) -> None:
-    """Wheels whose contacts stick roll, while the platform tilts."""
-    sticks = state["sticks"] > 0
-    state["rates"] = np.where(sticks, bound.wheel_rates(state["nu"], state["chi"])[0], state["rates"])
-    if "contact_omega" in state:
-        asked = (state[name] for name in ("nu", "chi", "tilt", "tilt_rate"))
-        state["contact_omega"] = np.where(sticks, bound.call("leaning_axial", *asked), state["contact_omega"])
-
-
-def random_state(bodies: Bodies, rng: np.random.Generator, massless: bool) -> dict[str, np.ndarray]:
-    wheels, joint = bodies.wheels, np.pi / bodies.rollers
-    found = {
-        "nu": rng.normal(size=3), "chi": rng.uniform(-joint, joint, wheels), "heading": np.array(rng.normal()),
-        "rates": 10 * rng.normal(size=wheels), "contact_omega": 20 * rng.normal(size=wheels),
-        "axial": 20 * rng.normal(size=(wheels, bodies.rollers - 1)), "torque": rng.normal(size=wheels),
-        "tilt": rng.normal(size=3) * [5e-4, 3e-3, 3e-3], "tilt_rate": rng.normal(size=3) * [0.02, 0.3, 0.3],
-        "presses": (rng.random(wheels) < 0.8).astype(float),
-    }  # fmt: skip
-    return {name: value for name, value in found.items() if not massless or name not in ("contact_omega", "axial")}
-
-
-def computed(
-    bound, bodies: Bodies, state: dict[str, np.ndarray], dynamics: str = "spring_dynamics"
-) -> dict[str, np.ndarray]:
-    given = dict(state)
-    if "axial" in given:
-        given["momenta"] = bound.momenta(given["axial"])
-
-    def call(name: str) -> dict[str, np.ndarray]:
-        signature = bound.signatures[name]
-        found = bound.call(name, *(given[argument.name] for argument in signature.inputs))
-        found = found if isinstance(found, tuple) else (found,)
-        return {argument.name: value for argument, value in zip(signature.outputs, found, strict=True)}
-
-    return call("slip_forces") | call("support_state") | call(dynamics)
-
-
-def judged(bodies: Bodies, springs, state: dict[str, np.ndarray], slope, massless: bool) -> dict[str, np.ndarray]:
-    """The same of the bodies by themselves."""
-    wheels, rollers = bodies.wheels, bodies.rollers
-    q, rates = coordinates(bodies, state)
-    loads_at_rest = rest_loads(bodies, slope.normal_gravity)
-    stiffness = loads_at_rest / springs.deflection
-    damping = 2 * springs.damping_ratio * np.sqrt(stiffness * loads_at_rest / slope.normal_gravity)
-    rises = bodies.rises(q)
-    rise_rates = np.array([bodies.rises(q + 1j * 1e-40 * rates).imag / 1e-40]).ravel()
-    margins = loads_at_rest - stiffness * rises - damping * rise_rates
-    loads = state["presses"] * margins
-    rows = bodies.slip_rows(q)
-    slips = rows @ rates
-    if massless:  # their rollers turn with the ground along the axle
-        slips[:, 0] = 0
-    pull = slope.gravity * np.sin(slope.angle)
-    gravity = np.array([pull * np.cos(slope.direction), pull * np.sin(slope.direction), slope.normal_gravity])
-    known = 6 + wheels if massless else None
-
-    def accelerated(forces: np.ndarray) -> np.ndarray:
-        return bodies.accelerations(q, rates, forces, loads, state["torque"], gravity, known)
-
-    sizes = np.hypot(*slips.T)
-    forces = -FRICTION * loads[:, None] * slips / np.sqrt(sizes**2 + SPEED**2)[:, None]
-    if "sticks" in state:
-        forces = held(bodies, q, rates, state, accelerated, massless)
-    q_dot_dot = accelerated(forces)
-    found = {"ground_force": forces, "slip": slips, "support_loads": loads, "support_margins": margins}
-    found["rates_dot"] = q_dot_dot[6 : 6 + wheels]
-    c, s = np.cos(q[2]), np.sin(q[2])
-    turn = np.array([[c, s], [-s, c]])
-    quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])  # how components turn as the platform does
-    velocity, yaw = turn @ rates[:2], rates[2]
-    found["nu_dot"] = np.append((turn @ q_dot_dot[:2] + yaw * quarter @ velocity) / 0.2, LAMBDA * q_dot_dot[2])
-    tilt, tilt_speed = turn @ q[3:5], turn @ rates[3:5]
-    of_speed = turn @ q_dot_dot[3:5] + yaw * quarter @ tilt_speed
-    of_tilt = of_speed + q_dot_dot[2] * quarter @ tilt + yaw * quarter @ (tilt_speed + yaw * quarter @ tilt)
-    found["tilt_rate_dot"] = np.append(q_dot_dot[5], of_tilt)
-    if not massless:
-        chi, chi_dot = q[6 : 6 + wheels], rates[6 : 6 + wheels]
-        own = 6 + wheels + rollers * np.arange(wheels)
-        across = np.stack([-np.sin(bodies.angles), np.cos(bodies.angles)])
-        lean, lean_dot = tilt_speed @ across, of_speed @ across
-        found["contact_omega_dot"] = (
-            q_dot_dot[own] + q_dot_dot[2] * np.sin(chi) + yaw * np.cos(chi) * chi_dot
-            + lean_dot * np.cos(chi) - lean * np.sin(chi) * chi_dot
-        )  # fmt: skip
-    return found
-
-
-def held(bodies: Bodies, q, rates, state: dict[str, np.ndarray], accelerated, massless: bool) -> np.ndarray:
-    """(N, 2) in N, the forces that are given, and those that keep the slips of contacts that stick at zero; along the
-    axles of massless rollers there are none."""
-    forces = state["ground_push"].copy()
-    if massless:
-        forces[:, 0] = 0
-    places = [(i, k) for i in np.flatnonzero(state["sticks"]) for k in range(1 if massless else 0, 2)]
-    size = 6 + bodies.wheels if massless else bodies.size
-    rows, later = bodies.slip_rows(q)[..., :size], bodies.slip_rows(q + 1e-6 * rates)[..., :size]
-    turned = (later - bodies.slip_rows(q - 1e-6 * rates)[..., :size]) / 2e-6 @ rates[:size]
-
-    def slip_rates(pushed: np.ndarray) -> np.ndarray:
-        found = rows @ accelerated(pushed) + turned
-        return np.array([found[place] for place in places])
-
-    if places:
-        without, columns = slip_rates(forces), []
-        for place in places:
-            pushed = forces.copy()
-            pushed[place] += 1
-            columns.append(slip_rates(pushed) - without)
-        for place, force in zip(places, np.linalg.solve(np.transpose(columns), -without), strict=True):
-            forces[place] += force
-    return forces
-
-
-def coordinates(bodies: Bodies, state: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """The coordinates of the bodies and their rates, from the state."""
-    wheels, theta, yaw = bodies.wheels, float(state["heading"]), state["nu"][2] / LAMBDA
-    back = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
-    heave, *tilt = state["tilt"]
-    heave_rate, *tilt_rate = state["tilt_rate"]
-    speeds = np.array([tilt_rate[0] - yaw * tilt[1], tilt_rate[1] + yaw * tilt[0]])
-    q, rates = np.zeros(bodies.size), np.zeros(bodies.size)
-    q[2], q[3:5], q[5], q[6 : 6 + wheels] = theta, back @ tilt, heave, state["chi"]
-    rates[:2], rates[2] = back @ (0.2 * state["nu"][:2]), yaw
-    rates[3:5], rates[5], rates[6 : 6 + wheels] = back @ speeds, heave_rate, state["rates"]
-    if "axial" in state:
-        axial = np.concatenate([state["contact_omega"][:, None], state["axial"]], axis=1)
-        beta = state["chi"][:, None] + 2 * np.pi * np.arange(bodies.rollers) / bodies.rollers
-        lean = speeds[1] * np.cos(bodies.angles) - speeds[0] * np.sin(bodies.angles)
-        rates[6 + wheels :] = (axial - yaw * np.sin(beta) - lean[:, None] * np.cos(beta)).ravel()
-    return q, rates
-
-
-def rest_loads(bodies: Bodies, gravity: float) -> np.ndarray:
-    """(N,) of least norm that carry the weight below the centre of mass."""
-    sums = np.vstack([np.ones(bodies.wheels), bodies.places.T])
-    return np.linalg.pinv(sums) @ (bodies.mass * gravity * np.array([1.0, *bodies.center[:2]]))
-
-
-# Closed forms: a box on four contacts at (R, 0), (0, R), (-R, 0), (0, -R), without friction, which heaves and pitches
-
+# A box on four contacts at (R, 0), (0, R), (-R, 0), (0, -R), without friction, which heaves and pitches
 BOX = {"height": 0.3, "deflection": 2e-3, "damping_ratio": 0.1, "tilt_inertia": 0.2}
 
 
@@ -277,7 +54,6 @@ class Box:
         presses = self.loads(state) > 0
         while time < duration:
             system = self.system(presses)
-
             step = min(1e-4, duration - time)
             at_ends = [self.beyond(elapsed, system, state, presses, most_tilt) for elapsed in (0.0, step)]
             first = np.flatnonzero((at_ends[1] > 0) & (at_ends[0] < 1e-9))
@@ -390,27 +166,6 @@ def test_the_account_closes_with_what_springs_store_and_dampers_take():
         assert abs(ledger.residual) < 1e-8 * ledger.scale
         assert ledger.contributions["damper_loss"] < 0
         assert (np.diff(found.contributions()["damper_loss"]) < 1e-12).all()
-
-
-def test_what_springs_do_not_go_with_is_said():
-    vehicle, springs = omniroll.Vehicle.paper(), omniroll.Springs(height=0.06)
-    ground = omniroll.Contact(law="regularised", friction=0.5, speed=0.05)
-
-    def run(*effects, **options):
-        omniroll.simulate(vehicle, nu=(1, 0, 0), duration=0.01, effects=effects, **options)
-
-    rolling = omniroll.Bearings(roller_viscous=1e-5)
-    for effects, options, message in (
-        ((springs,), {}, "law that knows loads"),
-        ((omniroll.Contact(2.0), springs), {}, "law that knows loads"),
-        ((ground, springs, rolling), {}, "wheels' axles"),
-        ((ground, springs), {"engine": "python"}, "choose compiled"),
-        ((ground, springs), {"sensitivities": ["mass"]}, "leave Springs out"),
-        ((ground, replace(springs, tilt_inertia=1e-6)), {}, "must exceed"),
-        ((ground, replace(springs, normal_gravity=5.0)), {}, "that of the contacts"),
-    ):
-        with pytest.raises(omniroll.InvalidValueError, match=message):
-            run(*effects, **options)
 
 
 @pytest.mark.parametrize("law", ["regularised", "coulomb"])

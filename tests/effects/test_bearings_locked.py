@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, InvalidValueError, Torque, Vehicle, load_scene, simulate
+from omniroll import Bearings, Contact, InvalidValueError, Torque, Vehicle, simulate
 from omniroll.vocabulary import STANDARD_GRAVITY
 
 PAPER = Vehicle.paper()
@@ -34,16 +34,6 @@ def test_it_is_a_torque_far_above_all_others():
     np.testing.assert_array_equal(locked.nu, held.nu)
 
 
-def test_a_scene_locks_axles(tmp_path):
-    path = tmp_path / "locked.toml"
-    path.write_text(
-        '[vehicle]\npreset = "paper"\n[start]\nnu = [1, 0, 0]\n[run]\nduration = 0.1\n[bearings]\nwheel_locked = true\n'
-        '[contact]\nlaw = "coulomb"\nfriction = 0.3\nnormal_gravity = 9.8\n'
-    )
-    scene = load_scene(path)
-    assert scene.options["effects"][0].wheel_locked is True
-
-
 @pytest.mark.parametrize(("given", "bound"), [
     ({"wheel_locked": (True, 2)}, "true or false"),
     ({"wheel_locked": "yes"}, "true or false"),
@@ -53,8 +43,3 @@ def test_a_scene_locks_axles(tmp_path):
 def test_what_cannot_be_locked_is_refused(given, bound):
     with pytest.raises(InvalidValueError, match=bound):
         Bearings(**given)
-
-
-def test_as_many_flags_as_wheels():
-    with pytest.raises(InvalidValueError, match="3 numbers"):
-        simulate(PAPER, nu=(0, 0, 0), duration=0.1, effects=[Bearings(wheel_locked=(True, False))])

@@ -1,22 +1,34 @@
-"""The generated derivatives against the derivative of the generated rates, by power series of balls in 60 digits; in
-doubles against these; and what they cost.
+"""The generated derivatives, by state, inputs and numbers of the vehicle and of effects, against the derivatives of
+what was differentiated, by power series of balls in 60 digits; in doubles against balls; and what they cost.
 """
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from effects.cases import MODELS, OPTIONAL, balls, prepared_kernel, random_case, without_layout
+from hard import rounding
+from hard.effect_kernels import compiled_on_demand, with_effects
+from hard.kernel_errors import BOUND, EPS, python_kernels, worst
+from hard.sampling import sample
 from oracle.balls import coefficient, exact, line, working_precision
 
+import omniroll
+from omniroll import InvalidValueError
+from omniroll.codegen.programs import ContractError
 from omniroll.kernels import sets
+from omniroll.kernels.kernel import SHARP, PythonKernel, form
 
 CLOSE = 1e-40
-EPS = np.finfo(float).eps
 ALL = tuple(effect for effect in OPTIONAL if effect != "axle_sticking")
 SETS = [(), *((e,) for e in OPTIONAL if e != "motor"), ("drive", "motor")]
 BY = {  # argument that is moved: the output with its derivative
     "nu": "nu_dot_by_nu", "chi": "nu_dot_by_chi", "torque": "nu_dot_by_torque", "heading": "nu_dot_by_heading",
 }  # fmt: skip
 MOMENTA = ("nu_dot_by_momentum_cos", "nu_dot_by_momentum_sin")
+
+
+# ---- by state and inputs ---------------------------------------------------------------------------------------------
 
 
 def state_of(model, effects, seed=3):
@@ -133,24 +145,215 @@ def test_those_of_the_momenta_under_friction():
             agree([by_own[wheel][which]], [found["momenta_dot_by_momenta"][wheel][which]])
 
 
-@pytest.mark.parametrize("form", ["", "_sharp"])
+# ---- by numbers ------------------------------------------------------------------------------------------------------
+
+# Of a vehicle, but for the mass: `prepare` takes pi from its first argument, and a series knows none.
+OF_VEHICLE = ("yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
+              "roller_axis_radius", "wheel_angles")  # fmt: skip
+PLACES = ("wheel_places", "center_of_mass")
+ROLLING_DOWN = ("massless", ("layout", "slope"), ("yaw_inertia", "wheel_inertia", "yaw_scale", "platform_radius",
+                "wheel_radius", "wheel_angles", *PLACES, "gravity", "slope_angle"))  # fmt: skip
+PUSHED = (
+    "massless", ("layout", "drive", "motor", "axle_viscous", "axle_coulomb", "roller_viscous", "slope"),
+    (*OF_VEHICLE[:2], *OF_VEHICLE[3:], "axle_damping", "axle_torque", "axle_fade_speed", "roller_damping", *PLACES,
+     "gravity", "slope_angle"),
+)  # fmt: skip
+OF_LAYOUT = ("locked", ("layout", "motor", "axle_coulomb", "slope"), (*OF_VEHICLE, *PLACES))
+OF_FREE = ("free", ("layout", "motor"), (*OF_VEHICLE, *PLACES))
+NUMBERS = [  # of a set, by which it is differentiated
+    ("locked", ("roller_coulomb", "slope"), ("wheel_radius", "wheel_angles", "roller_fade_speed", "slope_angle")),
+    ("free", ("drive", "motor", "roller_viscous"), ("roller_inertia", "yaw_scale", "roller_damping", "resistance")),
+    OF_LAYOUT, OF_FREE, ROLLING_DOWN, PUSHED,
+]  # fmt: skip
+FUNCTIONS = ("forward_dynamics", "wheel_speeds", "pose_rates", "momenta_rates", "motor_torques", "impact")
+
+
+def asked(effects, numbers):
+    """The effects with the requests behind them, as a kernel orders them."""
+    return (*effects, "derivatives", *sorted(f"derivatives_by_{name}" for name in numbers))
+
+
+def known_state(model, effects):
+    vehicle, known = state_of(model, effects)
+    rng = np.random.default_rng(4)
+    further = {"voltage": rng.normal(size=3), "modes": np.array([0.0, 1.0, -1.0]), "roller_energy": np.ones(3)}
+    speeds = {"entering": rng.normal(size=3), "leaving": rng.normal(size=3)}
+    angles = {"wheel_angles": np.array(vehicle.wheel_angles, float), "center_of_mass": np.array(vehicle.offset, float)}
+    places = {} if vehicle.places is None else {"wheel_places": np.array(vehicle.places, float)}
+    return vehicle, known | further | speeds | angles | places
+
+
+def prepared_with(vehicle, model, effects, known, number, place):
+    """The kernel's constants as power series along one component of a number."""
+    module = sets.python_module(model, effects)
+    names = inputs_of(model, effects, "prepare")
+    given = [balls(known[name]) if name in known else vehicle.number(name) for name in names]
+    which = names.index(number)
+    given[which] = moved(known[number], place) if number in known else line(vehicle.number(number), exact(1))
+    return module.prepare(vehicle.wheels, vehicle.rollers_per_wheel, *given)
+
+
+def flat(values):
+    return [number for part in values for number in flat(part)] if isinstance(values, list | tuple) else [values]
+
+
+def expected(vehicle, known, model, effects, function, number):
+    """{component: every output of the function, its derivative by that component, flat, by name}."""
+    module, inputs = sets.python_module(model, effects), inputs_of(model, effects, function)
+    value = known[number] if number in known else 0.0
+    found = {}
+    for place in np.ndindex(np.shape(value)):
+        prepared = prepared_with(vehicle, model, effects, known, number, place)
+        values = getattr(module, function)(prepared, *(balls(known[n]) for n in inputs))
+        values = values if isinstance(values, tuple) else (values,)
+        (entry,) = (f for f in sets.functions(model, effects) if f["name"] == function)
+        names = [a["name"] for a in entry["arguments"] if a["role"] == "out"]
+        slopes = [[coefficient(one, 1) for one in flat([v])] for v in values]
+        found[place] = dict(zip(names, slopes, strict=True))
+    return found
+
+
+def compared_parts(got, wanted, place):
+    """How many: an output of each wheel by a number of each wheel has its own part alone, and no other is moved."""
+    own = slice(None)
+    if len(got) < len(wanted):
+        own = slice(place[0] * len(got), (place[0] + 1) * len(got))
+        others = [*wanted[: own.start], *wanted[own.stop :]]
+        agree(others, [0] * len(others))
+    agree(got, wanted[own])
+    return len(got)
+
+
+@working_precision
+def compared(model, effects, numbers, sharp):
+    """How many components were compared."""
+    vehicle, known = known_state(model, effects)
+    effects = asked(effects, numbers)
+    module, prepared = prepared_kernel(vehicle, model, effects, known)
+    count = 0
+    for function in FUNCTIONS:
+        name = form(f"{function}_by_numbers", sharp, vars(module))
+        if not hasattr(module, name):
+            continue
+        values = getattr(module, name)(prepared, *(balls(known[n]) for n in inputs_of(model, effects, name)))
+        values = values if isinstance(values, tuple) else (values,)
+        found = outputs_of(model, effects, name, values)
+        for number in numbers:
+            for place, slopes in expected(vehicle, known, model, effects, function, number).items():
+                for output, wanted in slopes.items():
+                    got = found[f"{output}_by_{number}"]
+                    for k in place:
+                        got = got[k]
+                    count += compared_parts(flat([got]), wanted, place)
+    return count
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model, effects, numbers", NUMBERS)
+def test_by_numbers_they_are_the_derivatives_of_every_rate(model, effects, numbers):
+    assert compared(model, effects, numbers, sharp=False) > 50
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model, effects, numbers", [OF_LAYOUT, OF_FREE])
+def test_so_are_those_of_the_forms_for_sharp_tips(model, effects, numbers):
+    assert compared(model, effects, numbers, sharp=True) > 50
+
+
+def states_of(base, effects, sharp):
+    """The name of a set, and states of it, all with sharp tips or none."""
+    name = rounding.set_key(f"{base}_sharp" if sharp else base, effects)
+    states = sample(73, 100, 3, 5, **({"closest_tip": 1e-9} if sharp else {}))
+    return name, with_effects(states.at(np.flatnonzero((states.sharpness() > SHARP) == sharp)), name, 173)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("base, sharp, effects, numbers", [
+    ("free", True, ("layout", "roller_viscous"), ("roller_damping", "wheel_places", "wheel_radius")),
+    ("massless", False, ROLLING_DOWN[1], ("wheel_inertia",)),
+    ("massless", False, PUSHED[1], ("axle_damping",)),
+    ("massless", False, PUSHED[1], ("center_of_mass",)),
+])  # fmt: skip
+def test_they_keep_their_digits(base, sharp, effects, numbers):
+    """Differences of large numbers would lose the pull at a contact, wheels that do not switch, what light wheels leave
+    of a platform."""
+    name, states = states_of(base, asked(effects, numbers), sharp)
+    for function in ("forward_dynamics_by_numbers", "impact_by_numbers")[: 1 + sharp]:
+        judge = rounding.judged_by(states, name, [function])[function]
+        assert worst(judge.units(rounding.values(states, name, function), EPS["double"])[0]) <= BOUND
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("base, sharp, effects, numbers", [
+    ("free", True, (), ("mass", "roller_inertia", "wheel_angles", "wheel_radius")), ("free", False, *OF_FREE[1:]),
+    ("massless", False, *PUSHED[1:]),
+])  # fmt: skip
+def test_both_kernels_have_every_number(base, sharp, effects, numbers):
+    name, part = states_of(base, asked(effects, ("mass", *numbers)), sharp)
+    function = "forward_dynamics_by_numbers"
+    found, wanted = (outputs(part, name)[function] for outputs in (compiled_on_demand, python_kernels))
+    assert found.any() and found.shape == wanted.shape and len(part)
+    assert (np.abs(found - wanted) <= 64 * EPS["double"] * np.abs(wanted).max(axis=0)).all()
+
+
+def test_a_set_that_was_not_asked_for_a_number_has_none():
+    plain = sets.functions("free", ("drive", "derivatives"))
+    assert not [f["name"] for f in plain if "by_numbers" in f["name"]]
+    assert not [name for name in inputs_of("free", ("drive", "derivatives"), "prepare") if "_by_" in name]
+
+
+def test_a_kernel_is_asked_by_the_number_s_name():
+    vehicle = omniroll.Vehicle.paper()
+    kernel = PythonKernel(vehicle, "massless", ("derivatives_by_mass",))
+    by_mass = kernel.call("forward_dynamics_by_numbers", (1.0, 0.2, 0.3), (0.1, 0.0, 0.2))
+    step = 1e-6 * vehicle.mass
+    sides = [replace(vehicle, mass=vehicle.mass + side * step) for side in (1, -1)]
+    up, down = (PythonKernel(v, "massless").forward_dynamics((1.0, 0.2, 0.3), (0.1, 0.0, 0.2)) for v in sides)
+    assert np.allclose(by_mass, (up - down) / (2 * step), rtol=1e-7)
+    with pytest.raises(InvalidValueError, match="derivatives_by_colour"):
+        PythonKernel(vehicle, "massless", ("derivatives_by_colour",))
+    with pytest.raises(ContractError, match="no derivative by colour"):
+        sets.programs().kernel("massless", ("derivatives_by_colour",))
+
+
+# ---- what they cost --------------------------------------------------------------------------------------------------
+
+
+def operations(model, effects, function, wheels):
+    """All operations of one call."""
+    (entry,) = (f for f in sets.functions(model, effects) if f["name"] == function)
+    times = {"once": 1, "wheel": wheels, "earlier": wheels * (wheels - 1) // 2}
+    return sum(times.get(place, 0) * sum(counted.values()) for place, counted in entry["operations"].items())
+
+
+def components(model, effects, numbers, wheels):
+    known = known_state(model, effects)[1]
+    each = [name for name in numbers if np.shape(known.get(name, 0.0))[:1] == (3,)]
+    count = sum(int(np.prod(np.shape(known.get(name, 0.0)))) for name in numbers)
+    return count + (wheels - 3) * sum(int(np.prod(np.shape(known[name])[1:])) for name in each)
+
+
+def forms(model):
+    """Massless rollers have no form for sharp tips."""
+    return ("",) if model == "massless" else ("", "_sharp")
+
+
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("effects", [(), ALL], ids=["bare", "all"])
-def test_they_cost_at_most_six_times_the_accelerations(model, effects, form):
+def test_they_cost_at_most_six_times_the_accelerations(model, effects):
     """The answers of rows near sharp tips are carried past the wheels after them: a little more with each wheel."""
-    if form and model == "massless":
-        pytest.skip("massless rollers have no form for sharp tips")
-
-    def operations(names, function, wheels):
-        (entry,) = (f for f in sets.functions(model, names) if f["name"] == function + form)
-        times = {"once": 1, "wheel": wheels, "slot": 0, "roller": 0, "earlier": wheels * (wheels - 1) // 2}
-        return sum(times[place] * sum(counted.values()) for place, counted in entry["operations"].items())
-
-    for wheels in (3, 4, 6, 12):
-        price = operations((*effects, "derivatives"), "forward_dynamics_derivatives", wheels)
-        assert price <= 6 * operations(effects, "forward_dynamics", wheels)
+    for ending in forms(model):
+        for wheels in (3, 4, 6, 12):
+            price = operations(model, (*effects, "derivatives"), f"forward_dynamics_derivatives{ending}", wheels)
+            assert price <= 6 * operations(model, effects, f"forward_dynamics{ending}", wheels)
 
 
-@pytest.mark.parametrize("effects", [(), ALL], ids=["bare", "all"])
-def test_a_set_that_was_not_asked_for_them_has_none(effects):
-    assert not [f["name"] for f in sets.functions("free", effects) if "derivatives" in f["name"]]
+@pytest.mark.long
+@pytest.mark.parametrize("model, effects, numbers", [NUMBERS[1], OF_FREE, ROLLING_DOWN, PUSHED])
+def test_each_number_costs_at_most_half_the_accelerations_beyond_that(model, effects, numbers):
+    wanted = asked(effects, numbers)
+    for ending in forms(model):
+        for wheels in (3, 4):
+            names = ("forward_dynamics", "forward_dynamics_derivatives", "forward_dynamics_by_numbers")
+            plain, price, further = (operations(model, wanted, f"{name}{ending}", wheels) for name in names)
+            assert price + further <= (6 + components(model, effects, numbers, wheels) / 2) * plain

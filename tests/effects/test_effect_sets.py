@@ -16,19 +16,15 @@ from omniroll.kernels.kernel import CompiledKernel, PythonKernel, kernel
 
 pytestmark = pytest.mark.long
 
-EFFECTS = {
-    e["name"]: e for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
-}
-MODELS = ("massless", "locked", "free")
+REACTIONS = {"contact_forces", "contact_impulses", "load_balance"}
+LISTED = {e["name"]: e for e in generated_data.load("effects")["effects"] if e["neutral"]}
+EFFECTS = {name: e for name, e in LISTED.items() if e["table"] != "reactions"}
+NEUTRAL = {name: e["neutral"] for name, e in LISTED.items()}
+BESIDE_REACTIONS = tuple(  # loads from springs share the numbers of the loads' balance
+    name for name, e in LISTED.items()
+    if "reactions" not in (name, *e["needs"], *e["excludes"]) and e["table"] != "springs"
+)  # fmt: skip
 KERNEL = "forward_dynamics"
-CONSTANTS = {
-    "layout": {"wheel_places": ((0.1, 0.0), (-0.1, 0.1), (-0.1, -0.1)), "center_of_mass": (0.0, 0.0)},
-    "axle_viscous": {"axle_damping": 0.1},
-    "axle_coulomb": {"axle_torque": 0.1, "axle_fade_speed": 0.1},
-    "roller_viscous": {"roller_damping": 1e-6},
-    "roller_coulomb": {"roller_torque": 1e-5, "roller_fade_speed": 0.1},
-    "slope": {"gravity": 9.8, "slope_angle": 0.1, "slope_direction": 0.0},
-}
 
 
 @cache
@@ -75,47 +71,43 @@ def solver(effect):
     return "slip_dynamics" if effect.startswith("contact_") else KERNEL
 
 
-def is_there(effect, base):
-    """Rollers that are locked cannot slip."""
-    return base != "locked" or not effect.startswith("contact")
+# An effect that acts in a function of its own, in the place of another one or beside it.
+INSTEAD = {
+    "contact": ("slip_dynamics", KERNEL), "contact_coulomb": ("ground_dynamics", KERNEL),
+    "contact_springs": ("spring_dynamics", "slip_dynamics"), "roller_coulomb": ("roller_rates", KERNEL),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("base", ["free"])
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_the_smaller_set_has_fewer_operations(effect, base):
+def test_the_smaller_set_has_fewer_operations(effect):
     larger = added_to_nothing(effect)
-    smaller = tuple(e for e in larger if e != effect)
-    with_it, without = made(base, larger), made(base, smaller)
-    if not is_there(effect, base):
-        others = tuple(e for e in larger if not e.startswith("contact"))
-        assert [f["name"] for f in with_it.signatures] == [f["name"] for f in made(base, others).signatures]
-        return
-    if (effect, base) == ("roller_coulomb", "free"):  # the rollers are asked one by one, in a function of its own
-        assert "roller_rates" not in {f["name"] for f in without.signatures}
-    if effect == "contact_coulomb":  # contacts that stick and slip have a function in the place of the other laws'
-        assert "ground_dynamics" not in {f["name"] for f in without.signatures}
+    with_it, without = made("free", larger), made("free", tuple(e for e in larger if e != effect))
+    own, other = INSTEAD.get(effect, (None, solver(effect)))
+    if own is not None:
+        assert own not in {f["name"] for f in without.signatures} and own in {f["name"] for f in with_it.signatures}
+    if effect in ("contact", "contact_coulomb"):
         assert operations(without) == operations(with_it)
-        return
-    if effect == "contact":  # so are the wheels that may slip
-        assert "slip_dynamics" not in {f["name"] for f in without.signatures}
-        assert operations(without) == operations(with_it)
-        return
-    if effect == "contact_springs":  # so are those on springs
-        assert "spring_dynamics" not in {f["name"] for f in without.signatures}
-        assert operations(without, "slip_dynamics") < operations(with_it, "spring_dynamics")
-        return
-    assert operations(without, solver(effect)) < operations(with_it, solver(effect))
+    else:
+        of_larger = own if effect == "contact_springs" else other
+        assert operations(without, other) < operations(with_it, of_larger)
 
 
-@pytest.mark.parametrize("base", ["free"])
-@pytest.mark.parametrize("effect", list(EFFECTS)[::3])
-def test_no_symbol_of_an_absent_effect_is_left(effect, base):
+@pytest.mark.parametrize("effect", [*list(EFFECTS)[::3], "reactions"])
+def test_no_symbol_of_an_absent_effect_is_left(effect):
     """All other effects are there; of this one there is no argument, field, function or local."""
-    others = without_what_needs(effect)
-    symbols = set(EFFECTS[effect]["neutral"])
-    assert not any(symbols & text for text in words(base, others))
-    assert bool(symbols & words(base, tuple(EFFECTS))[0]) == is_there(effect, base)
-    assert not any(a.get("effect") == effect for f in made(base, others).signatures for a in f["arguments"])
+    others = without_what_needs(effect) if effect in EFFECTS else BESIDE_REACTIONS
+    symbols = set(NEUTRAL[effect])
+    assert not any(symbols & text for text in words("free", others))
+    assert symbols & words("free", tuple(EFFECTS) if effect in EFFECTS else ("reactions",))[0]
+    assert not any(a.get("effect") == effect for f in made("free", others).signatures for a in f["arguments"])
+
+
+@pytest.mark.parametrize("base", ["massless", "locked", "free"])
+def test_reactions_leave_every_other_function_as_it_is(base):
+    plain, asked = (bodies(made(base, (*BESIDE_REACTIONS, *more)).python) for more in ((), ("reactions",)))
+    extra = asked.keys() - plain.keys()
+    assert extra >= REACTIONS and extra <= {*REACTIONS, "coulomb_momenta", "bearing_momenta"}
+    assert all(asked[name] == text for name, text in plain.items())
 
 
 def bodies(text):
@@ -145,7 +137,7 @@ def test_effects_that_nobody_knows():
         kernel(omniroll.Vehicle.paper(), "free", effects=("slope",), constants=(("gravity", 9.8),))
 
 
-SLOPE = tuple(CONSTANTS["slope"].items())
+SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
 STATE = (np.array([1.0, 0.2, 0.3]), np.array([0.1, -0.2, 0.3]))
 
 

@@ -1,4 +1,4 @@
-"""Trajectories with effects: accuracy, engines, sampling, files, stops, threads."""
+"""Trajectories with effects: files, stops, progress."""
 
 import math
 
@@ -11,7 +11,6 @@ from omniroll import (
     Motor,
     SimulationStopped,
     Slope,
-    Torque,
     TorqueTable,
     Trajectory,
     Vehicle,
@@ -44,20 +43,6 @@ FIELDS = (
     "step_rows",
     "added",
 )
-
-
-# Sampling
-
-
-@pytest.mark.parametrize("name", SETS)
-def test_samples_between_rows_are_the_motion(name):
-    """Also the single rollers' spins, which friction changes, and which are no state where it is viscous."""
-    run = simulate(PAPER, **START, duration=1, accuracy=1e-10, effects=SETS[name], control=False)
-    other = simulate(PAPER, **START, duration=1, accuracy=1e-12, effects=SETS[name], control=False)
-    inside = other.t[(other.t > 0) & (np.abs(run.t[:, None] - other.t).min(axis=0) > 1e-6)]
-    found, wanted = run.sample(inside), other.sample(inside)
-    for field in ("nu", "chi", "pose", "spins", "contact_spin", "energy"):
-        np.testing.assert_allclose(getattr(found, field), getattr(wanted, field), atol=1e-6, err_msg=field)
 
 
 # Files
@@ -95,24 +80,6 @@ def torques_that_hold(roller_model):
     torques = (a - b) / np.abs(a - b).max() * 0.02
     assert pushes[0] @ torques > 0 > pushes[1] @ torques
     return torques, chi
-
-
-@pytest.mark.parametrize("roller_model, law, away", [
-    ("locked", "impact", 0.0), ("free", "smooth", 0.0), ("free", "impact", 1e-9), ("locked", "smooth", 1e-4),
-])  # fmt: skip
-def test_a_wheel_that_is_held_on_its_joint_ends_or_stops(roller_model, law, away):
-    """It leaves its roller and is pushed back by the next one: the run gets on, or says where it could not."""
-    torques, chi = torques_that_hold(roller_model)
-    start = {"nu": (0, 0, 0), "chi": chi * [1 - away, 1, 1], "roller_model": roller_model, "switching": law}
-    try:
-        run = simulate(PAPER, **start, duration=0.5, accuracy=1e-6, effects=[Torque(torques)], control=False)
-        assert run.t[-1] == 0.5
-    except SimulationStopped as stopped:
-        assert stopped.wheel == 0 and "without progress" in stopped.reason
-        run = stopped.trajectory
-        assert run.t[-1] == stopped.t < 0.5
-    assert away or len(run.switches) >= 600
-    assert abs(run.ledger.residual) < 1e-6 * max(run.ledger.scale, 1e-9)
 
 
 @pytest.mark.long

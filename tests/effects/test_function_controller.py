@@ -15,17 +15,14 @@ from omniroll import (
     Trajectory,
     Vehicle,
     cli,
-    generated_data,
     register_controller,
     simulate,
     simulate_many,
 )
 from omniroll.effects import function_controller
-from omniroll.engine.simulate import checked_task
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import difference
 from omniroll.scenes import load_scene
-from omniroll.scenes.explanation import called_by, events_of
 
 PAPER = Vehicle.paper()
 START = {"nu": (1.0, 0.2, 0.8), "chi": (0.1, -0.3, 0.2), "accuracy": 1e-10, "control": False}
@@ -107,14 +104,6 @@ def test_it_is_called_at_its_samples_with_the_state_there(engine):
     assert held.tolist() == [1e-3 * 2.2] * 3
 
 
-def test_each_run_makes_its_own_object_of_a_class():
-    """simulate makes three runs and more, and each starts with sums that are 0."""
-    effects = [FunctionController(Integrating, 0.05)]
-    first, again = (simulate(PAPER, **START | {"control": True}, duration=0.5, effects=effects) for _ in range(2))
-    assert first.stats["error_estimate"] < START["accuracy"]
-    assert (first.nu == again.nu).all()
-
-
 def test_many_runs_with_a_function():
     effects = [FunctionController(Integrating, 0.05)]
     nu = np.array([[1.0, 0.2, 0.8], [0.0, 1.0, 0.0]])
@@ -179,15 +168,6 @@ def test_a_scene_names_the_function(tmp_path):
     np.testing.assert_allclose(session.nu, run.nu[-1], rtol=0, atol=1e-8)
 
 
-def test_a_scene_with_a_function_is_explained(tmp_path):
-    (tmp_path / "scene.toml").write_text(SCENE)
-    scene = load_scene(tmp_path / "scene.toml")
-    events = events_of(checked_task(scene.vehicle, **scene.options))
-    assert "calls of the function tests: proportional, every 0.05 s" in events
-    drive = next(effect for effect in generated_data.load("effects")["effects"] if effect["name"] == "drive")
-    assert called_by(scene, drive) == ["function_controller"]
-
-
 def test_the_command_line_imports_the_module_that_registers(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE.replace("tests: proportional", "tests: of a module"))
@@ -213,6 +193,9 @@ def test_pickle_takes_the_function_along(forgotten):
     assert pickle.loads(data).function is proportional
 
 
-def test_the_same_function_may_be_registered_again():
-    """As happens where a module is loaded anew."""
-    assert register_controller("tests: proportional")(proportional) is proportional
+def test_each_run_makes_its_own_object_of_a_class():
+    """simulate makes three runs and more, and each starts with sums that are 0."""
+    effects = [FunctionController(Integrating, 0.05)]
+    first, again = (simulate(PAPER, **START | {"control": True}, duration=0.5, effects=effects) for _ in range(2))
+    assert first.stats["error_estimate"] < START["accuracy"]
+    assert (first.nu == again.nu).all()

@@ -52,19 +52,6 @@ def test_an_error_fades_as_its_equation_says():
     assert np.abs((target - run.sample(at).pose) / target - wanted[:, None]).max() < 3e-3
 
 
-def test_voltages_do_what_torques_do():
-    """With motors the same path, as closely: the voltages make the same torques in the middle of each sample."""
-    times, poses = path()
-    ends = []
-    for effects in ([{"output": "torque"}], [{"output": "voltage"}, MOTOR]):
-        follower = omniroll.PathFollower(times, poses, 0.01, 6.0, **effects[0])
-        run = omniroll.simulate(
-            VEHICLE, duration=3, effects=[follower, *effects[1:]], roller_model="massless", **AT_REST
-        )
-        ends.append(run.sample(np.linspace(0, 3, 61)).pose)
-    assert np.abs(ends[0] - ends[1]).max() < 2e-4
-
-
 @pytest.mark.parametrize("limit, waits", [(None, False), (1e-3, True)])
 def test_a_sample_that_is_cut_off_leaves_the_sums(limit, waits):
     follower = omniroll.PathFollower([0.0], [[0.1, 0.2, 0.3]], 0.01, 6.0, limit=limit)
@@ -82,31 +69,6 @@ def test_a_limit_holds_and_the_vehicle_arrives():
     run = omniroll.simulate(VEHICLE, duration=6, effects=[follower], **AT_REST)
     assert np.abs(run.drive[:, 0]).max() == limit
     assert np.abs(run.pose[-1] - poses[-1]).max() < 0.01
-
-
-def test_both_engines_and_a_session_follow_alike():
-    times, poses = path()
-    options = dict(effects=[omniroll.PathFollower(times, poses, 0.02, 5.0)], accuracy=1e-9)
-    runs = [
-        omniroll.simulate(VEHICLE, duration=1, engine=engine, **AT_REST, **options) for engine in ("compiled", "python")
-    ]
-    assert np.abs(runs[0].pose[-1] - runs[1].pose[-1]).max() < 1e-7
-    session = omniroll.Session(VEHICLE, **options)
-    session.step(0.33)
-    saved = session.save()
-    session.step(0.67)
-    assert np.abs(session.pose - runs[0].pose[-1]).max() < 1e-7
-    end = session.pose.copy()
-    session.restore(saved)
-    session.step(0.67)
-    assert (session.pose == end).all()
-
-
-def test_a_run_of_it_is_saved_and_read(tmp_path):
-    times, poses = path()
-    run = omniroll.simulate(VEHICLE, duration=0.2, effects=[omniroll.PathFollower(times, poses, 0.02, 5.0)], **AT_REST)
-    run.save(tmp_path / "run.npz")
-    assert omniroll.Trajectory.load(tmp_path / "run.npz").effects.effects == run.effects.effects
 
 
 def test_growth_is_that_of_the_errors():
@@ -151,3 +113,34 @@ def test_the_scene_follows_its_path(tmp_path):
     times, poses = np.array(scene.tables["path"]["times"]), np.array(scene.tables["path"]["poses"])
     away = run.sample(times[:4]).pose - poses[:4]
     assert np.abs(away).max() < 5e-3
+
+
+def test_voltages_do_what_torques_do():
+    """With motors the same path, as closely: the voltages make the same torques in the middle of each sample."""
+    times, poses = path()
+    ends = []
+    for effects in ([{"output": "torque"}], [{"output": "voltage"}, MOTOR]):
+        follower = omniroll.PathFollower(times, poses, 0.01, 6.0, **effects[0])
+        run = omniroll.simulate(
+            VEHICLE, duration=3, effects=[follower, *effects[1:]], roller_model="massless", **AT_REST
+        )
+        ends.append(run.sample(np.linspace(0, 3, 61)).pose)
+    assert np.abs(ends[0] - ends[1]).max() < 2e-4
+
+
+def test_both_engines_and_a_session_follow_alike():
+    times, poses = path()
+    options = dict(effects=[omniroll.PathFollower(times, poses, 0.02, 5.0)], accuracy=1e-9)
+    runs = [
+        omniroll.simulate(VEHICLE, duration=1, engine=engine, **AT_REST, **options) for engine in ("compiled", "python")
+    ]
+    assert np.abs(runs[0].pose[-1] - runs[1].pose[-1]).max() < 1e-7
+    session = omniroll.Session(VEHICLE, **options)
+    session.step(0.33)
+    saved = session.save()
+    session.step(0.67)
+    assert np.abs(session.pose - runs[0].pose[-1]).max() < 1e-7
+    end = session.pose.copy()
+    session.restore(saved)
+    session.step(0.67)
+    assert (session.pose == end).all()

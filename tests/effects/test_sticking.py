@@ -1,20 +1,15 @@
-"""Axles that stick: closed forms, linear programming, the regularised law.
+"""Axles that stick: a closed form, the regularised law, what runs and files tell of them.
 
 The Python engine steps in time by Moreau's scheme: contact/test_time_stepping.py holds every kind of friction to it.
 """
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 from omniroll import (
     Bearings,
     Contact,
-    Controller,
-    InvalidValueError,
-    Motor,
     Slope,
-    Torque,
     TorqueTable,
     Trajectory,
     Vehicle,
@@ -24,24 +19,9 @@ from omniroll import (
 from omniroll.kernels.kernel import kernel
 
 PAPER = Vehicle.paper()
-FOUR = Vehicle.paper(4, 6).replace(wheel_angles=(0.1, 1.5, 3.3, 4.8))
 RATIO = PAPER.platform_radius / PAPER.wheel_radius  # chi' = - RATIO theta' where the vehicle turns on the spot
 TURNING = PAPER.yaw_inertia + PAPER.wheels * PAPER.wheel_inertia * RATIO**2
 EXACT = {"roller_model": "massless", "accuracy": 1e-11, "control": False}
-
-
-def load(force, rows, bounds):
-    """The least part of their bounds with which torques give the force, by linear programming; inf where none do."""
-    count = len(rows)
-    found = linprog(
-        np.append(np.zeros(count), 1.0),
-        A_eq=np.column_stack([rows.T, np.zeros(3)]),
-        b_eq=force,
-        A_ub=np.block([[np.eye(count), -bounds[:, None]], [-np.eye(count), -bounds[:, None]]]),
-        b_ub=np.zeros(2 * count),
-        bounds=[(None, None)] * count + [(0, None)],
-    )
-    return found.fun if found.status == 0 else np.inf
 
 
 def rows_of(vehicle):
@@ -73,24 +53,6 @@ def test_they_break_away_together_when_torques_have_grown(static):
     assert np.isclose(run.t, start, rtol=1e-12).any()
 
 
-@pytest.mark.long
-def test_rest_is_held_where_torques_of_least_norm_would_let_go():
-    """Four wheels have torques to spare: one of the least-norm torques is above its bound, and others hold."""
-    rows = rows_of(FOUR)
-    wanted = rows.T @ np.array([1.0, 0.2, -0.3, 0.4]) * 1e-3
-    least = np.linalg.lstsq(rows.T, wanted, rcond=None)[0]
-    bounds = np.full(4, 2e-3)
-    bounds[np.argmax(np.abs(least))] = 0.8 * np.abs(least).max()
-    assert load(wanted, rows, bounds) < 1
-    driven = np.linalg.lstsq(rows.T, -wanted, rcond=None)[0]
-    effects = [Bearings(wheel_coulomb=bounds), Torque(driven)]
-    run = simulate(FOUR, nu=(0, 0, 0), duration=1, effects=effects, **EXACT)
-    assert (run.nu == 0).all()
-    found = bearing_torques(run)
-    assert (np.abs(found) <= bounds).all() and (np.abs(found).max(axis=0) == bounds).any()
-    np.testing.assert_allclose(found @ rows, np.broadcast_to(wanted, (len(run), 3)), atol=1e-15)
-
-
 def test_the_regularised_law_tends_to_it():
     start = {"nu": (1, 0, 0.3), "duration": 1.5, **EXACT}
     limit = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=4e-3)])
@@ -99,39 +61,6 @@ def test_the_regularised_law_tends_to_it():
         for w in (0.1, 0.01)
     ]
     assert errors[1].max() < 0.25 * errors[0].max() < 5e-3
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("roller_model, switching", [("locked", "smooth"), ("free", "impact")])
-def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching):
-    """Also through switches, whose impacts may turn what stuck."""
-    torque = np.array([3e-3, 2e-3, 4e-3])
-    run = simulate(
-        PAPER, nu=(1, 0.1, 0.6), duration=2.5, roller_model=roller_model, switching=switching, accuracy=1e-9,
-        control=False, effects=[Bearings(wheel_coulomb=torque, wheel_break_away=1.3 * torque)],
-    )  # fmt: skip
-    rows = np.flatnonzero(np.diff(run.t) > 0)
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    lengths = np.diff(run.t)[rows]
-    inside = run.sample(run.t[rows, None] + lengths[:, None] * (1 + nodes) / 2)
-    turned = (np.abs(inside.nu @ rows_of(PAPER).T).swapaxes(1, 2) @ weights / 2 * lengths[:, None]).sum(axis=0)
-    assert run.quantity("axle_loss")[-1] == pytest.approx(torque @ turned, rel=1e-9)
-    assert abs(run.ledger.residual) < 1e-9 * run.energy[0]
-    assert len(run.switches) > 5
-    if switching == "impact":
-        assert (np.diff(run.energy) <= 1e-9 * run.energy[0]).all()
-
-
-def test_a_controller_with_motors_stops_and_starts_what_sticks():
-    effects = [
-        Motor(0.0, 0.02, 1.5, gear_ratio=4, current_limit=0.3),
-        Controller((0.4, 0.1, 0.2), 0.5, 0.02, integral=2.0, output="voltage"),
-        Bearings(wheel_coulomb=2e-3, wheel_break_away=3e-3),
-    ]
-    run = simulate(PAPER, nu=(0, 0, 0), duration=1.2, effects=effects, accuracy=1e-9, control=False)
-    assert np.abs(run.nu[-1] - [0.4, 0.1, 0.2]).max() < 0.2
-    assert abs(run.ledger.residual) < 1e-9 * run.ledger.scale
-    assert (run.nu[0] == 0).all()
 
 
 @pytest.mark.long
@@ -170,23 +99,7 @@ def test_modes_are_the_signs_of_the_rates_and_files_keep_them(tmp_path, ground):
         assert (Trajectory.load(tmp_path / f"run{ending}").modes == run.modes).all()
 
 
-@pytest.mark.parametrize(("field", "make"), [
-    ("wheel_break_away", lambda: Bearings(wheel_break_away=1.0)),
-    ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_speed=0.1, wheel_break_away=1.0)),
-    ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_break_away=-1.0)),
-    ("wheel_speed", lambda: Bearings(wheel_viscous=1.0, wheel_speed=0.1)),
-    (
-        "wheel_break_away",
-        lambda: simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[Bearings(wheel_coulomb=2, wheel_break_away=1)]),
-    ),
-])  # fmt: skip
-def test_what_does_not_fit_is_refused(field, make):
-    with pytest.raises(InvalidValueError) as refused:
-        make()
-    assert refused.value.field == field
-
-
-@pytest.mark.parametrize("seed", [*range(8), 70])
+@pytest.mark.parametrize("seed", [3, 6, 70])
 def test_any_vehicle_keeps_the_law_and_the_account(seed):
     """Random wheels, some with parallel axles, and what acts; 70: a rate lands where nu is left of larger numbers."""
     rng = np.random.default_rng(seed)

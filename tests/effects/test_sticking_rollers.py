@@ -7,7 +7,7 @@ the corpus, and the motion to Moreau's scheme in contact/test_time_stepping.py.
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Instruments, InvalidValueError, Torque, Vehicle, linearise, reactions, simulate
+from omniroll import Bearings, Instruments, Torque, Vehicle, reactions, simulate
 from omniroll.results.accelerations import torques_of_free_rollers, with_accelerations
 from omniroll.results.reactions import modes_of_free_rollers
 
@@ -48,19 +48,3 @@ def test_reactions_take_each_free_roller_as_it_sticks_or_turns():
     slopes = degree * (run.dense[:, 1, :3] - run.dense[:, 0, :3]) / h[:, None]
     np.testing.assert_allclose(found, slopes, rtol=0, atol=1e-6 * np.abs(slopes).max())
     assert (np.abs(values["free_bearing"]) <= 3e-6 * (1 + 1e-9)).all()
-
-
-def test_what_does_not_fit_is_refused():
-    stick = Bearings(roller_coulomb=1e-4)
-    makers = {
-        "roller_break_away": lambda: Bearings(roller_break_away=1.0),
-        "roller_speed": lambda: Bearings(roller_viscous=1.0, roller_speed=0.1),
-        "roller_coulomb": lambda: linearise(PAPER, effects=(stick,)),
-    }
-    for field, make in makers.items():
-        with pytest.raises(InvalidValueError) as refused:
-            make()
-        assert refused.value.field == field
-    weak = Bearings(roller_coulomb=1e-4, roller_break_away=1e-5)
-    with pytest.raises(InvalidValueError, match="roller_"):
-        simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[weak])

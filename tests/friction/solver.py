@@ -14,6 +14,7 @@ WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversio
 ALONE = "-DFRICTION_LINKAGE="  # a library of its own
 FIXED, INTERVAL, ELLIPSE = range(3)
 RESTS, SLIPS, YIELDS = range(3)
+BEHIND = np.full(64, 0xA5, np.uint8)  # behind the memory
 
 DECLARATIONS = """
 typedef struct { int kind, first, rows; double size[2], strip; } friction_element_t;
@@ -118,8 +119,8 @@ def c_elements(problem: Problem) -> np.ndarray:
 def solve(
     built: tuple[FFI, object], problem: Problem, function: str = "friction_decide", change: np.ndarray | None = None
 ) -> Solution:
-    """What a function of the solver finds; its memory is full of NaN before. `change`: of h - E y, for the rate of the
-    least use."""
+    """What a function of the solver finds; its memory is full of NaN before, and nothing behind it is written.
+    `change`: of h - E y, for the rate of the least use."""
     ffi, lib = built
     rows, apart, count = len(problem.given), len(problem.yaw), len(problem.elements)
     elements = ffi.new("friction_element_t[]", count + 1)
@@ -146,9 +147,11 @@ def solve(
     for name, array in (("force", force), ("acceleration", acceleration), ("pull", pull)):
         setattr(found, name, ffi.cast("double *", array.ctypes.data))
     found.state = ffi.cast("int *", state.ctypes.data)
-    memory = np.full(lib.friction_memory(rows, count, apart, len(problem.wanted)) // 8 + 1, np.nan)
+    size = lib.friction_memory(rows, count, apart, len(problem.wanted))
+    memory = np.concatenate([np.full(size // 8 + 1, np.nan).view(np.uint8)[:size], BEHIND])
     status = getattr(lib, function)(given, ffi.cast("void *", memory.ctypes.data), found)
     arrays = force[:-1], acceleration[:-1], state[:-1], pull[:-1]
+    assert (memory[size:] == BEHIND).all()
     rate = (
         np.nan
         if change is None

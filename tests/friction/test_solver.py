@@ -1,16 +1,12 @@
 """The solver of all elements of friction at an instant: its forces obey the law, by formulas that are not its own."""
 
-import subprocess
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
 from .mixtures import in_series, mixture, rolling
-from .solver import ALONE, ELLIPSE, FRICTION, INTERVAL, SLIPS, Element, Problem, c_elements, law, library, solve
+from .solver import ELLIPSE, INTERVAL, SLIPS, Element, Problem, law, library, solve
 
-SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 PUSHES = 10.0 ** np.linspace(-1.5, 0.5, 12)
 KINDS = {
     "light rollers": lambda seed: mixture(seed, 3 + seed % 4, 1e-5, push=PUSHES[seed % 12]),
@@ -43,14 +39,7 @@ def broken_laws(built, make, count):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_forces_obey_the_law(built, kind):
-    laws, rounds = broken_laws(built, KINDS[kind], 60)
-    assert np.median(laws) < 2e-16 and laws.max() < 2e-14 and rounds <= 60
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
-def test_many_forces_obey_the_law(built, kind):
-    laws, rounds = broken_laws(built, KINDS[kind], 300)
+    laws, rounds = broken_laws(built, KINDS[kind], 120)
     assert np.median(laws) < 2e-16 and laws.max() < 2e-14 and rounds <= 60
 
 
@@ -268,32 +257,3 @@ def test_forces_that_are_not_unique_are_those_of_least_norm(built):
         along = np.linalg.lstsq(free.T, -found.force[inside], rcond=None)[0]
         elements = [element for element, rest in zip(problem.elements, rests, strict=True) if rest]
         assert law(Problem(elements, np.eye(rests.sum()), basis.T @ along), found.force[rests]) < 1e-10
-
-
-@pytest.mark.long
-def test_under_the_sanitizers(tmp_path: Path):
-    """A program that solves problems in memory of their very sizes."""
-    problems = [make(seed) for make in KINDS.values() for seed in range(20)]
-    written, made = b"", tmp_path / "program"
-    for problem in problems:
-        sizes = len(problem.given), len(problem.elements), len(problem.yaw), 0
-        numbers = (problem.matrix, problem.given, problem.mobility, problem.yaw)
-        numbers += problem.apart_given, problem.bound, problem.yaw_rows
-        written += np.array(sizes, dtype=np.intc).tobytes() + np.array(problem.yaw_yaw).tobytes()
-        written += b"".join(np.ravel(array).astype(float).tobytes() for array in numbers)
-        written += bytes(c_elements(problem))
-    source = Path(__file__).with_name("program.c")
-    options = ["-std=c99", ALONE, *SANITIZERS, f"-I{FRICTION}"]
-    command = ["cc", *options, str(source), *map(str, FRICTION.glob("*.c")), "-lm"]
-    compiled = subprocess.run([*command, "-o", made], capture_output=True, text=True, check=False)
-    if "cannot find" in compiled.stderr and "san" in compiled.stderr:
-        pytest.skip("no sanitizer libraries")
-    assert compiled.returncode == 0, compiled.stderr
-    answer = subprocess.run([made], input=written, capture_output=True, check=False)
-    assert answer.returncode == 0, answer.stderr.decode()
-    forces, place = np.frombuffer(answer.stdout), 0
-    for problem in problems:
-        size = len(problem.given) + len(problem.yaw)
-        assert law(problem, forces[place : place + size]) < 2e-14
-        place += size
-    assert place == len(forces)

@@ -1,8 +1,7 @@
 """Motions of the independent oracle: what a fit is tested with must not come from the simulator that fits.
 
 Between switches SciPy's DOP853 integrates what oracle.lagrange finds, rigid bodies with multipliers; at a switch the
-oracle's impact gives the new speeds. The axles have viscous friction, and the torques are given over time. One state is
-held to reactions.newton_euler, the equations of every body, by a test beside this file.
+oracle's impact gives the new speeds. The axles have viscous friction, and the torques are given over time.
 
 `python -m identification.oracle_motion`, from tests/, writes the motions into tests/data/oracle-motions/ (20 s): what
 the wheels' rates are without noise. A test makes the start of each again.
@@ -17,15 +16,18 @@ from oracle.balls import working_precision
 from oracle.bridge import floats, oracle_vehicle
 from oracle.lagrange import Speeds
 from oracle.switch import after_switch, nu_of
-from reactions.machines import random_machine, vehicle_of
 from scipy.integrate import solve_ivp
 
 import omniroll
 
-MACHINE = random_machine(np.random.default_rng(14), 3, 4)
-VEHICLE = vehicle_of(MACHINE)
+WHEELS, ROLLERS = 3, 4
+VEHICLE = omniroll.Vehicle(  # drawn once by chance
+    wheels=WHEELS, rollers_per_wheel=ROLLERS, wheel_angles=(4.216435833492329, 6.310830935885525, 8.40522603827872),
+    platform_radius=0.18309833188891114, wheel_radius=0.054437866673370264, roller_axis_radius=0.03349214372553513,
+    mass=3.396913923928562, yaw_inertia=0.050379504614739494, wheel_inertia=0.0004778023629298964,
+    roller_inertia=3.2081714286872323e-06, yaw_scale=1.3,
+)  # fmt: skip
 ORACLE = oracle_vehicle(VEHICLE)
-WHEELS, ROLLERS = MACHINE.wheels, MACHINE.rollers_per_wheel
 CHI, SPINS = slice(3, 3 + WHEELS), slice(3 + WHEELS, None)  # in y, behind nu
 JOINT = np.pi / ROLLERS
 FRICTION = 4e-3  # N m s
@@ -41,14 +43,14 @@ YAW = 0.05 * np.array([0, 1, 1.2, 0.8, 1.1, 0.9, 1.2, 0.8, 1, 1.1, 1])  # N m, t
 
 def torques(force, yaw, direction):
     """(K, N) in N m, at the knots."""
-    return -force[:, None] * np.sin(np.array(MACHINE.axle_angles) - direction[:, None]) - yaw[:, None]
+    return -force[:, None] * np.sin(np.array(VEHICLE.wheel_angles) - direction[:, None]) - yaw[:, None]
 
 
 STEP = 0.01  # s, between two rows of a motion
 FILES = Path(__file__).parent.parent / "data" / "oracle-motions"
 SCHEDULES = {
     "turning while driving": torques(FORCE, YAW, DIRECTION),
-    "straight": torques(FORCE, 0 * YAW, np.full(11, MACHINE.axle_angles[0])),
+    "straight": torques(FORCE, 0 * YAW, np.full(11, VEHICLE.wheel_angles[0])),
     "on the spot": torques(0 * FORCE, YAW, 0 * DIRECTION),
 }
 

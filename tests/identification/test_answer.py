@@ -2,7 +2,6 @@
 
 import csv
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -99,19 +98,6 @@ def test_a_number_that_ends_on_a_bound_says_so(scene, columns, loss, bounds):
     assert wide.on_bounds == () and "bound" not in str(wide)
 
 
-@pytest.mark.long
-def test_a_number_that_comes_to_nothing(scene):
-    """A fit that ends at 0, whose own size is 0 there."""
-    given = omniroll.load_scene(scene)
-    motor = given.options["effects"][0]
-    run = omniroll.simulate(given.vehicle, **given.options | {"effects": [motor]})
-    log = omniroll.Log({"t": TIMES, "wheel_rate": run.measure(TIMES, names=["wheel_rate"])["wheel_rate"]})
-    fit = omniroll.fit(given, log, ["wheel_viscous"], instruments=omniroll.Instruments())
-    assert 0 <= fit["wheel_viscous"] < 1e-8 and np.isfinite(fit.covariance).all()
-    with pytest.raises(omniroll.InvalidValueError, match="start of wheel_viscous = 0.0: must not be 0"):
-        omniroll.fit(given, log, [omniroll.Number("wheel_viscous", start=0)])
-
-
 def test_residuals_that_are_no_noise_are_said(scene, columns):
     """Without the numbers of the instruments the model misses something."""
     fit = omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns, name="drive"), ["mass"])
@@ -151,40 +137,6 @@ def test_the_drive_that_tells_most(fit):
     for experiment in found:
         reached = [experiment.deviations[name] for name in fit.names]
         assert (np.array(reached) < fit.deviations).all()
-
-
-def test_an_experiment_that_would_determine_the_rest(scene, columns):
-    """Of a start at rest with no voltage nothing is known; a drive tells it all."""
-    given = omniroll.load_scene(scene)
-    still = [omniroll.Motor(0.0, 0.02, 1.5, gear_ratio=4.0), given.options["effects"][1]]
-    rest = {"t": TIMES, "wheel_rate": np.zeros((len(TIMES), 3))}
-    fit = omniroll.fit(given, omniroll.Log(rest), ["mass", "wheel_viscous"], effects=still)
-    assert set(fit.undetermined) == {"mass: not determined", "wheel_viscous: not determined"}
-    candidates = {"ahead": [replace(still[0], voltage=(0.0, -2.0, 2.0)), still[1]], "nothing": still}
-    ahead, nothing = fit.experiments(candidates=candidates, duration=1.0)
-    assert (ahead.name, ahead.undetermined) == ("ahead", ()) and ahead.deviations["mass"] < 0.1
-    assert (nothing.name, nothing.gain, nothing.undetermined) == ("nothing", 0, fit.undetermined)
-    assert "mass: not determined" in str(nothing)
-    with pytest.raises(omniroll.InvalidValueError, match="candidates = .*where the drive itself is 0"):
-        fit.experiments(duration=1.0)
-
-
-def test_encoders_of_another_scale_and_a_late_tracker(scene):
-    given = omniroll.load_scene(scene)
-    run, rng = omniroll.simulate(given.vehicle, **given.options), np.random.default_rng(2)
-    log = omniroll.Log(
-        {
-            "t": TIMES,
-            "encoder_count": np.floor(1.03 * run.measure(TIMES)["wheel_angle"] * 4096 / (2 * np.pi)),
-            "pose": run.sample(np.maximum(TIMES - 0.03, 0)).pose + rng.normal(scale=1e-3, size=(len(TIMES), 3)),
-        },
-        noise={"pose": 1e-3},
-    )
-    true = {"encoder_count_scale": 1.03, "pose_delay": 0.03}
-    fit = omniroll.fit(given, log, list(true))
-    for name, value in true.items():
-        low, high = fit.interval(name, 0.999)
-        assert low < value < high and high - low < 0.02 * value
 
 
 def test_parquet_files_and_data_frames_are_logs(scene, tmp_path, capsys):
@@ -249,11 +201,6 @@ def test_the_command(scene, columns, tmp_path, capsys):
 def test_numbers_that_cannot_be(scene, columns, free, words):
     with pytest.raises(omniroll.InvalidValueError, match=words):
         omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns), free)
-
-
-def test_options_that_a_run_does_not_have(scene, columns):
-    with pytest.raises(omniroll.InvalidValueError, match="noise = .*is no argument of a fit"):
-        omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns), ["mass"], noise={"gyro": 0.1})
 
 
 @pytest.mark.parametrize("factor, unit", [(180 / np.pi, "deg/s"), (30 / np.pi, "rpm")])

@@ -45,23 +45,6 @@ def test_currents_and_torques_drive(data, drive):
     assert any("motor_voltage is left alone" in words for words in log.said) == bool(others)
 
 
-def test_currents_need_a_motor(data):
-    log = omniroll.Log({name: data[name] for name in ("t", "wheel_rate", "motor_current")}, drive="motor_current")
-    with pytest.raises(omniroll.InvalidValueError, match="needs a Motor"):
-        omniroll.fit(GUESS, log, ["mass"], effects=[BEARINGS], **START)
-
-
-def test_numbers_that_have_no_part_cannot_be_fitted(data):
-    log = omniroll.Log({name: data[name] for name in ("t", "wheel_rate", "torque")}, drive="torque")
-    with pytest.raises(omniroll.InvalidValueError, match="has no part in a motion that torque drives"):
-        omniroll.fit(GUESS, log, ["torque_constant"], effects=EFFECTS, **START)
-
-
-def test_torques_are_no_reading(data):
-    with pytest.raises(omniroll.LogError, match="drive .--drive. must be 'torque'"):
-        omniroll.Log({name: data[name] for name in ("t", "wheel_rate", "torque")})
-
-
 def test_a_fit_that_is_ended_gives_the_best_so_far(data):
     said, asked = [], []
     _, fit = found(data, "torque", report=said.append, interrupted=lambda: asked.append(1) or len(asked) > 12)
@@ -84,14 +67,6 @@ def test_swapped_columns_are_no_tight_mass(data):
     _, fit = found(swapped(data, "wheel_rate"), "motor_voltage")
     assert any("not this model" in words for words in fit.misses) and fit.misses[-1] in str(fit)
     assert "with the wheels' columns 3, 1, -2 of readings the model as it was leaves" in fit.misses[-1]
-
-
-def test_swapped_columns_of_readings_and_drive(data):
-    """Two wheels of three in the place of each other: a mirror image, whose turning while driving is another."""
-    given = data | {name: data[name][:, [1, 0, 2]] for name in ("wheel_rate", "motor_voltage")}
-    _, fit = found(given, "motor_voltage")
-    orders = ("1, 3, 2", "2, 1, 3", "3, 2, 1")  # mirror images all: a regular polygon has no first wheel
-    assert any(f"columns {order} of readings and drive" in fit.misses[-1] for order in orders)
 
 
 def written(data, folder):

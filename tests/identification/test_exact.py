@@ -45,22 +45,7 @@ def test_they_are_those_of_differences(roller_model):
         assert apart.max() < allowed, what
 
 
-SLIPS = omniroll.Contact(law="regularised", friction=0.3, speed=0.02, wheel_rates=0)
-GRIPS = omniroll.Contact(law="coulomb", friction=0.3, wheel_rates=0)
 STICKS = omniroll.Bearings(wheel_coulomb=1e-3)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("effects, known", [
-    ((SLIPS,), ("mass", "friction")), ((STICKS,), ("mass", "wheel_coulomb")),
-    ((SLIPS, STICKS), ("friction", "wheel_coulomb")), ((GRIPS, STICKS), ("friction", "wheel_coulomb")),
-], ids=["slip", "stick", "slip and stick", "stand"])  # fmt: skip
-def test_they_are_exact_where_wheels_slip_and_where_axles_stick(effects, known):
-    """Between the readings that an event parts in one of the runs that are compared."""
-    found = prediction([DRIVE, *effects])
-    names = (*known, "nu[1]", "gyro_delay")
-    for what, apart, allowed in beside_differences(found, names):
-        assert np.sort(apart)[-5] < allowed, what
 
 
 @pytest.mark.long
@@ -79,20 +64,6 @@ def test_a_fit_says_where_it_differences():
     low, high = fit.interval("mass", 0.999)
     assert fit.differenced == ("mass",) and low < ROBOT.mass < high
     assert str(fit).endswith("mass: derivatives by differences of runs")
-
-
-@pytest.mark.long
-def test_a_robot_that_slips_is_fitted_by_exact_derivatives():
-    """From a guess of its friction that is a third too large."""
-    effects = [DRIVE, omniroll.Contact(law="coulomb", friction=0.3, wheel_rates=0)]
-    found = prediction(effects)
-    noise = np.random.default_rng(1).normal(scale=0.005, size=(len(TIMES), 3))
-    rate = found.runs[0].measure(TIMES, names=["wheel_rate"])["wheel_rate"]
-    log = omniroll.Log({"t": TIMES, "wheel_rate": rate + noise}, noise={"wheel_rate": 0.005})
-    guess = [DRIVE, omniroll.Contact(law="coulomb", friction=0.4, wheel_rates=0)]
-    fit = omniroll.fit(ROBOT, log, ["friction"], **found.model.options | {"effects": guess})
-    low, high = fit.interval("friction", 0.999)
-    assert fit.differenced == () and low < 0.3 < high and high - low < 0.01
 
 
 @pytest.mark.long

@@ -89,6 +89,15 @@ def test_a_path_is_driven_with_the_rollers_momenta_in_it(model):
     assert fine < coarse / 3 and fine < without / 50
 
 
+def test_paths_that_cannot_be_driven_beforehand():
+    with pytest.raises(omniroll.InvalidValueError, match="roller_viscous"):
+        path_drive(HEAVY, *PATH, effects=[omniroll.Bearings(roller_viscous=1e-6)])
+    with pytest.raises(omniroll.InvalidValueError, match="no Contact"):
+        path_drive(HEAVY, *PATH, effects=[omniroll.Contact(100.0)])
+    with pytest.raises(omniroll.InvalidValueError, match="sample_time"):
+        path_drive(HEAVY, *PATH, sample_time=0)
+
+
 @pytest.mark.long
 def test_a_path_is_driven_by_voltages_against_friction():
     friction = (omniroll.Bearings(wheel_viscous=1e-3, wheel_coulomb=0.01, wheel_speed=1e-3),)
@@ -98,12 +107,3 @@ def test_a_path_is_driven_by_voltages_against_friction():
     assert np.array_equal(others.torque, drive.torque) and others.voltage is None
     without, _ = missed(0.005, "locked", "locked")
     assert without < 2e-4
-
-
-def test_paths_that_cannot_be_driven_beforehand():
-    with pytest.raises(omniroll.InvalidValueError, match="roller_viscous"):
-        path_drive(HEAVY, *PATH, effects=[omniroll.Bearings(roller_viscous=1e-6)])
-    with pytest.raises(omniroll.InvalidValueError, match="no Contact"):
-        path_drive(HEAVY, *PATH, effects=[omniroll.Contact(100.0)])
-    with pytest.raises(omniroll.InvalidValueError, match="sample_time"):
-        path_drive(HEAVY, *PATH, sample_time=0)

@@ -2,33 +2,13 @@
 
 import numpy as np
 import pytest
-from flint import arb
-from oracle import lagrange
-from oracle.balls import working_precision
-from oracle.lagrange import Speeds
-from reactions.machines import Case
-from reactions.newton_euler import Acting
-from reactions.test_newton_euler import nu_dot
 
 from identification.coverage import FREE, fit_of, study
-from identification.oracle_motion import FRICTION, MACHINE, ORACLE, ROWS, VEHICLE, motion, recorded
+from identification.oracle_motion import FRICTION, ROWS, motion, recorded
 
 START = 101  # rows of each motion that are made again, 1 s
 SEVERAL = 30  # logs
 LEAST, MOST = 25, 119  # fewer of 30 intervals, or more of 120, hold the truth once in 300 and in 470 such studies
-
-
-@working_precision
-def test_the_oracle_is_that_of_all_bodies():
-    """One state with torques: multipliers against Newton's and Euler's equations of every body."""
-    rng = np.random.default_rng(3)
-    case = Case(MACHINE, VEHICLE, "free", rng.normal(size=3), rng.uniform(-0.5, 0.5, 3), rng.normal(size=(3, 3)))
-    given = [0.05, -0.02, 0.01]
-    wanted = nu_dot(case, case.oracle(Acting(wheel_torques=given)))
-    forces = Speeds.zero(ORACLE)
-    forces.chi = [arb(torque) for torque in given]
-    found = lagrange.accelerations(ORACLE, case.nu, case.chi, case.spins.tolist(), forces=forces)
-    assert [float(v) for v in found.nu_dot] == pytest.approx(wanted, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ROWS)

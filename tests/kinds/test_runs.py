@@ -1,12 +1,11 @@
 """Runs of vehicles with wheels of several kinds: closed forms, energy, what goes with them and what does not."""
 
-import json
 
 import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Contact, Controller, InvalidValueError, Motor, Slope, Torque, TorqueTable, Vehicle
+from omniroll import InvalidValueError, Motor, Torque, TorqueTable, Vehicle
 from omniroll.cli import main
 from omniroll.kernels.kernel import kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
@@ -44,47 +43,6 @@ def test_straight_driving_turns_each_wheel_by_its_radius_and_passes_rollers_by_i
     assert found.contact[:, 1].max() == 5 and found.contact[:, 0].max() == 8
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("law", ["impact", "smooth"])
-@pytest.mark.parametrize("vehicle", [TWO, TRACKED, TWO.replace(roller_angle=[0.7, 0, -0.7, 0])])
-def test_energy_changes_at_switches_alone(vehicle, model, law):
-    found = run(vehicle, roller_model=model, switching=law, accuracy=1e-13, duration=1.0)
-    jumps = found.switches.energy_jump
-    assert len(jumps) > 20 and found.stats["phase_energy_drift"] < 1e-13
-    assert abs(found.energy[-1] - found.energy[0] - jumps.sum()) < 1e-13 * found.energy[0] * len(jumps)
-    assert law == "smooth" or jumps.max() < 1e-14 * found.energy[0]
-    if model == "free":
-        assert not found.spins[:, ~omniroll.vehicles.checks.rollers_there(vehicle)].any()
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize(
-    "changes", [{}, {"roller_angle": 0.5}, {"rows": 2, "row_offset": 0.004, "rollers_per_wheel": 10}]
-)
-def test_kinds_with_equal_data_are_the_vehicle_without(changes, model):
-    """The second kind says what the vehicle does."""
-    whole = PAPER.replace(**changes)
-    same = {name: getattr(whole, name) for name in ("wheel_radius", "roller_axis_radius", "wheel_inertia")}
-    kinds = whole.replace(kinds={"a": {"roller_inertia": whole.roller_inertia}, "b": same}, wheel_kinds=["a", "b"] * 2)
-    assert kinds.has_kinds and not whole.has_kinds
-    effects = (Slope(0.2), Torque(0.002), Bearings(wheel_viscous=1e-4))
-    plain, own = (run(vehicle, roller_model=model, effects=effects, duration=0.5) for vehicle in (whole, kinds))
-    np.testing.assert_allclose(own.pose[-1], plain.pose[-1], rtol=1e-10, atol=1e-11)
-    nu, chi = np.array(NU), np.array([0.1, -0.2, 0.05, 0.3])
-    inputs = (np.full((4, 2), 1e-4),) if model == "free" else ()
-    one, other = (kernel(vehicle, model, "compiled").forward_dynamics(nu, chi, *inputs) for vehicle in (whole, kinds))
-    np.testing.assert_allclose(other, one, rtol=0, atol=1e-13 * np.abs(one).max())
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_drives_friction_slope_and_controller_keep_the_ledger(model):
-    motor = Motor(3.0, torque_constant=0.02, resistance=1.0, gear_ratio=10.0, rotor_inertia=1e-7)
-    controller = Controller((0.5, 0, 0.2), sample_time=0.01, proportional=0.05, integral=0.2, output="voltage")
-    bearings = Bearings(wheel_viscous=1e-4, wheel_coulomb=1e-3, wheel_speed=0.1)
-    found = run(TWO, roller_model=model, effects=(motor, controller, bearings, Slope(0.1)), duration=1.0)
-    assert abs(found.ledger.residual) < 1e-9 * found.energy.max()
-
-
 def test_a_wheel_without_a_drive_gets_no_torque():
     torque = run(TRACKED, (0, 0, 0), effects=(Torque(0.01),), duration=0.3)
     table = run(TRACKED, (0, 0, 0), effects=(TorqueTable((0, 1), np.full((2, 4), 0.01) * [1, 1, 1, 0]),), duration=0.3)
@@ -113,32 +71,6 @@ def test_rotors_stand_behind_wheels_with_a_drive():
     np.testing.assert_allclose(more, [1e-4, 1e-4, 1e-4, 0], rtol=1e-9, atol=1e-18)
 
 
-def test_numbers_survive_text_and_runs_files(tmp_path):
-    again = Vehicle(**json.loads(json.dumps(TWO.as_dict())))
-    assert again == TWO and eval(repr(TWO), {"Vehicle": Vehicle}) == TWO and hash(again) == hash(TWO)
-    found = run(TWO, duration=0.3)
-    for name in ("run.npz", "run.csv"):
-        found.save(tmp_path / name)
-        kept = omniroll.Trajectory.load(tmp_path / name)
-        assert kept.vehicle == TWO and (kept.spins == found.spins).all()
-    assert (found.physical_roller(2)[:, 1] < 6).all() and found.spins_by_roller().shape[-1] == 9
-
-
-def test_sessions_many_runs_and_linear_models_take_them():
-    session, whole = omniroll.Session(TWO, nu=NU, accuracy=1e-10), run(TWO, duration=0.5, accuracy=1e-10)
-    for _ in range(5):
-        session.step(0.1)
-    np.testing.assert_allclose(session.pose, whole.pose[-1], atol=1e-12)
-    many = omniroll.simulate_many([TWO, PAPER], nu=NU, duration=0.5, accuracy=1e-10, control=False)
-    np.testing.assert_allclose(many.end.pose[0], whole.pose[-1], atol=1e-12)
-    model = omniroll.linearise(TWO, nu=NU, roller_model="locked").select("nu")
-    bound, chi, step = kernel(TWO, "locked", "compiled"), np.zeros(4), 1e-4
-    slopes = [
-        bound.forward_dynamics(NU + step * e, chi) - bound.forward_dynamics(NU - step * e, chi) for e in np.eye(3)
-    ]
-    np.testing.assert_allclose(model.A[:3, :3], np.transpose(slopes) / (2 * step), rtol=1e-8, atol=1e-9)
-
-
 @pytest.mark.parametrize("changes, words", [
     ({"wheel_kinds": ["drive"] * 3}, "wheel_kinds = .*must be 4 names"),
     ({"wheel_kinds": ["drive"] * 4}, "kinds = 'small': is the kind of no wheel"),
@@ -157,18 +89,6 @@ def test_sessions_many_runs_and_linear_models_take_them():
 def test_bounds(changes, words):
     with pytest.raises(InvalidValueError, match=words):
         TWO.replace(**changes)
-
-
-def test_what_is_not_derived_is_refused():
-    several = "wheels of several kinds|wheel_kinds = .*is not derived"
-    slips, sticks = Contact(coefficient=3.0), Bearings(wheel_coulomb=1e-3)
-    for options in ({"engine": "python"}, {"effects": (slips,)}, {"effects": (sticks,)}, {"sensitivities": ("mass",)}):
-        with pytest.raises(InvalidValueError, match=several):
-            run(TWO, duration=0.1, **options)
-    with pytest.raises(InvalidValueError, match=several):
-        omniroll.reactions(run(TWO, duration=0.1), height=0.1)
-    with pytest.raises(InvalidValueError, match="kind whose roller_inertia is 0"):
-        run(TRACKED, effects=(Bearings(roller_viscous=1e-6),))
 
 
 SCENE = """

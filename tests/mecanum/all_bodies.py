@@ -4,11 +4,13 @@ stand at angles to their disks, or alternate in two rows.
 Nothing here comes from the derivation. A roller is the envelope of the spheres on its axis that touch the ground while
 the wheel's centre stays at its height; the contact is the lowest point of these. Or its meridian is the hull of
 circles, whose centres make rings: the lowest point is under the lowest of a ring. The platform stays level all the
-same. A wheel that stands on its joint (`stands`: their numbers) does not turn; its roller 0 rolls along the axle.
-Kinetic energy is that of the bodies, derivatives are taken along an imaginary step and are exact to rounding.
+same; on springs it heaves and tilts a little, to first order. A wheel that stands on its joint (`stands`: their
+numbers) does not turn; its roller 0 rolls along the axle. Kinetic energy is that of the bodies, derivatives are taken
+along an imaginary step and are exact to rounding.
 
 Coordinates: x, y, heading, then for each wheel its angle chi and the angles of its n rollers about their axes; roller 0
-touches the ground.
+touches the ground. Behind them, where the platform tilts: the heave of the centre of mass, the tilt about the fixed
+axes x and y.
 """
 
 from collections.abc import Sequence
@@ -24,10 +26,14 @@ STEP = 1e-30
 class Bodies:
     """Masses in kg, lengths in m, inertias in kg m^2; places, angles and angles of rollers by wheel.
 
+    platform    its mass, its centre of mass above S, and its tensor about that
+    hub, roller, rotor  mass, inertia about the axis and across it; a rotor turns by `gear` times its wheel's angle
     row_offset  how far outward rollers of even numbers stand, and inward the others
     contact     by wheel, the number of the roller that touches the ground, which is roller 0 in the coordinates
     meridian    of its circles the centre along the roller's axis and from it, and the radius; None: wheels stay round
     carries     by wheel, the circle that touches the ground; None: the lowest
+    kinds       by wheel, another one of Bodies with its numbers; None: all have those here
+    tilts       whether the platform heaves and tilts
     """
 
     places: np.ndarray
@@ -36,13 +42,17 @@ class Bodies:
     rollers: int
     wheel_radius: float
     axis_radius: float
-    platform: tuple[float, float] = (9.0, 0.35)
+    platform: tuple[float, Sequence, Sequence] = (9.0, (0.0, 0.0, 0.1), np.diag([0.2, 0.3, 0.35]))
     hub: tuple[float, float, float] = (0.4, 9e-4, 5e-4)
     roller: tuple[float, float, float] = (0.03, 2.5e-6, 4e-6)
     row_offset: float = 0.0
     contact: Sequence[int] | None = None
     meridian: Sequence[tuple[float, float, float]] | None = None
     carries: Sequence[int] | None = None
+    kinds: Sequence["Bodies"] | None = None
+    rotor: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    gear: float = 1.0
+    tilts: bool = False
 
     @property
     def wheels(self) -> int:
@@ -50,19 +60,35 @@ class Bodies:
 
     @property
     def size(self) -> int:
-        return 3 + self.wheels * (1 + self.rollers)
+        return self.place(self.wheels) + 3 * self.tilts
+
+    @property
+    def mass_of_wheel(self) -> float:
+        return self.hub[0] + self.rotor[0] + self.rollers * self.roller[0]
+
+    @property
+    def mass(self) -> float:
+        return self.platform[0] + sum(self.of(i).mass_of_wheel for i in range(self.wheels))
+
+    @property
+    def center(self) -> np.ndarray:
+        """(3,) of mass of the whole, above S where the heading is 0."""
+        parts = self.platform[0] * np.array(self.platform[1], float)
+        for i in range(self.wheels):
+            parts += self.of(i).mass_of_wheel * np.array([*self.places[i], self.of(i).wheel_radius])
+        return parts / self.mass
 
     def aside(self, wheel: int, roller: int) -> float:
         """How far outward a roller stands."""
         return self.row_offset * (-1) ** (roller + (0 if self.contact is None else int(self.contact[wheel])))
 
     def of(self, wheel: int) -> "Bodies":
-        """The numbers of a wheel: those of all."""
-        return self
+        """The numbers of a wheel."""
+        return self if self.kinds is None else self.kinds[wheel]
 
     def place(self, wheel: int, roller: int = -1) -> int:
         """Where a wheel's angle, or that of one of its rollers, stands among the coordinates."""
-        return 3 + wheel * (1 + self.rollers) + 1 + roller
+        return 3 + sum(1 + self.of(i).rollers for i in range(wheel)) + 1 + roller
 
 
 def _frame(bodies: Bodies, q: np.ndarray, wheel: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -72,8 +98,13 @@ def _frame(bodies: Bodies, q: np.ndarray, wheel: int) -> tuple[np.ndarray, np.nd
     axle = np.array([np.cos(angle), np.sin(angle), 0])
     across = np.array([-np.sin(angle), np.cos(angle), 0])
     height = bodies.of(wheel).wheel_radius
-    turned = np.array([x * np.cos(q[2]) - y * np.sin(q[2]), x * np.sin(q[2]) + y * np.cos(q[2]), height])
-    return axle, across, turned
+    return axle, across, _heading(q) @ [x, y, height]
+
+
+def _heading(q: np.ndarray) -> np.ndarray:
+    """(3, 3) from the platform's axes to the fixed ones."""
+    cosine, sine = np.cos(q[2]), np.sin(q[2])
+    return np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
 
 
 def _roller(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> tuple[np.ndarray, np.ndarray]:
@@ -86,19 +117,41 @@ def _roller(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> tuple[np.ndarr
     return axis, middle + bodies.aside(wheel, j) * axle
 
 
-def _moving(bodies: Bodies, arm: np.ndarray, axle: np.ndarray, wheel: int, own: np.ndarray) -> np.ndarray:
+def _moving(
+    bodies: Bodies, q: np.ndarray, arm: np.ndarray, axle: np.ndarray, wheel: int, own: np.ndarray
+) -> np.ndarray:
     """(3, size) velocity, by the coordinates' rates, of a point that the wheel carries at `own` from its centre."""
-    jacobian = np.zeros((3, bodies.size), complex)
-    jacobian[0, 0] = jacobian[1, 1] = 1
-    jacobian[:, 2] = np.cross(UP, arm + own)
-    jacobian[:, bodies.place(wheel)] = np.cross(axle, own)
+    jacobian = of_platform(bodies, q, arm + own)
+    jacobian[:, bodies.place(wheel)] += np.cross(axle, own)
     return jacobian
 
 
+def of_platform(bodies: Bodies, q: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """(3, size) velocity, by the coordinates' rates, of a point of the platform, from the ground point under S."""
+    jacobian = np.zeros((3, bodies.size), complex)
+    jacobian[0, 0] = jacobian[1, 1] = 1
+    jacobian[:, 2] = np.cross(UP, point)
+    if bodies.tilts:
+        beside = point - _heading(q) @ [*bodies.center[:2], 0]
+        jacobian[2, -3] = 1
+        jacobian[:, -2:] = np.stack([np.cross(axis, beside) for axis in np.eye(3)[:2]], axis=-1)
+    return jacobian
+
+
+def turning_of_platform(bodies: Bodies) -> np.ndarray:
+    """(3, size) its turning rate, by the coordinates' rates."""
+    turning = np.zeros((3, bodies.size), complex)
+    turning[:, 2] = UP
+    if bodies.tilts:
+        turning[:, -2:] = np.eye(3)[:, :2]
+    return turning
+
+
 def mass_matrix(bodies: Bodies, q: np.ndarray) -> np.ndarray:
-    mass = np.zeros((bodies.size, bodies.size), complex)
-    mass[0, 0] = mass[1, 1] = bodies.platform[0]
-    mass[2, 2] = bodies.platform[1]
+    weight, place, tensor = bodies.platform
+    moving, heading = of_platform(bodies, q, _heading(q) @ place), _heading(q)
+    mass = weight * moving.T @ moving
+    mass += turning_of_platform(bodies).T @ heading @ np.array(tensor) @ heading.T @ turning_of_platform(bodies)
 
     def add(weight: float, axial: float, transverse: float, moving: np.ndarray, turning: np.ndarray, axis: np.ndarray):
         along = axis @ turning
@@ -107,18 +160,20 @@ def mass_matrix(bodies: Bodies, q: np.ndarray) -> np.ndarray:
 
     for wheel in range(bodies.wheels):
         axle, _, arm = _frame(bodies, q, wheel)
-        turning = np.zeros((3, bodies.size), complex)
-        turning[:, 2], turning[:, bodies.place(wheel)] = UP, axle
+        turning, geared = turning_of_platform(bodies), turning_of_platform(bodies)
+        turning[:, bodies.place(wheel)], geared[:, bodies.place(wheel)] = axle, bodies.gear * axle
         own = bodies.of(wheel)
         weight, axial, transverse = own.hub
         psi = bodies.roller_angles[wheel]  # a vehicle has one wheel_inertia: the hubs make up for the rollers' angles
         axial -= own.rollers * (own.roller[1] * np.sin(psi) ** 2 + own.roller[2] * np.cos(psi) ** 2)
-        add(weight, axial, transverse, _moving(bodies, arm, axle, wheel, np.zeros(3)), turning, axle)
+        middle = _moving(bodies, q, arm, axle, wheel, np.zeros(3))
+        add(weight, axial, transverse, middle, turning, axle)
+        add(*own.rotor, middle, geared, axle)
         for j in range(own.rollers):
             axis, middle = _roller(bodies, q, wheel, j)
             spinning = turning.copy()
             spinning[:, bodies.place(wheel, j)] = axis
-            add(*own.roller, _moving(bodies, arm, axle, wheel, middle), spinning, axis)
+            add(*own.roller, _moving(bodies, q, arm, axle, wheel, middle), spinning, axis)
     return mass
 
 
@@ -137,7 +192,7 @@ def _touching(bodies: Bodies, q: np.ndarray, wheel: int, j: int) -> np.ndarray:
         points = [middle + s * axis + away * downward - radius * UP for s, away, radius in own.meridian]
         lowest = int(np.argmin([point[2].real for point in points]))
         touching = points[lowest if bodies.carries is None else bodies.carries[wheel]]
-    jacobian = _moving(bodies, arm, axle, wheel, touching)
+    jacobian = _moving(bodies, q, arm, axle, wheel, touching)
     jacobian[:, bodies.place(wheel, j)] = np.cross(axis, touching - middle)
     return jacobian
 

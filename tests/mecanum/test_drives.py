@@ -5,7 +5,6 @@ import pytest
 
 import omniroll
 from omniroll.kernels.kernel import kernel
-from omniroll.kernels.phases import Carry, kernel_in_phase
 from tests.mecanum.test_motions import MODELS, usual
 
 MOTOR = {"torque_constant": 0.02, "resistance": 0.5, "gear_ratio": 20.0}
@@ -63,39 +62,6 @@ def test_instruments_read_what_is_told_of_wheels_that_may_stand_on_their_joint()
     assert session.measure()["wheel_rate"] == pytest.approx(read["wheel_rate"][0], abs=1e-14)
     with pytest.raises(omniroll.InvalidValueError, match="names = 'accelerometer': is told of omni-wheels in one row"):
         run.measure([0.1], names=("accelerometer",))
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_many_runs_are_those_of_each(model):
-    starts = [(0.5, 0.8, 0.6), (1.75, 0.0, 1.5), (-0.5, 0.3, -1.0)]
-    many = omniroll.simulate_many(usual(), nu=np.array(starts), duration=1.0, roller_model=model)
-    for k, nu in enumerate(starts):
-        one = omniroll.simulate(usual(), nu=nu, duration=1.0, roller_model=model)
-        np.testing.assert_array_equal(many.end.pose[k], one.pose[-1])
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("rows", [1, 2])
-def test_a_linear_model_is_that_of_differences(model, rows):
-    """Of mecanum wheels, and of two rows the outer one; with the momenta of free rollers as they are."""
-    vehicle = usual() if rows == 1 else usual(0.0, rollers_per_wheel=8, rows=2, row_offset=0.012)
-    nu, chi = np.array([0.5, 0.8, 0.6]), np.array([0.1, -0.2, 0.05, 0.3])
-    found = omniroll.linearise(vehicle, roller_model=model, nu=nu, chi=chi, outputs=("wheel_rate",))
-    first = np.zeros(4, int)
-    bound = kernel_in_phase(kernel(vehicle, model, effects=("drive",)), Carry(first, first))
-    momenta = ()
-    if model == "free":
-        momenta = (bound.momenta(bound.axial_speeds(nu, chi, np.zeros((4, vehicle.rollers_per_wheel - 1)))),)
-
-    def rates(x):
-        turning = bound.wheel_speeds(x[:3], x[3:7])
-        return np.concatenate([bound.forward_dynamics(x[:3], x[3:7], *momenta, x[7:]), turning])
-
-    x = np.concatenate([nu, chi, np.zeros(4)])
-    np.testing.assert_allclose(found.rates[:7], rates(x), rtol=1e-12)
-    slopes = np.array([(rates(x + step) - rates(x - step)) / 2e-6 for step in 1e-6 * np.eye(11)]).T
-    np.testing.assert_allclose(np.hstack([found.A[:7, :7], found.B[:7]]), slopes, rtol=1e-6, atol=1e-6)
-    np.testing.assert_allclose(found.C[:4, :7], found.A[3:7, :7], rtol=1e-12)
 
 
 def test_least_torques_and_speeds_from_wheels():

@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import omniroll
-from omniroll import InvalidValueError, Vehicle
-from omniroll.exchange.plant import Plant
+from omniroll import Vehicle
 from omniroll.kernels.kernel import kernel
 from tests.mecanum.corners import usual
 
@@ -18,17 +17,6 @@ MODELS = ("massless", "locked", "free")
 def run(vehicle: Vehicle, nu=(0.5, 0.8, 0.6), duration=1.0, **options):
     options = {"accuracy": 1e-12, "control": False} | options
     return omniroll.simulate(vehicle, nu=nu, duration=duration, **options)
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("law", ["impact", "smooth"])
-def test_energy_changes_at_switches_alone(model, law):
-    found = run(usual(), roller_model=model, switching=law, accuracy=1e-13)
-    jumps = found.switches.energy_jump
-    assert len(jumps) > 20
-    assert abs(found.energy[-1] - found.energy[0] - jumps.sum()) < 1e-13 * found.energy[0] * len(jumps)
-    if law == "impact":
-        assert jumps.max() < 1e-14 * found.energy[0]
 
 
 @pytest.mark.parametrize("model", ["massless", "locked"])
@@ -67,13 +55,6 @@ def test_strafing_turns_wheels_as_closed_forms_say(rollers, psi):
     assert rate.max() == pytest.approx(classical / math.cos(joint), rel=1e-12)
 
 
-def test_going_ahead_turns_wheels_evenly():
-    vehicle = heavy(math.pi / 4, 9)
-    found = run(vehicle, (1, 0, 0), 1.0, roller_model="massless")
-    rates = kernel(vehicle, "massless").wheel_speeds(found.nu, found.chi)
-    np.testing.assert_allclose(np.abs(rates), vehicle.platform_radius / vehicle.wheel_radius, rtol=1e-12)
-
-
 def test_a_roller_spins_faster_at_the_joint():
     vehicle = usual()
     middle, joint = (kernel(vehicle, "free").wheel_rates((0, 1, 0), (angle,) * 4)[1][0] for angle in (0, math.pi / 9))
@@ -87,48 +68,3 @@ def test_a_small_angle_changes_the_motion_in_proportion(model):
     plain = run(usual(0.0), **options).pose[-1]
     changes = [np.abs(run(usual(psi), **options).pose[-1] - plain).max() for psi in (1e-5, 1e-6)]
     assert changes[0] / changes[1] == pytest.approx(10, rel=0.02) and changes[1] > 0
-
-
-EFFECTS = {
-    "torque": [omniroll.Torque([0.1, 0.1, -0.1, 0.2])],
-    "slope": [omniroll.Slope(angle=0.05)],
-    "viscous": [omniroll.Bearings(wheel_viscous=0.01)],
-}
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("name", EFFECTS)
-def test_what_acts_is_in_the_account_of_energy(name, model):
-    found = run(usual(), (1.5, 0.1, 0.1), 0.5, roller_model=model, effects=EFFECTS[name])
-    assert len(found.switches) > 5 and abs(found.ledger.residual) < 1e-11 * found.ledger.scale
-
-
-def test_a_session_goes_as_a_run_does():
-    options = {"nu": (1.5, 0.1, 0.1), "roller_model": "free", "accuracy": 1e-10}
-    whole = omniroll.simulate(usual(), duration=0.4, **options)
-    session = omniroll.Session(usual(), **options)
-    for _ in range(4):
-        session.step(0.1)
-    np.testing.assert_allclose(session.pose, whole.pose[-1], atol=1e-9)
-    np.testing.assert_allclose(session.wheel_speeds, whole.kernel.wheel_speeds(whole.nu[-1], whole.chi[-1]), atol=1e-8)
-
-
-@pytest.mark.parametrize("effects, words", [
-    ([omniroll.Bearings(roller_viscous=1e-5)], "roller_angle = .*rollers' bearings"),
-    ([omniroll.Bearings(wheel_coulomb=0.01)], "roller_angle = .*axles' bearings, which sticks; give Bearings a wh"),
-])  # fmt: skip
-def test_what_is_not_derived_is_refused(effects, words):
-    with pytest.raises(InvalidValueError, match=words):
-        run(usual(), effects=effects)
-
-
-def test_other_refusals():
-    with pytest.raises(InvalidValueError, match="engine = 'python'.*mecanum"):
-        run(usual(), engine="python")
-    for derivatives in (False, True):  # as an FMU and as a function for CasADi
-        with pytest.raises(InvalidValueError, match="roller_angle = .*does not go with mecanum.*no generated step"):
-            Plant.of(usual(), derivatives=derivatives)
-    with pytest.raises(InvalidValueError, match="sharp tips"):
-        run(usual(roller_axis_radius=0.05 * math.cos(math.pi / 9) * (1 - 1e-6)), roller_model="free")
-    with pytest.raises(InvalidValueError, match="wheel_inertia = .*sin"):
-        usual(wheel_inertia=1e-6, roller_inertia=1e-6)

@@ -42,11 +42,6 @@ def test_wheels_stand_while_both_rollers_push_them_back(model, law):
     assert_lawful(run, law)
 
 
-def test_turned_the_other_way_no_roller_pushes_them_there():
-    run = simulated(trio(), "free", duration=0.5, **two_stand(-1.0))
-    assert not run.pivots[run.step_rows[0]].any()
-
-
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("corner", CORNERS)
 def test_corners(model, corner):
@@ -71,28 +66,3 @@ def test_random_vehicles_reverse(model):
         assert_lawful(run)
         stood += reversals.stood(run)
     assert stood > 0
-
-
-def test_a_session_and_a_file_know_wheels_that_stand(tmp_path):
-    run = simulated(trio(), "free", duration=0.06, **two_stand())
-    session = omniroll.Session(trio(), roller_model="free", driven=False, accuracy=1e-9, **two_stand())
-    for _ in range(15):
-        session.step(0.004)
-        sample = run.sample(session.time)
-        assert session.energy == pytest.approx(float(sample.energy), rel=1e-6)
-        np.testing.assert_allclose(session.spins, sample.spins, atol=1e-4)
-        rates = run.measure([session.time], names=("wheel_rate",))["wheel_rate"][0]
-        np.testing.assert_allclose(session.wheel_speeds, rates, atol=1e-5)
-    for name in ("run.npz", "run.csv"):
-        run.save(tmp_path / name)
-        again = omniroll.Trajectory.load(tmp_path / name)
-        assert (again.pivots == run.pivots).all()
-        np.testing.assert_array_equal(again.sample([0.01, 0.05]).spins, run.sample([0.01, 0.05]).spins)
-
-
-def test_many_runs_end_with_wheels_that_stand():
-    task = two_stand() | {"duration": 0.01, "roller_model": "massless"}
-    many, one = omniroll.simulate_many(trio(), **task), omniroll.simulate(trio(), **task)
-    assert one.pivots[-1].any()
-    np.testing.assert_array_equal(many.end.contact, one.contact[-1])
-    assert many.end.energy == one.energy[-1]

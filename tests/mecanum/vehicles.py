@@ -1,8 +1,9 @@
-"""Random vehicles with rollers at angles, in two rows, or with a meridian of their own, as bodies and as Vehicle, with
-states of both."""
+"""Random vehicles with rollers at angles, in two rows, with a meridian of their own, or with wheels of two kinds, as
+bodies and as Vehicle, with states of both."""
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -59,8 +60,25 @@ def random_arcs(seed: int, wheels: int, rollers: int, is_massless: bool = False)
     return replace(bodies, roller_angles=hands, meridian=(ends[0], (0.0, 0.6 * thick, 0.4 * thick), ends[1]))
 
 
+def random_kinds(seed: int, wheels: int, rollers: int, is_massless: bool = False, is_slanted: bool = False) -> Bodies:
+    """Every second wheel has a roller less and other numbers; its rollers have no inertia."""
+    draw, rollers = np.random.default_rng(seed), max(rollers, 4)
+    angles = draw.uniform(0.3, 1.1, wheels) * draw.choice([-1, 1], wheels) * is_slanted
+    angles[seed % wheels] = 0.0
+    whole = replace(random_bodies(seed, wheels, rollers), roller_angles=angles)
+    kinds = []
+    for count, axial in ((rollers, draw.uniform(1e-6, 5e-6)), (rollers - 1, 0.0)):
+        radius, part = draw.uniform(0.04, 0.1), draw.uniform(0.6, 0.9)
+        kinds.append(replace(
+            whole, rollers=count, wheel_radius=radius, axis_radius=radius * part * np.cos(np.pi / count),
+            hub=(0.4, draw.uniform(6e-4, 2e-3), 5e-4), roller=(0.03, 0.0 if is_massless else axial, 4e-6),
+        ))  # fmt: skip
+    return replace(whole, kinds=[kinds[i % 2] for i in range(wheels)])
+
+
 KINDS = {
     "omni": random_omni, "mecanum": random_bodies, "rows": random_rows, "profile": random_profile, "arcs": random_arcs,
+    "kinds": random_kinds, "mecanum kinds": partial(random_kinds, is_slanted=True),
 }  # fmt: skip
 
 
@@ -69,9 +87,30 @@ def drawn(kind: str, seed: int, wheels: int, rollers: int, model: str):
     draw = np.random.default_rng(1000 + seed)
     bodies = KINDS[kind](seed, wheels, rollers, model == "massless")
     vehicle = vehicle_of(bodies, 1e-6 if model == "massless" else None)
-    nu, chi = draw.normal(size=3), draw.uniform(-1, 1, wheels) * np.pi / bodies.rollers
+    nu, chi = draw.normal(size=3), draw.uniform(-1, 1, wheels) * joints(bodies)
     spins = draw.normal(size=(wheels, bodies.rollers - 1)) * (20 if model == "free" else 0)
-    return bodies, vehicle, nu, chi, spins
+    return bodies, vehicle, nu, chi, spins * turning_freely(bodies)
+
+
+def joints(bodies: Bodies) -> np.ndarray:
+    """(N,) the angles at which wheels stand between two rollers."""
+    return np.pi / np.array([bodies.of(i).rollers for i in range(bodies.wheels)])
+
+
+def turning_freely(bodies: Bodies) -> np.ndarray:
+    """(N, n - 1) which free rollers are there and have an inertia, by which their spins stay."""
+    found = np.zeros((bodies.wheels, bodies.rollers - 1), bool)
+    for i in range(bodies.wheels):
+        found[i, : bodies.of(i).rollers - 1] = bodies.kinds is None or bodies.of(i).roller[1] > 0
+    return found
+
+
+def held_places(bodies: Bodies, model: str) -> list[int]:
+    """Of the free rollers that turn with their disks."""
+    if model != "free":
+        return free_places(bodies)
+    of_wheels = [i for i in range(bodies.wheels) if not turning_freely(bodies)[i].any()]
+    return [bodies.place(i, j) for i in of_wheels for j in range(1, bodies.of(i).rollers)]
 
 
 def contacts(bodies: Bodies) -> np.ndarray:
@@ -88,6 +127,13 @@ def vehicle_of(bodies: Bodies, roller_inertia: float | None = None) -> Vehicle:
         kind |= {"meridian_radius": bodies.meridian[0][2]}
     elif bodies.meridian is not None:
         kind |= {"roller_profile": bodies.meridian}
+    if bodies.kinds is not None:
+        kind |= {"wheel_kinds": [f"of {own.rollers}" for own in bodies.kinds], "kinds": {}}
+    for i, own in enumerate(bodies.kinds or ()):
+        kind["kinds"][f"of {own.rollers}"] = {
+            "wheel_radius": own.wheel_radius, "roller_axis_radius": own.axis_radius, "rollers_per_wheel": own.rollers,
+            "roller_inertia": own.roller[1], "wheel_inertia": mass[bodies.place(i), bodies.place(i)],
+        }  # fmt: skip
     return Vehicle(
         wheels=bodies.wheels, rollers_per_wheel=bodies.rollers, mass=mass[0, 0], yaw_inertia=mass[2, 2],
         wheel_inertia=mass[bodies.place(0), bodies.place(0)], roller_inertia=axial, platform_radius=0.3,

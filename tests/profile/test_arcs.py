@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 import omniroll
 from omniroll import InvalidValueError, Vehicle, cli
@@ -75,29 +74,6 @@ def test_passing_from_arc_to_arc_is_the_impact_of_the_bodies(model):
             np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
             seen, jump = seen + 1, max(jump, np.abs(found.nu[row + 1] - found.nu[row]).max())
     assert seen > 20 and (jump > 1e-5 or model == "massless")  # whose wheels' rates do not jump there
-
-
-def test_straight_ahead_a_wheel_turns_by_the_height_of_its_centre():
-    """All wheels pass from edge to edge at the same instants, and from roller to roller."""
-    places = [[x, y] for x in (0.1, -0.1) for y in (0.1, -0.1)]
-    vehicle = CYLINDERS.replace(wheel_angles=[np.pi / 2] * 4, wheel_places=places)
-    found = run(vehicle, (0.4 / vehicle.platform_radius, 0, 0), 1.0, roller_model="massless")
-    joint, turns = np.pi / 9, int((found.switches.direction != 0).sum()) // 4
-    height = lambda turn: PAPER.wheel_radius * np.cos(turn) + 0.3 * THICK * np.sin(abs(turn))  # noqa: E731
-    pitch, (chi,) = 2 * quad(height, 0, joint, epsabs=1e-15)[0], set(np.round(found.chi[-1], 12).tolist())
-    assert turns > 5 and len(found.switches.t) == 4 * turns + 4 * (turns - 1 + (chi > 0))
-    way = turns * pitch + np.copysign(quad(height, 0, abs(chi), epsabs=1e-15)[0], chi)
-    assert found.pose[-1, 0] == pytest.approx(way, rel=1e-11)
-
-
-def test_arcs_that_come_together_tend_to_one():
-    """At first order in how far the circles of a rounded cylinder are apart."""
-    away = []
-    ball = run(PAPER.replace(meridian_radius=THICK), roller_model="massless").pose[-1]
-    for apart in (1e-3, 1e-4):
-        ends = [[side * apart * THICK, 0, THICK] for side in (-1, 1)]
-        away.append(np.abs(run(PAPER.replace(roller_profile=ends), roller_model="massless").pose[-1] - ball).max())
-    assert away[0] < 1e-3 and away[1] == pytest.approx(away[0] / 10, rel=0.05)
 
 
 def test_a_wheel_that_starts_on_a_border_stands_on_the_arc_to_which_it_turns():

@@ -1,21 +1,19 @@
 """Rollers with a meridian of their own: radii of wheels of spheres, energy, the weight's work, what goes with them and
 what does not. tests/mecanum/test_all_bodies.py has them beside a model of all bodies."""
 
-import json
 from functools import partial
 
 import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Contact, InvalidValueError, Slope, Torque, Vehicle
+from omniroll import Torque, Vehicle
 from omniroll.effects import Weight
 from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles import profiles
 
 MODELS = ("massless", "locked", "free")
-MODELS_AND_LAWS = [*((model, "impact") for model in MODELS), ("free", "smooth")]
 PAPER = Vehicle.paper(4, 9)
 THICK = PAPER.wheel_radius - PAPER.roller_axis_radius
 BALLS = PAPER.replace(meridian_radius=THICK)
@@ -56,29 +54,6 @@ def test_rolling_radii_of_wheels_of_spheres_are_those_that_were_published():
     pitch = np.pi / 8
     aside = (16.5 * np.sin(pitch) + 59.4 * (pitch + np.sin(2 * pitch) / 2) / 2) / pitch
     assert eight["sideways_radius"] == pytest.approx(aside, rel=1e-14)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_an_arc_that_keeps_the_wheel_round_changes_nothing(model):
-    same = PAPER.replace(meridian_radius=PAPER.wheel_radius)
-    effects = (Slope(0.2), Torque(0.002), Bearings(wheel_viscous=1e-4))
-    plain, own = (run(vehicle, roller_model=model, effects=effects, duration=0.5) for vehicle in (PAPER, same))
-    np.testing.assert_allclose(own.pose[-1], plain.pose[-1], rtol=1e-10, atol=1e-11)
-    assert len(own.switches.t) == len(plain.switches.t) > 10
-    chi, inputs = np.array([0.1, -0.2, 0.05, 0.3]), (np.full((4, 2), 1e-4),) if model == "free" else ()
-    one, other = (kernel(vehicle, model, "compiled").forward_dynamics(NU, chi, *inputs) for vehicle in (PAPER, same))
-    np.testing.assert_allclose(other, one, rtol=0, atol=1e-13 * np.abs(one).max())
-
-
-@VEHICLES
-@pytest.mark.parametrize(("model", "law"), MODELS_AND_LAWS)
-def test_energy_changes_at_switches_alone(vehicle, model, law):
-    found = run(vehicle, roller_model=model, switching=law, accuracy=1e-13)
-    jumps, inside = found.switches.energy_jump, (found.switches.direction == 0).sum()
-    assert (inside > 20) == (vehicle.roller_profile is not None) and len(jumps) - inside > 20
-    assert found.stats["phase_energy_drift"] < 1e-13
-    assert abs(found.energy[-1] - found.energy[0] - jumps.sum()) < 1e-13 * found.energy[0] * len(jumps)
-    assert law == "smooth" or jumps.max() < 1e-14 * found.energy[0]
 
 
 def test_straight_ahead_a_wheel_turns_by_the_height_of_its_centre():
@@ -122,40 +97,3 @@ def test_torques_that_hold_the_weight_leave_a_vehicle_at_rest(model):
     holding = -loads * PAPER.roller_axis_radius * np.sin(chi)  # N H'
     held, pushed = (bound.forward_dynamics(np.zeros(3), chi, *inputs, torque) for torque in (holding, 0 * holding))
     assert np.abs(held).max() < 1e-12 * np.abs(pushed).max()
-
-
-def test_numbers_survive_text_and_runs_files(tmp_path):
-    again = Vehicle(**json.loads(json.dumps(BARRELS.as_dict())))
-    assert again == BARRELS and eval(repr(BARRELS), {"Vehicle": Vehicle}) == BARRELS
-    found = run(BALLS, duration=0.3, effects=(Weight(),))
-    for name in ("run.npz", "run.csv"):
-        found.save(tmp_path / name)
-        kept = omniroll.Trajectory.load(tmp_path / name)
-        assert kept.vehicle == BALLS and (kept.spins == found.spins).all() and kept.effects == found.effects
-
-
-@VEHICLES
-def test_a_session_goes_the_same_way(vehicle):
-    effects = (Weight(), Torque(0.01))
-    whole = run(vehicle, effects=effects, duration=0.6, roller_model="locked")
-    session = omniroll.Session(vehicle, nu=NU, effects=effects, roller_model="locked", accuracy=1e-12)
-    for _ in range(6):
-        session.step(0.1)
-    np.testing.assert_allclose(session.pose, whole.pose[-1], rtol=1e-9, atol=1e-10)
-    np.testing.assert_array_equal(session.contact, whole.contact[-1])
-    assert session.energy == pytest.approx(whole.energy[-1], rel=1e-9)
-
-
-def test_what_does_not_go_with_a_profile_is_refused_in_a_sentence():
-    for effects in ((Contact(law="viscous", coefficient=30.0),), (Bearings(roller_viscous=1e-6),)):
-        with pytest.raises(InvalidValueError, match="meridian_radius = .*does not go with"):
-            run(BALLS, effects=effects)
-    with pytest.raises(InvalidValueError, match="does not go with a roller_profile or meridian_radius"):
-        run(BALLS, engine="python")
-    with pytest.raises(InvalidValueError, match="wheels that stay round"):
-        run(PAPER, effects=(Weight(),))
-    with pytest.raises(InvalidValueError, match="loads of level ground"):
-        run(BALLS, effects=(Weight(), Slope(0.1)))
-    for radius, words in ((0, "positive"), (2.0, "touch the ground|above the ground"), ("round", "real number")):
-        with pytest.raises(InvalidValueError, match=words):
-            PAPER.replace(meridian_radius=radius)

@@ -86,12 +86,6 @@ def test_a_scene_takes_the_motors_of_a_robot(tmp_path):
     assert marks["back_emf"].kind == "published" and marks["current_limit"].kind == "given"
 
 
-def test_numbers_in_place_of_a_robot_s(tmp_path):
-    found = scene(tmp_path, "preset = 'open-base'\nmass = 0.2")
-    assert found.vehicle.mass == 0.2 and found.vehicle.wheel_radius == robot("open-base").vehicle.wheel_radius
-    assert {o.name: o.kind for o in origins_of(found)}["mass"] == "given"
-
-
 @pytest.mark.parametrize(
     "vehicle, more, said",
     [
@@ -125,14 +119,6 @@ def test_the_page_is_written_from_the_catalogue():
     """Where this fails: python -m omniroll.robots.page docs/robots.md"""
     text = Path("docs/robots.md").read_text(encoding="utf-8")
     assert page(text) == text
-
-
-def test_wheels_stand_where_the_robots_have_them():
-    """x forward: the soccer kit's first wheel is to the right, the TIGERs' front wheels 31 degrees off the side."""
-    kit = robot("robot-soccer-kit").vehicle
-    assert math.cos(kit.wheel_angles[0]) > 0 > math.sin(kit.wheel_angles[0])
-    front = robot("tigers-2020").vehicle.wheel_angles[0]
-    assert math.degrees(math.pi / 2 - front) == pytest.approx(31)
 
 
 @pytest.mark.parametrize("name", WHEEL_NAMES)

@@ -8,7 +8,7 @@ import omniroll
 from omniroll.kernels.kernel import kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.results.accelerations import call_named
-from tests.contact.other_bodies import named
+from tests.contact.moving_bodies import named
 from tests.rows import reversals
 from tests.rows.ground_study import MODELS, ground
 

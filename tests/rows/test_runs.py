@@ -8,7 +8,6 @@ from mecanum.all_bodies import after_impact, mass_matrix
 from mecanum.vehicles import coordinates, drawn, free_places, platform_rates, rolling_rates
 
 import omniroll
-from omniroll.errors import InvalidValueError
 from rows import reversals
 
 DURATION = 2.0
@@ -57,14 +56,6 @@ def test_every_change_is_the_impact_of_all_bodies(model):
 
 
 @pytest.mark.parametrize("model", reversals.MODELS)
-@pytest.mark.parametrize("law", ["impact", "smooth"])
-def test_energy_stays_in_a_phase(model, law):
-    _, run = free_run(SEEDS[0], model, switching=law, accuracy=1e-13)
-    assert run.pivots.any()
-    assert run.stats["phase_energy_drift"] < 1e-13
-
-
-@pytest.mark.parametrize("model", reversals.MODELS)
 def test_a_wheel_stands_while_both_rows_push_it_back(model):
     """By the velocity of its middle: from where its roller brings it to the joint to where a row lets it go."""
     stood, let_go = 0, 0
@@ -110,17 +101,6 @@ def test_two_wheels_stand_together(model, law, turn):
 
 
 @pytest.mark.parametrize("model", reversals.MODELS)
-def test_random_vehicles_reverse(model):
-    """What tests/hard/pivots.py asks of a thousand."""
-    for seed in (0, 1, 4, 7):
-        task = reversals.task(np.random.default_rng([seed, reversals.MODELS.index(model)]), driven=seed % 2 == 1)
-        run = omniroll.simulate(**task, roller_model=model, control=False)
-        assert reversals.rises(run) <= 1e-13
-        assert reversals.most_at_once(run) <= 4
-        assert abs(run.ledger.residual) < 1e-7 * run.energy.max()
-
-
-@pytest.mark.parametrize("model", reversals.MODELS)
 def test_rows_close_together_are_one_row(model):
     """At first order in their distance."""
     vehicle = omniroll.Vehicle.paper(rollers_per_wheel=6).replace(yaw_scale=1.0)
@@ -134,24 +114,6 @@ def test_rows_close_together_are_one_row(model):
         apart.append(np.abs(run.pose[-1] - wanted.pose[-1]).max())
     assert apart[0] < 1e-4
     assert apart[1] / apart[0] == pytest.approx(0.5, abs=0.02)
-
-
-def test_a_session_a_table_and_a_file_know_the_rows(tmp_path):
-    _, run = free_run(SEEDS[0], "free")
-    session = omniroll.Session(run.vehicle, nu=run.nu[0], chi=run.chi[0], accuracy=1e-10, driven=False)
-    for _ in range(20):
-        session.step(DURATION / 20)
-        sample = run.sample(session.time)
-        np.testing.assert_allclose(session.nu, sample.nu, atol=1e-7)
-        assert session.energy == pytest.approx(float(sample.energy), rel=1e-7)
-        assert (session.contact == sample.contact).all()
-        rates = run.measure([session.time], names=("wheel_rate",))["wheel_rate"][0]
-        np.testing.assert_allclose(session.wheel_speeds, rates, atol=1e-6)
-    for name in ("run.npz", "run.csv"):
-        run.save(tmp_path / name)
-        again = omniroll.Trajectory.load(tmp_path / name)
-        assert (again.pivots == run.pivots).all()
-        np.testing.assert_array_equal(again.sample([0.5, 1.5]).energy, run.sample([0.5, 1.5]).energy)
 
 
 def test_controllers_know_the_middle_of_the_wheels():
@@ -173,18 +135,3 @@ def test_controllers_know_the_middle_of_the_wheels():
     np.testing.assert_allclose(runs[0].nu[-1], runs[1].nu[-1], atol=1e-8)
     np.testing.assert_allclose(runs[0].nu[-1], target, atol=0.1)
     assert len(seen) > 90
-
-
-REFUSED = [
-    ({"engine": "python"}, "engine"),
-    ({"effects": (omniroll.Bearings(wheel_coulomb=0.01),)}, "effects"),
-    ({"sensitivities": ("mass",)}, "sensitivities"),
-]
-
-
-@pytest.mark.parametrize(("given", "field"), REFUSED)
-def test_what_does_not_go_with_rows_is_refused(given, field):
-    vehicle = omniroll.Vehicle.paper(rollers_per_wheel=6).replace(rows=2, row_offset=0.001)
-    with pytest.raises(InvalidValueError, match="two rows of rollers") as caught:
-        omniroll.simulate(vehicle, nu=(1, 0, 0), duration=0.1, **given)
-    assert caught.value.field == field

@@ -71,17 +71,6 @@ def test_readings_of_wheels_that_slip(roller_model, ground):
             assert np.sort(apart)[-3] < 1e-5 * size, (column, reading)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("roller_model", ["massless", "free"])
-def test_readings_by_time(roller_model):
-    run, step = Case(roller_model, effects=ACTING).run(sensitivities=("mass",)), 1e-5
-    found = reading_slopes(run, TIMES, INSTRUMENTS, (*READINGS, "pose"))
-    ahead, behind = (measured(run, TIMES + sign * step) for sign in (1, -1))
-    for reading, slopes in found.items():
-        expected = (ahead[reading] - behind[reading]) / (2 * step)
-        assert np.abs(slopes[0] - expected).max() < 1e-6 * np.abs(expected).max() + 1e-9 / step, reading
-
-
 def test_a_torque_that_is_read_and_counts_that_are_not_whole():
     run = Case("locked", effects=(Torque((0.01, 0.02, -0.01)),)).run(sensitivities=("torque[1]",))
     found = reading_slopes(run, TIMES, INSTRUMENTS, ("net_torque", "encoder_count", "wheel_angle"))

@@ -1,4 +1,4 @@
-"""Sensitivities of runs against differences of runs, over switches of both laws and with each effect."""
+"""Sensitivities of runs: wheels that switch together, outputs at their limits, names, files and refusals."""
 
 import pickle
 import warnings
@@ -9,83 +9,16 @@ import pytest
 
 import omniroll
 from omniroll import (
-    Bearings,
+    Contact,
     Controller,
     FunctionController,
     InvalidValueError,
-    Motor,
     NoDerivativeError,
     OneSidedWarning,
-    Slope,
-    Torque,
-    TorqueTable,
 )
 from omniroll.kernels.kernel import kernel
-from tests.sensitivities.differences import VEHICLE, Case, derivative, differenced, motion
-
-# How much each number is changed; its size times about 1e-4.
-CHANGES = {
-    "nu[0]": 1e-4, "chi[1]": 1e-4, "pose[2]": 1e-4, "spins[1][2]": 1e-3, "mass": 1e-3, "yaw_inertia": 1e-6,
-    "wheel_inertia": 1e-6, "roller_inertia": 1e-9, "wheel_radius": 1e-6, "roller_axis_radius": 1e-6,
-    "platform_radius": 1e-5, "yaw_scale": 1e-4, "wheel_angles[1]": 1e-4,
-}  # fmt: skip
-MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)
-LIMITED = replace(MOTOR, current_limit=1.0)
-CONTROLLER = Controller(target=(1, 0, 0.5), proportional=1, integral=2, sample_time=0.05, output="voltage")
-VISCOUS = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
-COULOMB = Bearings(roller_coulomb=1e-4, roller_speed=0.8)
-TABLE = TorqueTable((0, 0.4, 0.8), ((0, 0, 0), (0.02, 0.01, 0.03), (0.01, 0.05, -0.02)))
-HELD = replace(LIMITED, times=(0, 0.37, 0.7), voltage=((1, 2, 3), (3, 1, -1), (0, 0, 1)), interpolation="hold")
-BACKWARDS = replace(LIMITED, back_emf=0.0, gear_ratio=-4.0)
-FOLLOWING = replace(CONTROLLER, times=(0, 0.52), target=((0, 0, 0), (1, 0, 0.5)))
-WITH_EFFECTS = [
-    (Case("free", effects=(VISCOUS,)), {"nu[0]": 1e-4, "wheel_viscous[1]": 1e-6, "roller_viscous": 1e-9}),
-    (Case("free", effects=(COULOMB,)), {"nu[0]": 1e-4, "roller_coulomb": 1e-9, "roller_speed": 1e-4}),
-    (Case("free", effects=(Slope(0.1, 0.4),)), {"pose[2]": 1e-4, "angle": 1e-4, "direction": 1e-4, "gravity": 1e-3}),
-    (Case("free", effects=(TABLE,)), {"torque[1][2]": 1e-4, "chi[1]": 1e-4}),
-    (Case("free", effects=(TABLE,)), {"times[1]": 1e-4, "times[2]": 1e-4}),
-    (Case("free", effects=(replace(TABLE, interpolation="hold"),)), {"times[1]": 1e-4, "torque[1][0]": 1e-4}),
-    (Case("locked", effects=(HELD,)), {"times[1]": 1e-4, "voltage[1][2]": 1e-3, "current_limit": 1e-4}),
-    (Case("locked", effects=(BACKWARDS,)), {"current_limit": 1e-4, "voltage[0]": 1e-4}),
-    (Case("free", effects=(replace(MOTOR, voltage=0), FOLLOWING)), {"times[1]": 1e-4, "target[1][0]": 1e-3}),
-    (Case("free", effects=(Torque((0.01, 0.02, -0.01)),)), {"torque[1]": 1e-5}),
-    (Case("free", effects=(MOTOR,)), {"voltage[1]": 1e-4, "gear_ratio": 1e-4, "back_emf": 1e-6, "resistance": 1e-4}),
-    (Case("massless", effects=(MOTOR,)), {"rotor_inertia": 1e-8, "gear_ratio": 1e-4}),
-    (Case("free", effects=(LIMITED,)), {"torque_constant": 1e-6, "current_limit": 1e-4, "nu[0]": 1e-4}),
-    (Case("free", effects=(replace(MOTOR, voltage=0), CONTROLLER)),
-     {"target[0]": 1e-3, "proportional": 1e-3, "integral[1]": 1e-3, "voltage": 1e-3, "mass": 1e-3}),
-]  # fmt: skip
-
-
-def check(case, changes, t=None, tolerance=1e-9, switches=2, exact=1e-13, **options):
-    run = case.run(sensitivities=tuple(changes))
-    assert len(run.switches) >= switches
-    for name, change in changes.items():
-        expected = differenced(case, name, change, t, **options)
-        # Runs are exact to some 1e-14 where `exact` does not say otherwise, which the difference divides by the change.
-        allowed = tolerance * np.abs(expected).max() + exact / change
-        assert np.abs(derivative(run, name, t) - expected).max() <= allowed, name
-
-
-@pytest.mark.parametrize("switching", ["smooth", "impact"])
-@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
-def test_they_are_the_differences_of_runs(roller_model, switching):
-    case = Case(roller_model, switching)
-    changes = {name: change for name, change in CHANGES.items() if roller_model == "free" or "spins" not in name}
-    check(case, changes)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "case, changes", WITH_EFFECTS, ids=lambda case: type(case.effects[0]).__name__ if isinstance(case, Case) else ""
-)
-def test_with_each_effect(case, changes):
-    check(case, changes)
-
-
-@pytest.mark.parametrize("effects", [(), (VISCOUS,), (COULOMB,)], ids=["none", "viscous", "coulomb"])
-def test_between_rows(effects):
-    check(Case("free", effects=effects), {"nu[0]": 1e-4, "mass": 1e-3}, t=0.637)
+from tests.sensitivities.differences import TIED, VEHICLE, Case, derivative, differenced, motion
+from tests.sensitivities.test_differences import LIMITED, REGULARISED, RUNNING
 
 
 def test_what_does_nothing_has_derivatives_that_are_exactly_zero():
@@ -96,9 +29,6 @@ def test_what_does_nothing_has_derivatives_that_are_exactly_zero():
     limited = replace(LIMITED, voltage=(1, 2, 30), current_limit=0.1)
     stuck = Case("locked", effects=(limited,), duration=0.2).run(sensitivities=("voltage[2]",))
     assert not derivative(stuck, "voltage[2]").any()
-
-
-TIED = {"nu": (0.0, 0.0, 1.0), "chi": (0.1, 0.1, 0.1), "pose": (0.0, 0.0, 0.0), "spins": 0.0}
 
 
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
@@ -135,13 +65,6 @@ def test_the_smooth_law_has_one_derivative_for_each_order():
     assert np.abs(found - falling).max() > 1e-4
 
 
-def test_with_massless_rollers_every_order_has_the_same_one(recwarn):
-    case = Case("massless", "impact", start={name: TIED[name] for name in ("nu", "chi", "pose")}, duration=4.0)
-    found = derivative(case.run(sensitivities=("nu[0]",)), "nu[0]")
-    assert not [w for w in recwarn if w.category is OneSidedWarning]
-    assert found == pytest.approx(differenced(case, "nu[0]", 1e-4), abs=1e-9)
-
-
 @pytest.mark.parametrize("names, message", [
     ("mass", "must be a sequence of names"),
     (("mass", "mass"), "once"),
@@ -154,6 +77,12 @@ def test_with_massless_rollers_every_order_has_the_same_one(recwarn):
 def test_names_that_mean_nothing_are_refused(names, message):
     with pytest.raises(InvalidValueError, match=message):
         Case("locked").run(sensitivities=names)
+
+
+@pytest.mark.parametrize("law, name", [(RUNNING, "friction"), (REGULARISED, "load"), (REGULARISED, "coefficient[0]")])
+def test_names_of_numbers_that_a_law_does_not_have(law, name):
+    with pytest.raises(InvalidValueError, match="is no number of this run"):
+        Case("massless", effects=(law,)).run(sensitivities=(name,))
 
 
 def test_effects_that_are_not_followed_are_refused():
@@ -219,3 +148,17 @@ def test_a_trajectory_that_was_read_says_that_files_keep_no_derivatives(ending, 
             again.sensitivity("mass")
     with pytest.raises(InvalidValueError, match="not asked"):
         pickle.loads(pickle.dumps(Case().run())).sensitivity("mass")
+
+
+def test_a_contact_that_carries_nothing_has_no_part_in_the_slopes_of_the_others():
+    """The centre of mass of four wheels so far ahead that the load of the wheel behind would pull."""
+    ground = Contact(law="regularised", friction=0.3, speed=0.05)
+
+    def loads(mass):
+        vehicle = omniroll.Vehicle.paper(4, 5).replace(mass=mass, center_of_mass=(0.1, 0.0))
+        return vehicle, np.array(ground.constants(vehicle)["contact_load"])
+
+    vehicle, own = loads(1.0)
+    assert (own == 0).sum() == 1
+    slopes = ground.constants_along(vehicle, {"mass": np.ones(())})["contact_load"]
+    assert np.ravel(slopes) == pytest.approx((loads(1.5)[1] - loads(0.5)[1]), rel=1e-12, abs=1e-14)

@@ -8,24 +8,17 @@ import pytest
 
 import omniroll
 from omniroll import Bearings, Controller, InvalidValueError, Motor, NoDerivativeError, Torque
-from tests.sensitivities.differences import SPINS, START, VEHICLE, Case
-from tests.sensitivities.test_runs import CONTROLLER, HELD, MOTOR, TIED, VISCOUS
-from tests.sensitivities.test_sticking import AT_REST, AXLES, HELD_LONGER, RAMP, RUBBING
-from tests.sensitivities.test_sticking_rollers import HELD_LONGER as HELD_SPINS
+from tests.sensitivities.differences import SPINS, START, TIED, VEHICLE, Case
+from tests.sensitivities.test_differences import CASES, MOTOR
 
 FINE = 1e-12
 STEPS = (0.0, 0.003, 0.05, 0.2)
-PLAIN = (Case("free", duration=3.0), ("nu[0]", "mass", "spins[1][2]"))
-WITH_EFFECTS = {
-    "locked": (Case("locked", "smooth", duration=3.0), ("nu[0]", "wheel_radius")),
-    "sticking": (Case("free", effects=(AXLES,), duration=9.0), ("nu[0]", "wheel_coulomb[1]")),
-    "ramp": (Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=3.5), ("mass", "wheel_break_away[0]")),
-    "viscous": (Case("free", effects=(VISCOUS,), duration=2.0), ("nu[0]", "roller_viscous")),
-    "rubbing": (Case("free", effects=(RUBBING,), duration=5.0), ("nu[0]", "roller_coulomb", "wheel_coulomb")),
-    "spins": (Case("free", effects=(HELD_SPINS,)), ("nu[0]", "roller_coulomb", "spins[1][2]")),
-    "motors": (Case("locked", effects=(HELD,)), ("times[1]", "current_limit")),
-    "controller": (Case("locked", effects=(MOTOR, CONTROLLER)), ("target[0]", "integral", "voltage")),
-}
+STEPPED = [
+    "locked, smooth", "axles rest one after the other", "axles break away above it", "viscous bearings",
+    "free rollers rest", "free rollers break away and pass rest", "voltages, held", "controller",
+    "massless, break-aways", "free rollers, break-aways", "rollers beside contacts, stop",
+    "in series, rollers let go and contacts come to rest",
+]  # fmt: skip
 
 
 def session(case, names, **start):
@@ -68,13 +61,13 @@ def stepped_like_one_run(case, names):
 
 
 def test_steps_change_nothing():
-    stepped_like_one_run(*PLAIN)
+    stepped_like_one_run(Case("free", duration=3.0), ("nu[0]", "mass", "spins[1][2]"))
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", WITH_EFFECTS)
-def test_with_effects_too(kind):
-    stepped_like_one_run(*WITH_EFFECTS[kind])
+@pytest.mark.parametrize("name", STEPPED)
+def test_with_effects_too(name):
+    stepped_like_one_run(*CASES[name])
 
 
 LIMITED_CONTROL = Controller((1, 0, 0.5), 1, 0.05, 2, "voltage", limit=1.5)

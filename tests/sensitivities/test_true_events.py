@@ -1,24 +1,26 @@
-"""The runs in 40 digits on the ground, which the hard case `derivatives-at-events` compares with, against closed forms;
-and derivatives of runs against them, of one run of each kind that is quick."""
+"""Derivatives over events in closed form: of runs, and of runs in 40 digits, with which the hard case
+`derivatives-at-events` compares."""
+
 
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, TorqueTable
+from omniroll import Contact
+from omniroll.kernels.kernel import kernel
 from omniroll.vocabulary import STANDARD_GRAVITY
-from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative
-from tests.sensitivities.test_sticking_contacts import ROLLING, SKID, STILL
+from tests.sensitivities.differences import SPINS, START, VEHICLE, Case
+from tests.sensitivities.test_differences import (
+    LEVEL,
+    ramp,
+)
 
 pytest.importorskip("flint")
 
-from flint import arb  # noqa: E402
-from hard import true_ground, true_sensitivities  # noqa: E402
+from hard import true_sensitivities  # noqa: E402
 from hard.setting import Setting  # noqa: E402
 
-from omniroll.studies.accuracy.reference import digits  # noqa: E402
-
 HEADING = 8  # in a row of nu, chi and pose
-ON_THE_SPOT = STILL | {"chi": (0.0, 0.0, 0.0)}
+ON_THE_SPOT = LEVEL | {"chi": (0.0, 0.0, 0.0)}
 
 
 def true(case, name):
@@ -29,95 +31,61 @@ def true(case, name):
     return true_sensitivities.derivative_over_events(task, name)
 
 
+def on_the_spot(ground, *push, duration):
+    """Three wheels that do alike: numbers of the vehicle; the heading, its rate at the end and what happened of runs in
+    40 digits, by a number; and the same of the compiled engine."""
+    numbers = (getattr(VEHICLE, name) for name in ("wheel_inertia", "yaw_inertia", "wheel_radius", "platform_radius"))
+    case = Case("massless", effects=(ground, *push), start=ON_THE_SPOT, duration=duration)
+
+    def by(name):
+        (found, log), run = true(case, name), case.run(sensitivities=(name,))
+        own = np.concatenate([getattr(run.sensitivity(name), part)[-1] for part in ("nu", "chi", "pose")])
+        assert own == pytest.approx(found, rel=1e-10, abs=1e-11 * np.abs(found).max())
+        return found, [what[2] for what in log if what[2] != "switch"]
+
+    return (*numbers, VEHICLE.mass * STANDARD_GRAVITY / 3), by
+
+
 def test_wheels_that_come_to_rest_on_the_spot_do_as_in_closed_form():
     """J chi'' = l F, I theta'' = 3 R F, F = -mu M g/3 until l chi' + R theta' = 0; then nothing changes any more."""
     mu, rate, end = 0.01, 2.0, 1.0
-    ground = Contact(law="coulomb", friction=mu, wheel_rates=rate)
-    found, log = true(Case("massless", effects=(ground,), start=ON_THE_SPOT, duration=end), "friction")
-    radius, arm = VEHICLE.wheel_radius, VEHICLE.platform_radius
-    load = VEHICLE.mass * STANDARD_GRAVITY / 3
-    slowing = radius**2 / VEHICLE.wheel_inertia + 3 * arm**2 / VEHICLE.yaw_inertia
-    rest = radius * rate / (mu * load * slowing)
-    turning = -3 * arm * radius * rate / (VEHICLE.yaw_inertia * slowing)
-    assert [what[2] for what in log if what[2] != "switch"] == ["sticks"] * 3
+    (wheel, yaw, radius, arm, load), by = on_the_spot(
+        Contact(law="coulomb", friction=mu, wheel_rates=rate), duration=end
+    )
+    slowing = radius**2 / wheel + 3 * arm**2 / yaw
+    rest, turning = radius * rate / (mu * load * slowing), -3 * arm * radius * rate / (yaw * slowing)
+    found, events = by("friction")
+    assert events == ["sticks"] * 3
     assert found[HEADING] == pytest.approx(turning / 2 * rest / mu, rel=1e-13)
+    found, _ = by("wheel_rates")
+    assert found[HEADING] == pytest.approx(turning / rate * (end - rest / 2) - turning / 2 * rest / rate, rel=1e-13)
+    softer = -3 * arm**2 / yaw**2  # dslowing/dI
+    of_turning, of_rest = -turning * (1 / yaw + softer / slowing), -rest * softer / slowing
+    found, _ = by("yaw_inertia")
+    assert found[HEADING] == pytest.approx(of_turning * (end - rest / 2) - turning / 2 * of_rest, rel=1e-12)
 
 
 def test_wheels_that_let_go_together_do_as_in_closed_form():
     """While they stick (l + 3 J R^2/(l I)) F = -a t; from |F| = mu_s M g/3 on I theta'' = -3 R mu M g/3."""
     mu, static, top = 0.2, 0.3, 2.0
-    radius, arm, wheel, yaw = (
-        getattr(VEHICLE, name) for name in ("wheel_radius", "platform_radius", "wheel_inertia", "yaw_inertia")
-    )
-    load = VEHICLE.mass * STANDARD_GRAVITY / 3
+    ground, end = Contact(law="coulomb", friction=mu, static_friction=static), 0.5
+    (wheel, yaw, radius, arm, load), by = on_the_spot(ground, ramp(top, top, top), duration=end)
     begins_by = load * (radius + 3 * wheel * arm**2 / (radius * yaw)) / top
-    ground = Contact(law="coulomb", friction=mu, static_friction=static)
-    push = TorqueTable((0.0, 1.0), ((0.0,) * 3, (top,) * 3))
-    duration = static * begins_by + 0.02
-    case = Case("massless", effects=(ground, push), start=ON_THE_SPOT, duration=duration)
-    found, log = true(case, "static_friction")
-    by_static = -3 * arm / yaw * load * begins_by * (static - mu)
-    assert [what[2] for what in log if what[2] != "switch"] == ["sticks"] * 3 + ["slips"] * 3
-    assert found[2] / VEHICLE.yaw_scale == pytest.approx(by_static, rel=1e-13)
+    for name, wanted in (("static_friction", begins_by * (static - mu)), ("friction", end - static * begins_by)):
+        found, events = by(name)
+        assert events == ["sticks"] * 3 + ["slips"] * 3
+        assert found[2] / VEHICLE.yaw_scale == pytest.approx(-3 * arm / yaw * load * wanted, rel=1e-13)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("case, number", [
-    (Case("massless", effects=(ROLLING,), duration=0.6), "mass"),
-    (Case("massless", effects=(Contact(40.0),), duration=0.7), "coefficient"),
-    (Case("free", effects=(Bearings(roller_coulomb=2e-5),), duration=0.02), "roller_coulomb"),
-], ids=["coulomb", "viscous", "rollers"])  # fmt: skip
-def test_derivatives_of_runs_are_differences_of_runs_in_40_digits(case, number):
-    wanted, log = true(case, number)
-    assert log
-    found = derivative(case.run(sensitivities=(number,), accuracy=1e-12), number)
-    assert np.abs(found - wanted).max() <= 1e-9 * np.abs(wanted).max()
-
-
-def before_a_rest(run, which):
-    """The last row before one of the rests in which that slip is larger than 1e-7 m/s."""
-    rest = np.flatnonzero((run.sticks[1:] & ~run.sticks[:-1]).any(axis=1))[which]
-    contact = np.flatnonzero(run.sticks[rest + 1] & ~run.sticks[rest])[0]
-    return np.flatnonzero(np.linalg.norm(run.slip[:rest, contact], axis=-1) > 1e-7)[-1]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("rest", range(3))
-def test_just_before_a_slip_comes_to_rest(rest):
-    """There the direction of the slip turns fast, and with it the deviations of the wheels' rates and of the rollers'
-    speeds, which rows have as well."""
-    case = Case("free", effects=(SKID,), duration=0.3)
-    run = case.run(sensitivities=("mass",))
-    row = before_a_rest(run, rest)
-    setting = Setting(case.roller_model, case.switching, "compiled")
-    with digits(true_sensitivities.DIGITS, true_sensitivities.ORDER):
-        task = setting.task(VEHICLE, **START, spins=SPINS, effects=case.effects, duration=float(run.t[row]))
-        change = arb(true_sensitivities.CHANGE) * true_sensitivities.size(task, "mass")
-        runs = [true_ground.Run(task, "mass", side * change) for side in (1, -1)]
-        for beside in runs:
-            beside.to_the_end()
-        wanted = true_sensitivities.quotient(*(beside.y for beside in runs), 2 * change)
-    assert sum(what[2] == "sticks" for what in runs[0].log) == rest
-    assert np.abs(run.followed.rows[row, :, 0] - wanted).max() <= 1e-9 * np.abs(wanted).max()
-
-
-@pytest.mark.long
-def test_in_the_row_of_a_rest_they_are_the_limit_before_it():
-    """There the slip is zero, and its deviation is along the direction that it had last."""
-    case, before = Case("free", effects=(SKID,), duration=0.0045), 1e-13
-    run = case.run(sensitivities=("mass",))
-    row = np.flatnonzero((run.sticks[1:] & ~run.sticks[:-1]).any(axis=1))[0]
-    setting = Setting(case.roller_model, case.switching, "compiled")
-    with digits(true_sensitivities.DIGITS, true_sensitivities.ORDER):
-        task = setting.task(VEHICLE, **START, spins=SPINS, effects=case.effects, duration=case.duration)
-        whole = true_ground.Run(task, "mass", arb(0))
-        whole.to_the_end()
-        rest = next(time for time, _, what in whole.log if what == "sticks")
-        change = arb(10) ** -24 * true_sensitivities.size(task, "mass")
-        runs = [true_ground.Run(task, "mass", side * change) for side in (1, -1)]
-        for beside in runs:
-            beside.end = rest - arb(before)
-            beside.to_the_end()
-        wanted = true_sensitivities.quotient(*(beside.y for beside in runs), 2 * change)
-    assert all(not any(what[2] == "sticks" for what in beside.log) for beside in runs)
-    assert np.abs(run.followed.rows[row, :, 0] - wanted).max() <= 1e-10 * np.abs(wanted).max()
+def test_a_contact_that_sticks_takes_the_slip_that_a_start_has_beside_the_run():
+    """Wheels that stand, with rates that are given, stick. With another rate of one the ground makes all roll at once:
+    M* nu' = J g of that wheel, with the mass matrix of rolling and chi' = g nu."""
+    ground = Contact(law="coulomb", friction=0.3, wheel_rates=0.0)
+    run = Case("massless", effects=(ground,), start=LEVEL, duration=0.1).run(sensitivities=("wheel_rates[1]",))
+    assert run.sticks.all()
+    rolling = kernel(VEHICLE, "massless", "python")
+    row = np.array([rolling.wheel_speeds(unit)[1] for unit in np.eye(3)])
+    expected = np.linalg.solve(rolling.mass_matrix(run.chi[0]), VEHICLE.wheel_inertia * row)
+    found = run.sensitivity("wheel_rates[1]").nu
+    for row in (0, -1):
+        assert found[row] == pytest.approx(expected, rel=1e-12)
