@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from contact.test_other_kinds_move import PUSH, VEHICLES
 from omniroll import Bearings, Contact, Vehicle, simulate
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
@@ -62,14 +61,3 @@ def test_free_rollers_tend_to_massless_ones_as_their_inertia_goes_to_zero():
     far, near = distance(1e-6), distance(1e-7)
     assert far < 1e-2
     assert 0.9 <= np.log10(far / near) <= 1.1
-
-
-@pytest.mark.parametrize("kind", VEHICLES)
-def test_slip_tends_to_rolling_as_the_ground_grows_strong(kind):
-    task = {"vehicle": VEHICLES[kind], "nu": (1, 0.3, 0.2), "duration": 0.3, "roller_model": "massless"}
-    rolling = simulate(effects=[PUSH], **task).pose[-1]
-    far = [
-        np.linalg.norm(simulate(effects=[Contact(c), PUSH], accuracy=1e-11, **task).pose[-1] - rolling)
-        for c in (1e5, 1e6)
-    ]
-    assert np.log10(far[0] / far[1]) == pytest.approx(1.0, abs=0.02)

@@ -124,20 +124,3 @@ def test_a_controller_at_its_limit_keeps_its_integral():
     early = run.t < 0.5
     np.testing.assert_allclose(theta_rate(run)[early], rate * run.t[early], rtol=1e-11, atol=1e-13)
     assert run.nu[-1, 2] == pytest.approx(3.0, rel=1e-2) and run.nu[:, 2].max() < 3.6
-
-
-def test_a_controller_through_motors():
-    """Voltage and motors are one linear plant: at each sample the state is the exact solution from the last one."""
-    motor, gain, sample = Motor(0.0, **MOTOR), 0.5, 0.02
-    run = simulate(
-        PAPER, **turning(0.0), duration=0.2, effects=[motor, Controller((0, 0, 1.0), gain, sample, output="voltage")]
-    )
-    per_volt = MOTOR["gear_ratio"] * MOTOR["torque_constant"] / MOTOR["resistance"]
-    damping = per_volt * MOTOR["gear_ratio"] * MOTOR["back_emf"]
-    decay = np.exp(-PAPER.wheels * damping * RATIO**2 / TURNING * sample)
-    expected = 0.0
-    for k in range(11):
-        assert theta_rate(run)[rows_at(run, k * sample)[-1]] == pytest.approx(expected, rel=1e-11, abs=1e-13)
-        volts = gain * RATIO * (1 / PAPER.yaw_scale - expected)
-        final = per_volt * volts / damping / RATIO
-        expected = final + (expected - final) * decay

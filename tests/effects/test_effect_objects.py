@@ -21,10 +21,8 @@ from omniroll import (
 )
 from omniroll.effects import KINDS
 from omniroll.effects.effect import Influence, Process, Signal
-from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.numbers import Curve
 from omniroll.effects.torque import Drive
-from omniroll.kernels import sets
 
 PAPER = Vehicle.paper()
 
@@ -165,21 +163,6 @@ def test_only_what_is_called_for_is_in_the_kernel_and_in_the_state(effects, name
     run = simulate(PAPER, nu=(1, 0, 1), duration=0.2, effects=effects, control=False)
     assert run.effects.kernel(PAPER, "free", "python").effects == names
     assert run.added.shape[1] == added and run.dense.shape[-1] == 9 + added
-
-
-def test_rollers_that_lose_speed_to_viscous_friction_cost_the_same_for_any_number():
-    """What is called for y' has no loop over the rollers; with Coulomb friction every roller has its own."""
-
-    def loops(bearings):
-        acting = EffectSet.checked([bearings], PAPER)
-        called = {*acting.functions("free"), "forward_dynamics", "wheel_speeds", "pose_rates"}
-        of_set = sets.functions("free", acting.kernel(PAPER, "free", "python").effects)
-        operations = [function["operations"] for function in of_set if function["name"] in called]
-        assert len(operations) == len(called)
-        return sum(sum(counts[place].values()) for counts in operations for place in ("roller", "slot")) > 0
-
-    assert not loops(Bearings(wheel_viscous=1e-3, wheel_coulomb=1e-3, wheel_speed=0.1, roller_viscous=1e-5))
-    assert loops(Bearings(roller_coulomb=1e-5, roller_speed=0.1))
 
 
 @dataclass(frozen=True)

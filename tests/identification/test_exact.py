@@ -66,16 +66,6 @@ def test_a_fit_says_where_it_differences():
     assert str(fit).endswith("mass: derivatives by differences of runs")
 
 
-@pytest.mark.long
-def test_a_rotor_is_known_by_what_it_adds_to_the_wheels():
-    motor = omniroll.Motor(voltage=(2, -1, 1), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)
-    slopes = prediction([motor]).slopes(("rotor_inertia", "wheel_inertia"), (1e-6, 1e-3))
-    assert slopes.differenced == ()
-    (rotor,), (wheel,) = slopes.by_number
-    per_wheel = motor.gear_ratio**2 * wheel["wheel_rate"]
-    assert np.abs(rotor["wheel_rate"] - per_wheel).max() < 1e-9 * np.abs(per_wheel).max()
-
-
 def test_where_wheels_switch_together_and_part_there_are_differences():
     """Impacts one after the other make another motion: there is no derivative by what parts them."""
     empty = {"t": TIMES, "wheel_rate": np.zeros((len(TIMES), 3))}

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Torque, Vehicle
+from omniroll import Vehicle
 from omniroll.effects import Weight
-from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles import profiles
 
@@ -86,14 +85,3 @@ def test_the_weight_takes_what_the_wheels_rise_by(vehicle, model):
     assert abs(switched[-1] - found.switches.energy_jump.sum()) < 1e-11 * found.energy[0]
     assert abs(found.ledger.residual) < 1e-11 * found.energy[0]
     assert found.ledger.contributions["weight_work"] == pytest.approx(lift[0] - lift[-1], abs=1e-12 * lift[0])
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_torques_that_hold_the_weight_leave_a_vehicle_at_rest(model):
-    chi = np.array([0.1, -0.2, 0.05, 0.3])
-    bound = EffectSet.checked((Weight(), Torque(1.0)), BALLS).kernel(BALLS, model, "compiled")
-    loads = bound.constants[bound.constant_names.index("wheel_loads")]
-    inputs = (np.zeros((4, 2)),) if model == "free" else ()
-    holding = -loads * PAPER.roller_axis_radius * np.sin(chi)  # N H'
-    held, pushed = (bound.forward_dynamics(np.zeros(3), chi, *inputs, torque) for torque in (holding, 0 * holding))
-    assert np.abs(held).max() < 1e-12 * np.abs(pushed).max()

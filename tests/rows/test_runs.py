@@ -81,41 +81,6 @@ def test_a_wheel_stands_while_both_rows_push_it_back(model):
     assert let_go
 
 
-@pytest.mark.parametrize("model", reversals.MODELS)
-@pytest.mark.parametrize("law", ["impact", "smooth"])
-@pytest.mark.parametrize("turn", [1.0, -1.0])
-def test_two_wheels_stand_together(model, law, turn):
-    """Both at rest in their middle, at the joint to which both rows push them; at the opposite joint neither."""
-    vehicle = omniroll.Vehicle.paper(wheels=4, rollers_per_wheel=6).replace(yaw_scale=1.0, rows=2, row_offset=0.01)
-    angles = np.array(vehicle.wheel_angles[:2])
-    across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)
-    nu = [*np.linalg.solve(across, [-turn, -turn]), turn]
-    joint = np.pi / 6
-    for sign, stands in ((-turn, 1), (turn, 0)):
-        run = omniroll.simulate(vehicle, nu=nu, chi=(sign * joint, sign * joint, 0.1, -0.2), duration=0.5,
-                                roller_model=model, switching=law, control=False)  # fmt: skip
-        start = run.step_rows[0]
-        assert run.pivots[start].tolist() == [stands, stands, 0, 0]
-        assert (run.times_on_joints()[:2] > 0.01).all() == stands
-        assert reversals.most_at_once(run) <= 2
-
-
-@pytest.mark.parametrize("model", reversals.MODELS)
-def test_rows_close_together_are_one_row(model):
-    """At first order in their distance."""
-    vehicle = omniroll.Vehicle.paper(rollers_per_wheel=6).replace(yaw_scale=1.0)
-    task = {"nu": (1.0, 0.3, 0.8), "chi": (0.1, 0.2, -0.1), "duration": 1.5, "roller_model": model, "control": False,
-            "accuracy": 1e-12}  # fmt: skip
-    wanted = omniroll.simulate(vehicle, **task)
-    apart = []
-    for offset in (1e-6, 5e-7):
-        run = omniroll.simulate(vehicle.replace(rows=2, row_offset=offset * vehicle.wheel_radius), **task)
-        assert len(run.switches) == len(wanted.switches)
-        apart.append(np.abs(run.pose[-1] - wanted.pose[-1]).max())
-    assert apart[0] < 1e-4
-    assert apart[1] / apart[0] == pytest.approx(0.5, abs=0.02)
-
-
 def test_controllers_know_the_middle_of_the_wheels():
     """Their targets of the wheels are those of a vehicle with one row; what they measure is what the wheels do."""
     vehicle = omniroll.Vehicle.paper(rollers_per_wheel=12).replace(yaw_scale=1.0)

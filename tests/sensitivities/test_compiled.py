@@ -44,17 +44,6 @@ def test_a_run_that_is_asked_for_no_derivative_needs_none_of_it(monkeypatch):
         library_of(Motion(run))
 
 
-def test_the_derivatives_by_many_numbers_at_the_same_times_need_one_look():
-    names = ("nu[0]", "nu[1]", "mass")
-    run = Case("locked").run(sensitivities=names)
-    times = np.linspace(0, 1, 50)
-    found = [run.sensitivity(name, times) for name in names]
-    look = run.followed.look
-    assert all(run.sensitivity(name, list(times)).t is look.times for name in names)
-    one = Case("locked").run(sensitivities=names).sensitivity("nu[1]", times)
-    assert np.array_equal(found[1].nu, one.nu) and np.array_equal(found[1].pose, one.pose)
-
-
 @pytest.mark.parametrize("kind", ["massless", "free", "massless, coulomb, axles stick, no drive"])
 def test_what_follows_from_effects_and_names_is_made_once(kind, monkeypatch):
     """A second run with the same vehicle, effects and names makes no columns, kernels with tangents or models in C."""

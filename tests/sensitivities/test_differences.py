@@ -35,7 +35,6 @@ VISCOUS = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
 FADING = Bearings(roller_coulomb=1e-4, roller_speed=0.8)
 TABLE = TorqueTable((0, 0.4, 0.8), ((0, 0, 0), (0.02, 0.01, 0.03), (0.01, 0.05, -0.02)))
 HELD = replace(LIMITED, times=(0, 0.37, 0.7), voltage=((1, 2, 3), (3, 1, -1), (0, 0, 1)), interpolation="hold")
-BACKWARDS = replace(LIMITED, back_emf=0.0, gear_ratio=-4.0)
 FOLLOWING = replace(CONTROLLER, times=(0, 0.52), target=((0, 0, 0), (1, 0, 0.5)))
 ROLLING = {
     f"{model}, {law}": (Case(model, law), (*OF_VEHICLE, *["spins[1][2]"] * (model == "free")))
