@@ -8,6 +8,8 @@ from costs.counting import counted, missing
 from omniroll import Contact, Motor, Springs, Vehicle, simulate
 
 PAPER = Vehicle.paper()
+
+
 def set_valued(friction):
     return Contact(law="coulomb", friction=friction, wheel_rates=0)
 

@@ -1,5 +1,4 @@
-"""Linear models of wheels that may slip: against the sensitivities of runs, which differences hold, and against wheels
-that roll."""
+"""Linear models of wheels that may slip, against the sensitivities of runs, which differences hold."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Runs in which wheels with rollers at an angle or in two rows slip: traction, energy, readings."""
+"""Runs in which wheels with rollers at an angle or in two rows slip: traction and energy."""
 
 import numpy as np
 import pytest

@@ -99,7 +99,7 @@ def test_what_was_done_before_a_stop_is_kept(tmp_path, engine, longest):
     assert (again.added == run.added).all() and again.ledger == run.ledger
 
 
-# Threads
+# Progress
 
 
 def test_progress_is_told_and_times_are_exact():

@@ -1,4 +1,4 @@
-"""Rollers that stick in their bearings: what reactions and instruments have of it, and what is refused.
+"""Rollers that stick in their bearings: what reactions and instruments have of it.
 
 The accelerations under given torques of bearings are held to bodies in test_effect_kernels.py, the laws to every row of
 the corpus, and the motion to Moreau's scheme in contact/test_time_stepping.py.
