@@ -61,6 +61,10 @@ CALLS = {
     "prove_slip": 'prove_slip("free")',
     "prove_ground": 'prove_ground("free")',
     "prove_slip_rollers": 'prove_slip_rollers("free")',
+    "prove_few": 'block([g_row_: first(row_names)], prove_few("massless", append(turn_steps[1], turn_steps[2]), J, '
+    "0, 0))",
+    "prove_standing": "prove_standing(\"free\", inertia_3, of_mecanum('standing_axial_row))",
+    "prove_prepare": 'prove_prepare("prepare, two kinds of wheels")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -97,12 +101,21 @@ WRONG = {
     'folded_of(-output("nu_dot", 3)))',
     "accelerations": '(run_function("free", "accelerations"), system_of(-output("nu_dot", 3)))',
     "forward_dynamics_sharp": '(run_function("free", "forward_dynamics_sharp"), folded_of(-output("nu_dot", 3)))',
+    "stands, ": "by_mecanum(skewed, append(contact_row_steps, inertia_steps, standing_force_steps, "
+    "standing_matrix_steps(inertia_3)), stands_on_joint) + subst(chi = 2*half, transpose(matrix(mecanum_standing_row)) "
+    ". matrix(B*sin('psi)*of_mecanum('standing_axial_row)))",
+    "slip, frame": "by_round_mecanum(frame_slope, append(angle_steps, contact_frame_steps), []) "
+    "+ subst(chi = 2*half, turned_slope)",
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
 # What they ask takes long: one vehicle is asked.
 WITHOUT_THEIR_LOOPS = ("machinery/write_data", "paper/brute_force", "paper/brute_force_wheels")
 OMNI_WHEELS = "paper/omni_wheels"  # from there on wheels are the paper's
-PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole", "prove_of_slip"}
+PASS_ON = {
+    "prove", "prove_steps", "prove_exact", "prove_whole", "prove_of_slip", "prove_mecanum", "prove_round_mecanum",
+    "prove_in_frame", "prove_of_frame",
+}  # fmt: skip
+PROOF = re.compile(r"\bprove(?:_steps|_exact|_whole|_mecanum|_round_mecanum|_in_frame|_of_frame)?\(")
 MACHINERY = ("claims", "steps", "effects", "tangents", "lagrange", "equations", "latex", "write_data")
 NOT_DERIVED = {f"machinery/{name}" for name in MACHINERY}  # chapters without a claim
 
@@ -134,7 +147,7 @@ def statements(text: str) -> list[tuple[str, str]]:
 def claims(statement: str, cover: str) -> list[tuple[str, int, int]]:
     """(proof's name, where its text starts and ends) for each proof of a statement."""
     found = []
-    for call in re.finditer(r"\bprove(?:_steps|_exact|_whole)?\(", cover):
+    for call in PROOF.finditer(cover):
         depth, end = 0, call.end() - 1
         while True:
             depth += {"(": 1, ")": -1}.get(cover[end], 0)

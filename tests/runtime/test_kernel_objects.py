@@ -1,12 +1,13 @@
-"""Kernel objects: both backends have the same methods and give the same numbers; names are checked."""
+"""Kernel objects: both backends have the same methods and give the same numbers; kinematics both ways."""
 
 import numpy as np
 import pytest
 
-from omniroll import InvalidValueError, Kernel, Vehicle, kernel
-from omniroll.kernels.kernel import ROLLER_MODELS, kept_kernel
+from omniroll import Kernel, Vehicle, kernel
+from omniroll.kernels.kernel import ROLLER_MODELS
 
 VEHICLE = Vehicle.paper(4, 7).replace(wheel_angles=(0.0, 1.4, 3.3, 4.9))
+SHARP = VEHICLE.replace(roller_axis_radius=VEHICLE.wheel_radius * np.cos(np.pi / 7) * (1 - 1e-9))
 RANDOM = np.random.default_rng(11)
 
 
@@ -20,10 +21,13 @@ def arguments(bound, name):
     return values
 
 
+@pytest.mark.parametrize("vehicle", [VEHICLE, SHARP], ids=["round", "sharp"])
 @pytest.mark.parametrize("roller_model", ROLLER_MODELS)
-def test_backends_agree_on_every_function(roller_model):
-    compiled, python = (kernel(VEHICLE, roller_model, backend) for backend in ("compiled", "python"))
-    assert len(compiled.signatures) > 8
+def test_backends_agree_on_every_function(roller_model, vehicle):
+    compiled, python = (kernel(vehicle, roller_model, backend) for backend in ("compiled", "python"))
+    assert len(compiled.signatures) > 8 and compiled.sharp == python.sharp == (
+        vehicle is SHARP and roller_model != "massless"
+    )
     for name, signature in compiled.signatures.items():
         values = arguments(compiled, name)
         one, other = compiled.call(name, *values), python.call(name, *values)
@@ -32,25 +36,6 @@ def test_backends_agree_on_every_function(roller_model):
         ):
             assert mine.shape == theirs.shape and mine.shape[mine.ndim - len(argument.shape) :] == argument.shape
             np.testing.assert_allclose(mine, theirs, rtol=1e-10, atol=1e-12 * np.abs(mine).max(), err_msg=name)
-
-
-@pytest.mark.parametrize("roller_model", ["locked", "free"])
-@pytest.mark.parametrize("backend", ["compiled", "python"])
-def test_sharp_kernels_compute_the_same(roller_model, backend, monkeypatch):
-    plain = kernel(VEHICLE, roller_model, backend)
-    monkeypatch.setattr(Vehicle, "sharpness", lambda vehicle: 1e9)
-    kept_kernel.cache_clear()
-    sharp = kernel(VEHICLE, roller_model, backend)
-    kept_kernel.cache_clear()
-    assert plain.set_name == sharp.set_name == roller_model and sharp.sharp and not plain.sharp
-    assert (
-        sharp.form("forward_dynamics") == "forward_dynamics_sharp"
-        and plain.form("forward_dynamics") == "forward_dynamics"
-    )
-    assert sharp.signatures == plain.signatures
-    for name in ("forward_dynamics", "impact", "energy"):
-        values = arguments(plain, name)
-        np.testing.assert_allclose(sharp.call(name, *values), plain.call(name, *values), rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("roller_model", ROLLER_MODELS)
@@ -69,34 +54,32 @@ def test_other_number_types(number_type, tolerance):
         np.testing.assert_allclose(found.astype(float), expected, rtol=tolerance, atol=tolerance)
 
 
+# Wheel and roller kinematics both ways: nu -> wheel rates and contact spins -> nu
+
+
 @pytest.mark.parametrize("backend", ["compiled", "python"])
-@pytest.mark.parametrize("roller_model", ROLLER_MODELS)
-def test_flow_is_the_three_kernels(backend, roller_model):
-    bound = kernel(VEHICLE, roller_model, backend)
-    nu, chi, pose = RANDOM.normal(size=3), RANDOM.uniform(-0.4, 0.4, 4), np.array([1.0, 2.0, 0.7])
-    momenta = RANDOM.normal(size=(4, 2)) * 1e-6 if roller_model == "free" else None
-    found = bound.flow(momenta)(0.0, np.concatenate([nu, chi, pose]))
-    constants = () if momenta is None else (momenta,)
-    expected = [bound.forward_dynamics(nu, chi, *constants), bound.wheel_speeds(nu), bound.pose_rates(nu, 0.7)]
-    assert (found == np.concatenate(expected)).all()
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("wheels", [2, 3, 5])
+def test_nu_from_its_own_kinematics(wheels, model, backend):
+    rng = np.random.default_rng(wheels)
+    bound = kernel(Vehicle.paper(wheels), model, backend)
+    nu, chi = rng.normal(size=(20, 3)), rng.uniform(-np.pi / 5, np.pi / 5, (20, wheels))
+    chi_dot, contact_spin = bound.wheel_rates(nu, chi)
+    np.testing.assert_allclose(bound.nu_from_contacts(chi, chi_dot, contact_spin), nu, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(bound.wheel_speeds(nu), chi_dot, rtol=0, atol=1e-13)
+    if wheels > 2:
+        np.testing.assert_allclose(bound.nu_from_wheels(chi_dot), nu, rtol=0, atol=1e-13)
 
 
-def test_wrong_names_and_shapes():
-    with pytest.raises(ValueError, match="roller_model = 'x'"):
-        kernel(VEHICLE, "x")
-    with pytest.raises(ValueError, match="backend = 'x'"):
-        kernel(VEHICLE, "free", "x")
-    with pytest.raises(ValueError, match="number_type = 'x'"):
-        kernel(VEHICLE, "free", number_type="x")
-    for backend in ("compiled", "python"):
-        bound = kernel(VEHICLE, "free", backend)
-        with pytest.raises(InvalidValueError, match=r"nu = \[1, 2\]: must have the shape \(..., 3\), not \(2,\)"):
-            bound.pose_rates([1, 2], 0)
-        with pytest.raises(InvalidValueError, match="nu = 'one': must be real numbers"):
-            bound.pose_rates("one", 0)
-        with pytest.raises(InvalidValueError, match="leading axes of the arguments must broadcast"):
-            bound.pose_rates(np.zeros((2, 3)), np.zeros(3))
-        with pytest.raises(InvalidValueError, match="name = 'sing': is no function of this kernel"):
-            bound.call("sing")
-    with pytest.raises(InvalidValueError, match="values = .*: must be those that energy takes: nu, chi, spins"):
-        kernel(VEHICLE, "free").energy([1, 2, 3], np.zeros(4))
+def test_the_fit_is_that_of_least_squares():
+    """Rates that no motion has: against NumPy's least squares on the rows of the kinematics itself."""
+    rng = np.random.default_rng(7)
+    vehicle = Vehicle.paper(3)
+    bound = kernel(vehicle, "locked")
+    chi = rng.uniform(-0.6, 0.6, 3)
+    chi_dot, contact_spin = rng.normal(size=3), rng.normal(size=3)
+    rates, spins = zip(*(bound.wheel_rates(unit, chi) for unit in np.eye(3)), strict=True)
+    rho = vehicle.wheel_radius * np.cos(chi) - vehicle.roller_axis_radius
+    rows = np.vstack([np.transpose(rates), np.transpose(spins) * (rho / vehicle.wheel_radius)[:, None]])
+    wanted = np.linalg.lstsq(rows, np.concatenate([chi_dot, rho * contact_spin / vehicle.wheel_radius]))[0]
+    np.testing.assert_allclose(bound.nu_from_contacts(chi, chi_dot, contact_spin), wanted, atol=1e-13)

@@ -33,11 +33,6 @@ def read(run):
     return run.measure(TIMES, omniroll.Instruments(counts_per_turn=1e7, place=PLACE, **TRACKING))
 
 
-@pytest.mark.long
-def test_the_table_names_all(read):
-    assert set(read) == {entry.name for entry in MEASUREMENTS}
-
-
 def test_angles_grow_as_the_rates_say():
     """Simpson's rule over the rates, which do not jump where rollers are massless; joints and rollers besides."""
     run = omniroll.simulate(VEHICLE, nu=(1, 0.3, 1), duration=1.5, roller_model="massless")
@@ -135,6 +130,7 @@ def test_tracking_wheels_reckon_the_pose(run, read):
 
 
 def test_errors_are_those_that_are_asked_for(run, read):
+    assert set(read) == {entry.name for entry in MEASUREMENTS}
     errors = {"noise": {"gyro": 0.1}, "bias": {"wheel_rate": 0.5}, "resolution": {"net_torque": 0.01}}
     found = run.measure(TIMES, omniroll.Instruments(counts_per_turn=1e7, place=PLACE, seed=3, **errors))
     noise = found["gyro"] - read["gyro"]
@@ -150,12 +146,8 @@ def test_errors_are_those_that_are_asked_for(run, read):
 
 @pytest.mark.parametrize("changes, field", [
     ({"counts_per_turn": 0}, "counts_per_turn"),
-    ({"place": (1, 2, 3)}, "place"),
-    ({"seed": -1}, "seed"),
-    ({"noise": 0.1}, "noise"),
     ({"noise": {"compass": 0.1}}, "noise"),
     ({"noise": {"gyro": -0.1}}, "noise of gyro"),
-    ({"bias": {"gyro": "x"}}, "bias of gyro"),
     ({"tracking_places": [(0, 0.1)]}, "tracking_directions"),
     (TRACKING | {"tracking_directions": [0.1]}, "tracking_directions"),
     (TRACKING | {"tracking_radius": 0}, "tracking_radius"),

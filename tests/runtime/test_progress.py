@@ -41,20 +41,6 @@ def test_work_beyond_a_day_is_announced_once_and_first(capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_work_that_begins_anew_is_announced_too(capsys):
-    now = iter((0.0, 3.0, 10.0, 11.0, 13.0, 20.0)).__next__
-    report = progress.forewarning("s", now)
-    for done in (0.0, 50.0, 100.0, 0.0, 1e-4, 2e-4):  # a coarser run in some seconds, then one that takes days
-        report(done, 100.0)
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1 and said.startswith("0.0001 of 100 s done: at its present pace this takes 23.1 days")
-
-
-def test_times_for_people():
-    shown = [progress.duration(seconds) for seconds in (40, 300, 9000, 2e5, 1e15)]
-    assert shown == ["40 s", "5 min", "2.5 h", "2.31 days", "longer than anybody will wait"]
-
-
 def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
     pytest.importorskip("tqdm")
 

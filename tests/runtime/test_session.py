@@ -24,8 +24,7 @@ from omniroll import (
     simulate,
     tau,
 )
-from omniroll.effects.effect import Influence, Process, Signal
-from omniroll.effects.torque import Drive
+from omniroll.effects.effect import Process
 from omniroll.kernels.kernel import kernel
 from omniroll.scenes import load_scene
 
@@ -143,14 +142,6 @@ def instants(run):
     return np.unique(run.elapsed[again])
 
 
-def test_many_steps_shorter_than_an_ulp_add_up():
-    session = Session(PAPER, nu=(1, 0, 1))
-    session.step(1.0)
-    for _ in range(1000):
-        session.step(1e-17)
-    assert session.elapsed == 1.0 + 1e-14 or session.elapsed == np.nextafter(1.0 + 1e-14, 2)
-
-
 def test_time_keeps_its_accuracy_over_hours():
     """The sum of a hundred thousand steps is rounded once; adding them up one by one is not."""
     session, plain = Session(PAPER, driven=False), 0.0
@@ -169,6 +160,7 @@ def two_switches(apart):
     assert run.switches.t[0] == run.switches.t[1]
     row = np.searchsorted(run.t, run.switches.t[0])
     together = tau(run.switches.t[0], run.switches.t[0])
+    assert together == 200 * np.finfo(float).eps * run.switches.t[0]
     chi[second] -= np.sign(chi[second]) * apart * together * abs(run.kernel.wheel_speeds(run.nu[row])[second])
     return chi, run.switches.t[0], together
 
@@ -188,21 +180,6 @@ def test_tau_counts_from_the_last_transition_and_not_from_a_pause(apart, switche
     assert distance_to(run, session) < 1e3 * FINE
 
 
-@pytest.mark.parametrize(("apart", "switches"), [(0.7, 1), (0.9, 2)])
-def test_a_new_torque_is_an_event_as_a_knot_is(apart, switches):
-    """0.2 tau before the first of two wheels: it switches then, and the second with it where it is as close."""
-    chi, first, together = two_switches(apart)
-    start, knot = {"nu": (1, 0, 0), "chi": chi, "accuracy": FINE}, first - 0.2 * together
-    table = TorqueTable((0.0, knot), ((0, 0, 0), (0, 0, 1e-6)), "hold")
-    run = simulate(PAPER, **start, duration=1.0, control=False, effects=[table])
-    assert run.switches.t[0] == knot and len(np.unique(run.switches.t[:2])) == switches
-    session = Session(PAPER, **start)
-    go_to(session, knot)
-    session.step(0.1, torque=(0, 0, 1e-6))
-    go_to(session, 1.0)
-    assert distance_to(run, session) < 1e3 * FINE
-
-
 def test_a_step_of_no_length_changes_nothing():
     session = made("motors with a controller")
     session.step(0.3)
@@ -214,40 +191,28 @@ def test_a_step_of_no_length_changes_nothing():
 # What a step is given
 
 
-def test_held_torques_are_a_held_table():
-    rng = np.random.default_rng(3)
-    lengths, torques = rng.uniform(0.01, 0.2, 12), rng.normal(scale=0.02, size=(12, 3))
+@pytest.mark.parametrize("given, limit", [("torque", None), ("voltage", None), ("voltage", 0.7)])
+def test_what_is_held_is_a_held_table(given, limit):
+    rng = np.random.default_rng(4)
+    lengths, values = rng.uniform(0.01, 0.2, 12), rng.normal(scale=0.02 if given == "torque" else 4, size=(12, 3))
     times = np.concatenate([[0.0], np.cumsum(lengths)])
-    run = simulate(
-        PAPER, nu=START["nu"], duration=times[-1], accuracy=ACCURACY, control=False,
-        effects=[TorqueTable(times[:-1], torques, "hold")],
-    )  # fmt: skip
-    session = Session(PAPER, nu=START["nu"], accuracy=ACCURACY)
-    for length, torque in zip(lengths, torques, strict=True):
-        session.step(length / 2, torque=torque)
+    motor = {"torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 3, "current_limit": limit}
+    if given == "torque":
+        effects, table = [], TorqueTable(times[:-1], values, "hold")
+    else:
+        effects, table = [Motor(9.0, **motor)], Motor(values, **motor, times=times[:-1], interpolation="hold")
+    task = {"nu": START["nu"], "accuracy": ACCURACY}
+    run = simulate(PAPER, **task, duration=times[-1], control=False, effects=[table])
+    session, largest = Session(PAPER, **task, effects=effects), 0.0
+    for length, value in zip(lengths, values, strict=True):
+        session.step(length / 2, **{given: value})
         session.step(length / 2)
+        largest = max(largest, np.abs(session.outputs.get("currents", 0)).max())
     go_to(session, times[-1])
     assert distance_to(run, session) < 10 * ACCURACY
     assert session.outputs["drive_work"] == pytest.approx(run.quantity("drive_work")[-1], rel=1e-8)
-
-
-@pytest.mark.parametrize("limit", [None, 0.7])
-def test_held_voltages_are_a_held_table(limit):
-    rng = np.random.default_rng(4)
-    lengths, voltages = rng.uniform(0.01, 0.2, 12), rng.normal(scale=4, size=(12, 3))
-    times = np.concatenate([[0.0], np.cumsum(lengths)])
-    motor = {"torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 3, "current_limit": limit}
-    run = simulate(
-        PAPER, nu=START["nu"], duration=times[-1], accuracy=ACCURACY, control=False,
-        effects=[Motor(voltages, **motor, times=times[:-1], interpolation="hold")],
-    )  # fmt: skip
-    session, largest = Session(PAPER, nu=START["nu"], accuracy=ACCURACY, effects=[Motor(9.0, **motor)]), 0.0
-    for length, voltage in zip(lengths, voltages, strict=True):
-        session.step(length, voltage=voltage)
-        largest = max(largest, np.abs(session.outputs["currents"]).max())
-    go_to(session, times[-1])
-    assert distance_to(run, session) < 10 * ACCURACY
-    assert largest == pytest.approx(limit) if limit else largest > 0.7
+    if given == "voltage":
+        assert largest == pytest.approx(limit) if limit else largest > 0.7
 
 
 def test_the_same_value_again_is_no_event():
@@ -281,11 +246,10 @@ def test_a_target_holds_from_the_next_sample_on(asked):
     assert np.abs(inside.nu - START["nu"]).max() > 0.1
 
 
-@pytest.mark.parametrize("asked", [False, True])
-def test_what_is_given_acts_beside_a_function(asked):
+def test_what_is_given_acts_beside_a_function():
     """The compiled engine asks all effects where one is a Python function: the motion is the same."""
     motor = Motor(0.0, 0.02, 1.5, gear_ratio=3, current_limit=0.7)
-    effects = [motor, FunctionController(lambda time, state: 0.0, 0.03)] if asked else [motor]
+    effects = [motor, FunctionController(lambda time, state: 0.0, 0.03)]
     session, plain = (Session(PAPER, nu=START["nu"], effects=e, accuracy=ACCURACY) for e in (effects, [motor]))
     rng = np.random.default_rng(5)
     for _ in range(20):
@@ -408,23 +372,6 @@ def test_torques_of_bearings_are_those_of_the_rows():
     assert stuck > 0
 
 
-@pytest.mark.long
-def test_outputs_are_of_the_effects_that_are_there():
-    motor = Motor(1.0, 0.02, 1.5)
-    ramp = FunctionController(braking, 0.1)
-    named = {
-        (): set(),
-        (Torque(1),): {"torque", "drive_work"},
-        (motor,): {"torque", "damping", "voltage", "currents", "drive_work"},
-        (motor, ramp): {"torque", "damping", "voltage", "currents", "drive_work"},
-        (Bearings(wheel_viscous=1e-3),): {"axle_loss"},
-    }
-    for effects, names in named.items():
-        session = Session(PAPER, nu=(1, 0, 0), effects=list(effects), driven=False)
-        session.step(0.1)
-        assert set(session.outputs) == names
-
-
 def test_a_session_of_a_scene():
     scene = load_scene("scenes/driven.toml")
     session = Session(scene)
@@ -439,106 +386,58 @@ def test_a_session_of_a_scene():
 # Errors
 
 
-class Switching(Process):
-    """A torque that changes its sign at a time of its own; it does not say what it remembers."""
-
-    sign = 1
-
-    def next_time(self):
-        return 0.1 if self.sign == 1 else np.inf
-
-    def pass_time(self, state):
-        self.sign = -1
-
-    def influence(self, elapsed, given):
-        return Influence({"torque": Signal.constant(np.array([0.02, 0, -0.01]) * self.sign)})
-
-
-class Alternating(Drive):
-    def process(self, kernel, start_time):
-        return Switching()
-
-
-def test_an_effect_of_another_kind():
-    """It acts and is reset; only save() refuses it."""
-    session = Session(PAPER, nu=START["nu"], effects=[Alternating()], accuracy=ACCURACY)
-    run = simulate(PAPER, nu=START["nu"], duration=1.0, effects=[Alternating()], accuracy=ACCURACY, control=False)
-    for _ in range(2):
-        for length in random_steps(np.random.default_rng(8), 1.0):
-            session.step(length)
-        go_to(session, 1.0)
-        assert distance_to(run, session) < 10 * ACCURACY
-        session.reset()
-
-
 MOTOR_TABLE = Motor(((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), 0.02, 1.5, times=(0, 1))
 WRONG = [
     ("duration", {}, {"duration": -1.0}),
-    ("duration", {}, {"duration": np.nan}),
-    ("duration", {}, {"duration": np.inf}),
-    ("duration", {}, {"duration": "1"}),
-    ("torque", {}, {"torque": (1.0, 2.0)}),
-    ("torque", {}, {"torque": np.ones(4)}),
     ("torque", {}, {"torque": np.array([0.0, np.nan, 0.0])}),
-    ("torque", {}, {"torque": (0.0, np.inf, 0.0)}),
-    ("torque", {}, {"torque": "strong"}),
-    ("torque", {}, {"torque": [[1.0], [2.0, 3.0]]}),
     ("torque", {"driven": False}, {"torque": 1.0}),
     ("torque", {"effects": [Torque(0.1), Torque(0.2)]}, {"torque": 1.0}),
     ("voltage", {}, {"voltage": 1.0}),
     ("voltage", {"effects": [MOTOR_TABLE]}, {"voltage": 1.0}),
     ("target", {}, {"target": (0, 0, 0)}),
-    ("target", {"effects": [Controller((0, 0, 0), 0.1, 0.1)]}, {"target": 0.0}),
+    ("target", {"effects": [Controller((0, 0, 0), 0.1, 0.1)]}, {"torque": 1.0, "target": (0.0, np.nan, 0.0)}),
     ("target", {"effects": [Controller(((0, 0, 0), (1, 0, 0)), 0.1, 0.1, times=(0, 1))]}, {"target": (0, 0, 0)}),
 ]
 
 
 @pytest.mark.parametrize(("field", "options", "step"), WRONG)
 def test_wrong_steps_are_refused_and_change_nothing(field, options, step):
-    session = Session(PAPER, nu=(1, 0, 1), **options)
+    session, other = (Session(PAPER, nu=(1, 0, 1), **options) for _ in range(2))
     session.step(0.1)
-    before = bits(session)
+    other.step(0.1)
     with pytest.raises(InvalidValueError) as refused:
         session.step(**{"duration": 0.1} | step)
     assert refused.value.field == field
-    assert bits(session) == before and session.elapsed == 0.1
-
-
-def test_a_step_of_which_one_value_is_wrong_holds_none():
-    session = Session(PAPER, nu=(1, 0, 1), effects=[Controller((0, 0, 0), 0.01, 0.1)])
-    with pytest.raises(InvalidValueError, match="target"):
-        session.step(0.1, torque=1.0, target=(0.0, np.nan, 0.0))
-    session.step(0.05)
-    other = Session(PAPER, nu=(1, 0, 1), effects=[Controller((0, 0, 0), 0.01, 0.1)])
-    other.step(0.05)
+    assert bits(session) == bits(other) and session.elapsed == 0.1
+    for each in (session, other):  # of several values of which one is wrong none holds
+        each.step(0.05)
     assert bits(session) == bits(other)
 
 
+class Secretive(Process):
+    """A process that does not say what it remembers."""
+
+
+class Forgetful(Torque):
+    def process(self, kernel, start_time):
+        return Secretive()
+
+
 @pytest.mark.parametrize(("field", "make"), [
-    ("subject", lambda: Session("vehicle")),
     ("duration", lambda: Session(PAPER, duration=1)),
     ("engine", lambda: Session(PAPER, engine="python")),
-    ("nu", lambda: Session(PAPER, nu=(1, 0))),
-    ("effects", lambda: Session(PAPER, effects=["motor"])),
-    ("effects", lambda: Session(PAPER, effects=3)),
+    ("engine", lambda: Session(Vehicle.paper(65, 5))),
     ("speed", lambda: Session(PAPER).reset(speed=1)),
-    ("chi", lambda: Session(PAPER).reset(chi=3)),
-    ("saved", lambda: Session(PAPER).restore(b"")),
     ("saved", lambda: Session(PAPER).restore(Session(PAPER.replace(mass=9)).save())),
     ("saved", lambda: Session(PAPER).restore(Session(PAPER, effects=[Torque(1)]).save())),
     ("saved", lambda: Session(PAPER).restore(Session(PAPER, roller_model="locked").save())),
     ("saved", lambda: Session(PAPER).restore(Session(PAPER, accuracy=1e-5).save())),
-    ("effects", lambda: Session(PAPER, effects=[Alternating()]).save()),
+    ("effects", lambda: Session(PAPER, effects=[Forgetful(0.1)]).save()),
 ])  # fmt: skip
 def test_wrong_sessions_are_refused(field, make):
     with pytest.raises(InvalidValueError) as refused:
         make()
     assert refused.value.field == field
-
-
-def test_too_many_wheels_are_refused():
-    with pytest.raises(InvalidValueError, match="64 wheels"):
-        Session(Vehicle.paper(65, 5))
 
 
 def test_a_session_that_stops_stands_where_it_stopped():
@@ -599,7 +498,7 @@ def calls_of(function):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("sizes", [(3, 5), (4, 12), (8, 60)])
+@pytest.mark.parametrize("sizes", [(3, 5), (8, 60)])
 def test_a_step_makes_few_calls_whatever_the_vehicle(sizes):
     """The engine is called once; the rest does not depend on the vehicle, and not on how long the session has run."""
     motor = Motor(0.0, 0.02, 1.5, current_limit=2)

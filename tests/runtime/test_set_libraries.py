@@ -2,9 +2,7 @@
 
 import itertools
 import os
-import shlex
 import shutil
-import stat
 import subprocess
 import sys
 import textwrap
@@ -25,13 +23,8 @@ pytestmark = pytest.mark.long
 PAPER = Vehicle.paper()
 MODELS = ("massless", "locked", "free")
 SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
-BROKEN = "#!/bin/sh\necho 'cannot write: No space left on device' >&2\nexit 1\n"
 
 needs_a_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="cc is not installed")
-
-
-def sloped(backend="compiled"):
-    return kernel(PAPER, "locked", backend, effects=("slope",), constants=SLOPE)
 
 
 # Structs
@@ -111,19 +104,6 @@ def assert_same_bits(one, other):
 
 @needs_a_compiler
 @pytest.mark.parametrize("model", MODELS)
-def test_a_base_made_on_demand_has_the_bits_of_the_one_that_was_built(model, fresh_cache, monkeypatch):
-    built = CompiledKernel(PAPER, model)
-    monkeypatch.setattr(sets, "BUILT", fresh_cache / "nothing")
-    place, file = sets._pair(model, (), "double")
-    monkeypatch.setattr(sets, "library", lambda *_: sets._opened(place, file, "double", []))
-    made = CompiledKernel(PAPER, model)
-    assert made._lib is not built._lib and place.is_relative_to(fresh_cache)
-    names = list(built.signatures)
-    assert_same_bits(outputs(made, names), outputs(built, names))
-
-
-@needs_a_compiler
-@pytest.mark.parametrize("model", MODELS)
 def test_a_set_made_on_demand_has_the_bits_of_its_base(model):
     """In every function in which the effect does not stand."""
     base, made = kernel(PAPER, model), kernel(PAPER, model, effects=("slope",), constants=SLOPE)
@@ -136,40 +116,23 @@ def test_a_set_made_on_demand_has_the_bits_of_its_base(model):
     }
 
 
-# The folder
+# Compilers that fail
 
 
-def compiler_script(folder, text, monkeypatch):
-    """$CC as a shell script."""
-    script = folder / "compiler"
-    script.write_text(text)
-    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+@pytest.mark.parametrize("compiler, said", [
+    ("#!/bin/sh\necho 'cannot write: No space left on device' >&2\nexit 1\n", "No space left on device"),
+    ("", "Python kernel"),
+])  # fmt: skip
+def test_a_set_of_its_own_needs_a_compiler(compiler, said, fresh_cache, tmp_path, monkeypatch):
+    """One that has no room gives one message, and the Python kernel serves; so does none."""
+    script = tmp_path / "compiler"
     monkeypatch.setenv("CC", str(script))
-
-
-def test_a_compiler_without_room_gives_one_message(fresh_cache, tmp_path, monkeypatch):
-    """The Python kernel runs then."""
-    compiler_script(tmp_path, BROKEN, monkeypatch)
-    with pytest.warns(RuntimeWarning, match="No space left on device") as said:
-        made = sloped()
-    assert len(said) == 1 and isinstance(made, PythonKernel)
-
-
-@needs_a_compiler
-def test_a_folder_that_cannot_be_written_gives_one_message(fresh_cache, tmp_path, monkeypatch):
-    """The kernels of this process are made elsewhere."""
-    blocked = tmp_path / "file"
-    blocked.write_text("not a folder")
-    monkeypatch.setenv("OMNIROLL_CACHE", str(blocked))
-    with pytest.warns(RuntimeWarning, match="OMNIROLL_CACHE") as said:
-        assert isinstance(sloped(), CompiledKernel)
-        assert isinstance(kernel(PAPER, "massless", effects=("slope",), constants=SLOPE), CompiledKernel)
-    assert len(said) == 1 and str(blocked) in str(said[0].message)
-
-
-@pytest.mark.parametrize("compiler", ["false", "no compiler of this name"])
-def test_a_set_of_its_own_needs_a_compiler(compiler, fresh_cache, monkeypatch):
-    monkeypatch.setenv("CC", shlex.quote(compiler))
+    if compiler:
+        script.write_text(compiler)
+        script.chmod(0o755)
+    with pytest.warns(RuntimeWarning, match=said) as warned:
+        made = kernel(PAPER, "locked", effects=("slope",), constants=SLOPE)
+    assert len(warned) == 1 and isinstance(made, PythonKernel)
     task = {"nu": (1, 0, 0), "duration": 0.01, "effects": [Slope(0.1)]}
     assert simulate(PAPER, **task).stats["kernel"] == sets.set_name("free", sets.general_sets("free")[0])
     with pytest.warns(RuntimeWarning, match="Python kernel"), pytest.raises(KernelsMissingError, match="compiled"):

@@ -30,45 +30,13 @@ def test_runs_scale_by_powers_of_two_to_the_bit(power):
     assert (other.t == one.t / factor).all()
 
 
-@pytest.mark.parametrize("wheels, rollers", [(1, 5), (2, 4), (4, 8), (6, 12)])
-@pytest.mark.parametrize("roller_model", MODELS)
-def test_any_number_of_wheels_and_rollers(wheels, rollers, roller_model):
-    vehicle = Vehicle.paper(wheels, rollers)
-    run = simulate(vehicle, nu=(0.5, 1, 0.5), duration=1.5, roller_model=roller_model, **QUICK)
-    assert len(run.switches) > 0
-    assert run.chi.shape == (len(run), wheels)
-    assert run.spins is None if roller_model != "free" else run.spins.shape == (len(run), wheels, rollers - 1)
-    assert np.abs(run.chi).max() <= np.pi / rollers
-    assert all(np.isfinite(getattr(run, name)).all() for name in ("t", "nu", "chi", "pose", "energy", "contact_spin"))
-
-
 # Corners
-
-
-@pytest.mark.parametrize("roller_model", MODELS)
-@pytest.mark.parametrize("law", LAWS)
-def test_start_on_a_joint(roller_model, law):
-    """nu = (0, 0, 1) turns wheels backwards: -pi/n is left at once, from +pi/n they move inwards."""
-    task = {"nu": (0, 0, 1), "duration": 1, "roller_model": roller_model, "switching": law, **QUICK}
-    outwards = simulate(PAPER, chi=-JOINT, **task)
-    assert len(outwards.switches) == 3 and (outwards.switches.t == 0).all()
-    assert (outwards.chi[0] == -JOINT).all() and (outwards.chi[1] == JOINT).all()
-    assert (outwards.contact[0] == 0).all() and (outwards.contact[1] == 1).all()
-    inwards = simulate(PAPER, chi=JOINT, **task)
-    assert len(inwards.switches) == 0
 
 
 @pytest.mark.parametrize("roller_model", MODELS)
 def test_rest_is_rest(roller_model):
     run = simulate(PAPER, nu=(0, 0, 0), chi=(JOINT, -JOINT, 0.1), duration=5, roller_model=roller_model, **QUICK)
     assert not run.nu.any() and (run.chi == run.chi[0]).all() and len(run.switches) == 0
-
-
-def test_spinning_rollers_of_a_vehicle_at_rest_go_on_spinning():
-    """Property 2."""
-    run = simulate(PAPER, nu=(0, 0, 0), spins=3.0, duration=5, **QUICK)
-    assert np.abs(run.nu).max() < 1e-15
-    np.testing.assert_allclose(run.spins, 3.0)
 
 
 def test_a_switch_at_the_end_is_in_the_run():
@@ -157,30 +125,14 @@ def test_progress_is_reported(engine):
 @pytest.mark.parametrize("change, field, bound", [
     ({"nu": (1, 0)}, "nu", "shape"),
     ({"nu": (1, 0, math.nan)}, "nu", "finite"),
-    ({"nu": "abc"}, "nu", "real"),
-    ({"nu": (1e200, 0, 0)}, "nu", "number range"),
     ({"nu": (1e-200, 0, 0)}, "nu", "number range"),
     ({"chi": 0.63}, "chi", "within"),
-    ({"chi": (0, 0)}, "chi", "shape"),
-    ({"chi": (0, 0, math.inf)}, "chi", "finite"),
-    ({"chi": np.zeros((2, 3))}, "chi", "shape"),
     ({"spins": np.zeros((3, 5))}, "spins", "shape"),
     ({"spins": 1.0, "roller_model": "locked"}, "spins", "must be 0"),
-    ({"spins": math.nan}, "spins", "finite"),
-    ({"spins": 1e300}, "spins", "number range"),
-    ({"spins": np.zeros((2, 3, 4))}, "spins", "shape"),
-    ({"pose": (0, 0)}, "pose", "shape"),
     ({"duration": -1}, "duration", "negative"),
-    ({"duration": math.inf}, "duration", "finite"),
     ({"duration": 1e160}, "duration", "number range"),
-    ({"start_time": math.nan}, "start_time", "finite"),
-    ({"accuracy": 0}, "accuracy", "between"),
     ({"accuracy": 2}, "accuracy", "between"),
-    ({"accuracy": None}, "accuracy", "real"),
     ({"roller_model": "loose"}, "roller_model", "massless, locked, free"),
-    ({"switching": "bounce"}, "switching", "smooth, impact"),
-    ({"engine": "steam"}, "engine", "compiled, specialised, python"),
-    ({"vehicle": "paper"}, "vehicle", "Vehicle"),
 ])  # fmt: skip
 def test_bad_input_is_named(change, field, bound):
     task = {"vehicle": PAPER, "nu": (1, 0, 1), "duration": 1} | change
@@ -214,23 +166,6 @@ def test_accelerations_broadcast(roller_model):
     python = omniroll.kernel(PAPER, roller_model, "python")
     found = python.accelerations(nu, chi, *python.spins_or_nothing(spins))
     np.testing.assert_allclose(found[0] if spins is not None else found, nu_dot, rtol=1e-11, atol=1e-13)
-
-
-@pytest.mark.parametrize("change, field", [
-    ({"nu": np.ones((2, 3)), "chi": np.zeros((5, 3))}, "chi"),
-    ({"nu": (1, 2)}, "nu"),
-    ({"chi": 1.0}, "chi"),
-    ({"spins": np.ones((2, 3, 4)), "nu": np.ones((5, 3))}, "spins"),
-    ({"spins": 1, "roller_model": "massless"}, "spins"),
-    ({"roller_model": "none"}, "roller_model"),
-    ({"nu": (math.inf, 0, 0)}, "nu"),
-    ({"vehicle": None}, "vehicle"),
-])  # fmt: skip
-def test_accelerations_refuse_by_name(change, field):
-    task = {"vehicle": PAPER, "nu": (1, 0, 1), "chi": 0.0} | change
-    with pytest.raises(ValueError) as raised:
-        omniroll.accelerations(**task)
-    assert raised.value.field == field
 
 
 def test_a_scene_in_the_place_of_a_vehicle_is_told_what_runs_it():

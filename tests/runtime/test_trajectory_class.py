@@ -7,20 +7,8 @@ import omniroll
 from omniroll import Bearings, Torque, Trajectory, Vehicle, simulate
 
 PAPER = Vehicle.paper()
-ARRAYS = (
-    "t",
-    "elapsed",
-    "nu",
-    "chi",
-    "contact",
-    "contact_spin",
-    "spins",
-    "pose",
-    "energy",
-    "switches",
-    "dense",
-    "step_rows",
-)
+ROWS = ("t", "nu", "chi", "contact", "contact_spin", "spins", "pose", "energy")
+ARRAYS = (*ROWS, "elapsed", "switches", "dense", "step_rows")
 NUMBERS = ("vehicle", "roller_model", "switching", "accuracy", "engine", "start_time", "stats")
 
 
@@ -35,19 +23,9 @@ def locked():
 
 
 def test_shapes_and_rows(run):
-    rows = len(run)
-    shapes = {
-        "t": (),
-        "nu": (3,),
-        "chi": (3,),
-        "contact": (3,),
-        "contact_spin": (3,),
-        "spins": (3, 4),
-        "pose": (3,),
-        "energy": (),
-    }
-    for name, shape in shapes.items():
-        assert getattr(run, name).shape == (rows, *shape), name
+    for name, shape in zip(ROWS, ((), (3,), (3,), (3,), (3,), (3, 4), (3,), ()), strict=True):
+        assert getattr(run, name).shape == (len(run), *shape), name
+        assert getattr(run.sample(np.full((2, 5), 3.0)), name).shape == (2, 5, *shape), name
     assert run.contact.dtype.kind == "i"
     assert run.t[0] == 2.5 and run.t[-1] == 5.5 and (np.diff(run.t) >= 0).all()
     assert not run.nu.flags.writeable
@@ -74,23 +52,6 @@ def test_sampling_at_rows_gives_the_rows_after_switches(run):
         assert (getattr(found, name) == getattr(run, name)[last]).all(), name
 
 
-def test_sampling_between_rows(run):
-    times = np.random.default_rng(1).uniform(2.5, 5.5, (20, 30))
-    found = run.sample(times)
-    assert found.nu.shape == (20, 30, 3) and found.spins.shape == (20, 30, 3, 4) and found.energy.shape == (20, 30)
-    row = np.searchsorted(run.t, times, side="right") - 1
-    np.testing.assert_allclose(found.energy, run.energy[row], rtol=1e-7)
-    flow = run.kernel.wheel_rates(found.nu, found.chi)
-    assert (found.contact_spin == flow[1]).all()
-    step = 1e-4
-    inside = (run.t[np.minimum(row + 1, len(run) - 1)] > times + step) & (times - step > run.t[row])
-    slope = (run.sample(times[inside] + step).chi - run.sample(times[inside] - step).chi) / (2 * step)
-    np.testing.assert_allclose(slope, flow[0][inside], atol=1e-4)
-    axial = run.kernel.axial_speeds(found.nu, found.chi, found.spins)
-    rows_axial = run.kernel.axial_speeds(run.nu, run.chi, run.spins)[row]
-    np.testing.assert_allclose(axial, rows_axial, rtol=1e-12, atol=1e-14)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("engine", "effects"),
@@ -111,21 +72,10 @@ def test_few_samples_are_computed_alone(effects, engine):
     assert not {"spins", "energy", "contact_spin"} & set(vars(whole.sample(times)))
 
 
-def test_sampling_a_number(run):
-    one = run.sample(3.0)
-    assert one.nu.shape == (3,) and one.energy.shape == () and one.contact.shape == (3,)
-    assert (run.sample([3.0]).nu[0] == one.nu).all()
-
-
-@pytest.mark.parametrize("time", [2.4999, 5.5001, np.nan, "now"])
+@pytest.mark.parametrize("time", [2.4999, 5.5001])
 def test_sampling_outside_is_refused(run, time):
     with pytest.raises(ValueError, match=r"^t = "):
         run.sample(time)
-
-
-def test_sampled_positions_agree_with_a_run_that_ends_there(run):
-    end = simulate(PAPER, nu=(1, 0, 1), spins=0.1, duration=1.7, start_time=2.5, accuracy=1e-10)
-    np.testing.assert_allclose(run.sample(end.t[-1]).pose, end.pose[-1], atol=1e-9)
 
 
 def test_roller_numbers(run):
@@ -187,35 +137,6 @@ def test_a_run_of_no_time_can_be_saved(tmp_path):
         still.save(tmp_path / f"still.{ending}")
         again = Trajectory.load(tmp_path / f"still.{ending}")
         assert (again.nu == still.nu).all() and (again.sample(0.0).nu == [1, 0, 1]).all()
-
-
-@pytest.mark.parametrize("name, content", [
-    ("a.csv", b"t,nu\n1,2\n"),
-    ("a.npz", b"nothing"),
-    ("a.csv", b""),
-    ("a.csv", b"# omniroll trajectory 2\n# {}\n"),
-    ("a.txt", b""),
-])  # fmt: skip
-def test_other_files_are_refused(name, content, tmp_path):
-    (tmp_path / name).write_bytes(content)
-    with pytest.raises(ValueError, match=r"^path = "):
-        Trajectory.load(tmp_path / name)
-
-
-def test_a_torn_file_is_refused(run, tmp_path):
-    for ending in ("npz", "csv"):
-        path = tmp_path / f"torn.{ending}"
-        run.save(path)
-        path.write_bytes(path.read_bytes()[:-2000])
-        with pytest.raises(ValueError, match=r"^path = "):
-            Trajectory.load(path)
-
-
-def test_saving_elsewhere_is_refused(run, tmp_path):
-    with pytest.raises(ValueError, match="must end in"):
-        run.save(tmp_path / "run.mat")
-    with pytest.raises(OSError):
-        run.save(tmp_path / "no" / "run.npz")
 
 
 def test_a_run_draws_itself():

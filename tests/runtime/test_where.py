@@ -106,11 +106,6 @@ def test_every_equation_by_its_number(number):
     assert {"paper", "derivation"} <= check(number) and way(f"({number})").stations == way(number).stations
 
 
-def test_what_a_formula_is_about_by_its_own_name():
-    assert {"(3.3:P1", "(7.3:P1"} <= {place.text.partition(")")[0] for place in way("P_1").stations["paper"]}
-    assert "proved: M*: M* = V^T Mq V" in [place.text for place in way("m13").stations["derivation"]]
-
-
 def test_a_way_fits_a_screen(capsys):
     for name in ("m13", "3.4", "rho", "forward_dynamics"):
         assert cli.main(["where", name]) == 0
@@ -125,14 +120,6 @@ def test_every_function(name):
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect(name):
     assert {"derivation", "data"} <= check(name)
-
-
-def test_names_as_they_stand_in_c():
-    assert (
-        way("omniroll_forward_dynamics").stations
-        == way("forward_dynamics").stations
-        == way("lanes_forward_dynamics").stations
-    )
 
 
 def test_an_unknown_name_is_refused_with_what_is_near(capsys):
