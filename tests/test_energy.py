@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from oracle import lagrange
-from oracle.bridge import phases, project_vehicle, row_speeds, switch_rows, switch_table
+from oracle.bridge import phases, project_vehicle, switch_rows, switch_table
 from oracle.lagrange import MODELS
 from oracle.states import ordinary_vehicle, random_state, time_for_switches
 
@@ -33,16 +32,6 @@ def test_energy_is_constant_between_switches(model, law, engine):
         for rows in phases(trajectory):
             energy = trajectory.energy[rows]
             assert np.ptp(energy) <= 1e-12 * energy[0]
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_energy_of_the_rows(model):
-    """The energy that a row states is (3.2) of its speeds in the full coordinates."""
-    rng = np.random.default_rng(2)
-    vehicle, trajectory = run(rng, 3, 5, model, "impact", 1e-8, 4)
-    for row in range(0, len(trajectory.t), 3):
-        energy = lagrange.kinetic_energy(vehicle, *row_speeds(vehicle, trajectory, row, model), model=model)
-        assert abs(float(energy) - trajectory.energy[row]) <= 1e-13 * trajectory.energy[row]
 
 
 @pytest.mark.parametrize("model", MODELS)

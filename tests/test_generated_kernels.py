@@ -6,7 +6,7 @@ import inspect
 import numpy as np
 import pytest
 from flint import arb, ctx
-from oracle import PRECISION, condition, lagrange, switch
+from oracle import PRECISION, lagrange, switch
 from oracle.balls import exact
 from oracle.lagrange import Speeds
 from oracle.states import random_state, random_vehicle
@@ -188,31 +188,3 @@ def test_impact(name, size, moves):
         entering[i] = moved.phi[i][0] - demanded.phi[i][0]
         leaving[i] = dq.phi[i][0] if model == "locked" else exact(0)
     close(case.call("impact", case.nu, chi, entering, leaving), switch.nu_of(case.vehicle, theta, wanted), 1e-36)
-
-
-@pytest.mark.parametrize("name", ["locked_sharp", "free_sharp"])
-@pytest.mark.parametrize("margin", [1e-4, 1e-6, 1e-9])
-def test_sharp_kernels_stay_exact_at_the_joint_of_pointed_rollers(name, margin):
-    """In double; the contact point comes as near to the roller's axis as `margin` wheel radii. nu_dot, 100
-    eps cond.
-    """
-    for wheels, rollers in ((2, 3), (3, 5), (4, 12)):
-        case = Case(name, wheels, rollers, numbers=float)
-        pointed = case.vehicle.wheel_radius * (np.cos(np.pi / rollers) - margin)
-        vehicle = case.vehicle.with_(roller_axis_radius=float(pointed))
-        model = case.module.prepare(**vehicle.fields())
-        for distance in (1e-2, 1e-6, 0.0):
-            case.chi[0] = np.pi / rollers * (1 - distance)
-            spins = [case.spins] if case.free else []
-            found = case.function(case.of_every_roller)(model, case.nu, case.chi, *spins)
-            count = 3 + wheels
-
-            def outputs(x, vehicle=vehicle, case=case, count=count):
-                at = lagrange.accelerations(vehicle, x[:3], x[3:count], case.spins, model=case.roller_model)
-                return at.nu_dot
-
-            x = [*case.nu, *case.chi]
-            slopes = condition.slopes(outputs, x)
-            for value, wanted, slope in zip(found[0] if case.free else found, outputs(x), slopes, strict=True):
-                error = abs(float(exact(value) - wanted))
-                assert error <= condition.allowed(float(wanted), slope)

@@ -54,22 +54,6 @@ def test_fast_solver_agrees_with_the_literal_one(wheels, rollers, model):
             assert gap(a, b) <= TINY * size(b)
 
 
-def test_constraints_are_the_papers():
-    """(2.1) and (2.2) as printed, for wheels on rays. They are a claim; the kinematics is the ground."""
-    rng = np.random.default_rng(7)
-    vehicle = random_vehicle(rng, 4, 5)
-    nu, chi, _ = random_state(rng, vehicle)
-    dq = lagrange.speeds(vehicle, nu, chi, model="free", theta=1.1)
-    a, b, c = (exact(v) for v in nu)
-    for i, alpha in enumerate(vehicle.wheel_angles):
-        sin, cos = exact(alpha).sin_cos()
-        radius, wheel_radius = vehicle.number("platform_radius"), vehicle.number("wheel_radius")
-        rho = wheel_radius * exact(chi[i]).cos() - vehicle.number("roller_axis_radius")
-        assert abs(float(dq.phi[i][0] - radius / rho * (a * cos + b * sin))) <= 1e-50
-        turn = c / vehicle.number("yaw_scale")
-        assert abs(float(dq.chi[i] - radius / wheel_radius * (a * sin - b * cos - turn))) <= 1e-50
-
-
 @working_precision
 def inertia_forces_from_bodies(parts, q, dq, second):
     """d/dt dT/dq' - dT/dq of the energy of all bodies in space, differentiated numerically."""

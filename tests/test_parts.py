@@ -55,27 +55,6 @@ def test_inertias_are_those_of_the_bodies(wheels, rollers):
         assert abs(float(exact(getattr(vehicle, name)) - wanted[name])) <= 4e-16 * float(wanted[name]), name
 
 
-@pytest.mark.parametrize("name", ["mass", "yaw_inertia", "wheel_inertia"])
-@pytest.mark.parametrize("part", ["rotor_mass", "rotor_axial_inertia", "rotor_transverse_inertia"])
-def test_each_part_of_the_rotor_counts_where_it_should(name, part):
-    """Mass counts in M and I_S, the axial inertia in J times the gear's square, the transverse one in I_S."""
-    import omniroll
-
-    sizes = random_parts(np.random.default_rng(1)) | {"rotor_mass": 0.0, "rotor_axial_inertia": 0.0}
-    sizes |= {"rotor_transverse_inertia": 0.0, "wheels": 3, "rollers_per_wheel": 5}
-    sizes |= {"wheel_radius": 0.06, "roller_axis_radius": 0.04}
-    without = omniroll.Vehicle.from_parts(**sizes)
-    gains = {
-        ("rotor_mass", "mass"): 3.0,
-        ("rotor_mass", "yaw_inertia"): 3 * sizes["rotor_distance"] ** 2,
-        ("rotor_axial_inertia", "wheel_inertia"): sizes["gear_ratio"] ** 2,
-        ("rotor_transverse_inertia", "yaw_inertia"): 3.0,
-    }
-    size = 0.5 if part == "rotor_mass" else 0.01
-    gained = getattr(omniroll.Vehicle.from_parts(**(sizes | {part: size})), name) - getattr(without, name)
-    assert gained == pytest.approx(size * gains.get((part, name), 0.0), rel=1e-12, abs=1e-15)
-
-
 @pytest.mark.parametrize("wheels, rollers", [(3, 5), (4, 8)])
 def test_the_papers_vehicle(wheels, rollers):
     import omniroll

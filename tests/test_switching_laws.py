@@ -88,22 +88,3 @@ def test_start_at_the_joint(model, direction):
     assert trajectory.t[before] == 0 and moves == {1: direction}
     check_rows(vehicle, trajectory, before, after, moves, model, "impact")
     assert trajectory.chi[after][1] == -direction * np.pi / 5
-
-
-def test_physical_rollers_follow_their_spins():
-    """Under the smooth law no roller's spin but the entering one's changes; seen by physical roller."""
-    rng = np.random.default_rng(4)
-    vehicle = ordinary_vehicle(rng, 3, 5)
-    nu, chi, spins = random_state(rng, vehicle, filled=0.9)
-    trajectory = run(vehicle, nu, chi, spins, "free", "smooth", 10)
-    n = vehicle.rollers_per_wheel
-    for before, after, moves in switch_rows(trajectory):
-        for i in range(vehicle.wheels):
-            by_roller = []
-            for row in (before, after):
-                spin = [trajectory.contact_spin[row][i], *trajectory.spins[row][i]]
-                by_roller.append({(trajectory.contact[row][i] + j) % n: spin[j] for j in range(n)})
-            entering = trajectory.contact[after][i] if i in moves else None
-            for roller in range(n):
-                if roller != entering:
-                    assert by_roller[1][roller] == pytest.approx(by_roller[0][roller], rel=1e-12, abs=1e-13)

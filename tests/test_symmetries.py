@@ -89,13 +89,3 @@ def test_smooth_motions_run_backwards(model):
     assert len(switch_table(back)) == len(switch_table(first)) >= 3
     assert error(vehicle, nu, back.pose[-1], -back.nu[-1], np.zeros(3), nu) <= 1e-8
     assert np.abs(back.chi[-1] - chi).max() <= 1e-8
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("scale", [2.0, 0.25])
-def test_motions_scale_in_time(model, scale):
-    """Speeds times lambda: the same path in 1/lambda of the time."""
-    _, vehicle, nu, chi, spins, duration = motion_case(8, model)
-    first = simulate(vehicle, nu, chi, spins, model, "impact", duration)
-    other = simulate(vehicle, scale * nu, chi, scale * spins, model, "impact", duration / scale)
-    assert error(vehicle, nu, other.pose[-1], other.nu[-1] / scale, first.pose[-1], first.nu[-1]) <= 2e-10

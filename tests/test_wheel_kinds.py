@@ -44,6 +44,7 @@ def test_wheels_of_the_paper_say_nothing_of_their_kind():
     assert not {"roller_angle", "rows", "row_offset"} & set(PAPER.as_dict())
     assert "row" not in repr(PAPER).replace("arrow", "") and "roller_angle" not in repr(PAPER)
     assert PAPER.replace(roller_angle=0, rows=1) == PAPER and PAPER.has_wheels_of_the_paper
+    assert PAPER.replace(roller_angle=0.5).roller_angle == (0.5,) * 4
     assert PAPER.with_wheels_of_the_paper() is PAPER and MECANUM.with_wheels_of_the_paper() == PAPER
 
 
@@ -56,18 +57,11 @@ def test_all_numbers_survive_text(vehicle):
     }
 
 
-def test_one_angle_is_for_all_wheels():
-    assert PAPER.replace(roller_angle=0.5).roller_angle == (0.5,) * 4
-
-
 @pytest.mark.parametrize("changes, words", [
     ({"roller_angle": math.pi / 2}, "roller_angle = .*must lie between -1.5708 and 1.5708"),
-    ({"roller_angle": [0.7, 0.7]}, "roller_angle = .*shape"),
-    ({"roller_angle": math.nan}, "roller_angle = nan"),
     ({"rows": 3, "row_offset": 0.01}, "rows = 3.*at most 2"),
     ({"rows": 2}, "row_offset = 0.0.*must be given with rows = 2"),
     ({"row_offset": 0.01}, "row_offset = 0.01.*must be 0 with one row"),
-    ({"rows": 2, "row_offset": 1e200}, "row_offset = 1e.200"),
     ({"rows": 2, "row_offset": 0.01, "rollers_per_wheel": 9}, "rollers_per_wheel = 9.*even"),
 ])  # fmt: skip
 def test_bounds(changes, words):
@@ -146,12 +140,6 @@ def test_inertias_of_parts_are_those_of_the_bodies(psi, d):
     assert vehicle.wheel_inertia == pytest.approx(about_axle, rel=1e-14)
     assert vehicle.yaw_inertia == pytest.approx(0.05 + 3 * about_yaw, rel=1e-14)
     assert vehicle.rows == (2 if d else 1) and vehicle.roller_angle == (psi,) * 3
-
-
-def test_from_parts_with_wheels_of_the_paper_is_as_before():
-    sizes = {"wheels": 4, "rollers_per_wheel": 10, "mass": 2.0, "platform_radius": 0.15, "wheel_diameter": 0.1}
-    sizes |= {"roller_diameter": 0.02, "roller_length": 0.03}
-    assert Vehicle.from_parts(**sizes) == Vehicle.from_parts(**sizes, roller_angle=0, rows=1, row_offset=0)
 
 
 def test_a_mecanum_wheel_from_its_diameter_and_rollers():
@@ -240,17 +228,12 @@ def said_of(tmp_path, r=0.0355, hands=HANDS):
     return found, list(of_wheels(found.tables["vehicle"], found.vehicle))
 
 
-def test_a_youbot_is_an_x_and_its_rollers_just_fit(tmp_path):
+def test_what_looks_wrong_with_the_youbots_wheels(tmp_path):
+    """Nothing as it is, an X whose rollers just fit; an O; and rollers that reach into each other."""
     found, said = said_of(tmp_path)
     assert said == [] and lever_of_yaw(found.vehicle) == pytest.approx(0.385, rel=1e-14)
-
-
-def test_an_o_for_an_x(tmp_path):
     _, (lint,) = said_of(tmp_path, hands=[-hand for hand in HANDS])
     assert "0.085 m, with all signs changed it were 0.385 m" in str(lint) and "make an O" in str(lint)
-
-
-def test_rollers_that_reach_into_each_other(tmp_path):
     _, (lint,) = said_of(tmp_path, r=0.033)
     assert lint.key == "roller_axis_radius" and "mm thick" in lint.text
 

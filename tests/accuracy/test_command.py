@@ -17,9 +17,8 @@ from omniroll.engine.switching import SwitchingModel
 from omniroll.errors import SimulationStopped
 from omniroll.scenes import load_scene
 from omniroll.studies.accuracy.deviation import deviation
-from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
 from omniroll.studies.accuracy.peers import PEERS, outcome_of
-from omniroll.studies.accuracy.study import INTEGRATORS, Point, _law, _offers, advice, affordable, study
+from omniroll.studies.accuracy.study import INTEGRATORS, Point, advice, affordable, study
 from omniroll.studies.accuracy.tables import text
 
 pytestmark = pytest.mark.long
@@ -69,12 +68,6 @@ def test_omnirolls_engines_keep_what_is_asked(found):
         assert 0.7 < exponent < 1.3 and constant < 10
 
 
-def test_float_is_no_better_than_its_digits(found):
-    single, double = points(found, "DOP853, float kernel"), points(found, "SciPy DOP853")
-    assert 1e-8 < min(point.trajectory for point in single) < 1e-5
-    assert min(point.trajectory for point in double) < 1e-11
-
-
 def test_models_and_advice(found):
     best = {p.series: p.trajectory for p in found.models}  # the last is the finest
     assert best["free"] < 1e-11 and best["massless"] > 1e-5 and best["locked"] > 1e-5
@@ -82,14 +75,6 @@ def test_models_and_advice(found):
     assert cheapest["error"] <= 1e-2 and following["error"] <= 1e-3
     assert found.advice["times"] == following["microseconds"] / cheapest["microseconds"] >= 1
     assert found.advice["finest"]["error"] < 1e-11 and found.advice["finest"]["model"] == "free"
-
-
-def test_the_error_of_the_model_is_part_of_the_advice(found):
-    """Locked rollers, however finely integrated, are not free ones."""
-    offers = {offer["model"]: [] for offer in _offers(found)}
-    for offer in _offers(found):
-        offers[offer["model"]].append(offer["error"])
-    assert min(offers["locked"]) > 1e-5 and len(offers["locked"]) > 40
 
 
 def test_effects_are_left_out_in_turn():
@@ -137,15 +122,6 @@ def test_what_cannot_be_left_out_is_said():
     without = {p.series for p in shown.models} - {"massless", "locked", "free"}
     kinds = {type(effect).__name__ for effect in scene.options["effects"]}
     assert {f"without {kind}" for kind in kinds} - without == {line.split(":")[0] for line in shown.failed}
-
-
-def test_heyoka_where_it_is_installed():
-    """Its curve falls with its tolerance as the compiled engine's does."""
-    pytest.importorskip("heyoka")
-    shown = study(load_scene("scenes/motion-3-impact.toml"), 1.0, peers=heyoka_peer())
-    assert not shown.failed
-    for point in shown.points:
-        assert point.trajectory < 1e3 * point.setting
 
 
 def test_a_reference_that_stops_is_exit_code_3(monkeypatch, capsys):
@@ -206,15 +182,6 @@ def test_files_and_tables(tmp_path, capsys, monkeypatch):
     assert page.count("\n| ") == 3 * 2 + len(rows) + len(printed["laws"])  # three tables, each with a head of two lines
 
 
-def test_figures_of_every_kind_of_scene(tmp_path):
-    """With nothing to integrate on the left, and with models that have no colour of their own."""
-    pytest.importorskip("matplotlib")
-    from omniroll.studies.accuracy.figure import draw
-
-    shown = study(load_scene("scenes/driven.toml"), 0.02, peers=PEERS[-1:])
-    assert not shown.points and all(path.stat().st_size > 10_000 for path in draw(shown, tmp_path))
-
-
 def test_what_there_is_no_time_for_is_named(tmp_path, capsys, monkeypatch):
     """The reference tells how far it is; with no time left nothing else is measured, and the page says so."""
     seen = []
@@ -258,10 +225,3 @@ def test_a_motion_that_blew_up_is_shown_and_not_advised(found):
     with_it = replace(found, points=[lost, *found.points[1:]])
     assert advice(with_it, 1e-2) == advice(replace(found, points=found.points[1:]), 1e-2)
     assert "nan" not in text(with_it) and "NaN" not in with_it.as_json()
-
-
-def test_no_law_where_errors_do_not_fall(found):
-    fallen = points(found, "SciPy DOP853")
-    assert _law(PEERS[3], fallen, found.floor) == {"SciPy DOP853": found.laws["SciPy DOP853"]}
-    level = [replace(p, trajectory=1e-6 * (1 + k)) for k, p in enumerate(fallen[:-1])]
-    assert _law(PEERS[3], [*level, replace(fallen[-1], trajectory=1e-9)], found.floor) == {}

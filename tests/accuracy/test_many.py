@@ -110,12 +110,6 @@ def test_tasks_and_results_pickle():
     assert seen[-1] == (6, 6) and [done for done, _ in seen] == sorted(done for done, _ in seen)
 
 
-def test_a_bar(capsys):
-    pytest.importorskip("tqdm")
-    simulate_many(PAPER, nu=NU, duration=0.1, progress=True)
-    assert "3/3" in capsys.readouterr().err
-
-
 def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
     """Threads are not made to take turns here: this one goes on only while the other has given the lock away."""
     order, ready = [], threading.Event()
@@ -165,18 +159,6 @@ def test_a_run_that_stops_does_not_end_the_others(monkeypatch):
 
 
 @pytest.mark.long
-def test_effects_vary_by_member():
-    torques = [[omniroll.Torque((k, 0, -k))] for k in (0.001, 0.002)]
-    many = simulate_many(PAPER, nu=(1, 0, 1), duration=0.5, effects=torques)
-    for k, effects in enumerate(torques):
-        alone = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.5, effects=effects)
-        assert (many.end.nu[k] == alone.nu[-1]).all() and (many.end.energy[k] == alone.energy[-1]).all()
-        assert many.error_estimate[k] == alone.stats["error_estimate"]
-    mixed = simulate_many([[PAPER], [HEAVY]], nu=(1, 0, 1), duration=0.5, effects=[[], torques[0]])
-    assert mixed.shape == (2, 2) and (mixed.end.nu[0, 1] == many.end.nu[0]).all()
-
-
-@pytest.mark.long
 def test_axles_that_stick_vary_by_member():
     """In threads: each run decides by itself what sticks."""
     torques = np.array([1e-3, 3e-3, 1.2e-2])
@@ -189,16 +171,6 @@ def test_axles_that_stick_vary_by_member():
             assert (many.end.nu[k, m] == alone.nu[-1]).all() and (many.end.pose[k, m] == alone.pose[-1]).all()
             assert many.error_estimate[k, m] == alone.stats["error_estimate"] < 1e-9
     assert (many.end.nu[:, 2] == 0).all() and (many.end.nu[:, 0] != 0).any()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("roller_model", ["massless", "free"])
-def test_wheels_that_slip_end_with_their_own_speeds_in_steps_in_time(roller_model):
-    ground, pushed = omniroll.Contact(law="coulomb", friction=0.3), omniroll.Torque((0.05, 0.02, -0.01))
-    task = {"nu": (1, -0.4, 0.7), "duration": 0.3, "accuracy": 2e-3, "engine": "python", "roller_model": roller_model}
-    many, one = (call(PAPER, **task, effects=(ground, pushed)) for call in (simulate_many, omniroll.simulate))
-    for name in ("nu", "contact_spin", "energy"):
-        assert np.array_equal(getattr(many.end, name), getattr(one, name)[-1]), name
 
 
 @pytest.mark.parametrize("executor", [None, Pickling()])
@@ -249,22 +221,6 @@ def test_an_interruption_keeps_what_is_done(executor, monkeypatch):
         assert "interrupted" in many.reasons[place,] and np.isnan(many.end.pose[place]).all()
 
 
-def test_no_trajectory_is_made_unless_samples_are_asked_for(monkeypatch):
-    made = []
-    assembled = compiled_engine.assembled
-    monkeypatch.setattr(compiled_engine, "assembled", lambda *parts: made.append(1) or assembled(*parts))
-    many = simulate_many(VEHICLES, **TASK)
-    assert many.end.energy.shape == many.sensitivity.shape == (2, 3) and not made
-    simulate_many(VEHICLES, **TASK, times=[0.5])
-    assert len(made) == 6
-
-
-def test_many_pickles():
-    many = simulate_many(VEHICLES, **TASK)
-    again = pickle.loads(pickle.dumps(many))
-    assert (again.end.energy == many.end.energy).all() and (again.sensitivity == many.sensitivity).all()
-
-
 def test_out_of_reach_is_said_once():
     with pytest.warns(omniroll.AccuracyWarning, match="2 of 2 runs") as said:
         simulate_many(PAPER, nu=NU[:2], duration=1, accuracy=1e-18)
@@ -302,29 +258,6 @@ def test_a_sweep_without_room_is_refused_before_it_is_made():
     with pytest.raises(omniroll.InvalidValueError, match="for 2 runs of 100000000 samples"):
         simulate_many(PAPER, nu=NU[:2], duration=1, times=np.broadcast_to(0.5, 10**8))
     assert not simulate_many(PAPER, nu=NU[:2], duration=0.1, memory=1e5).stopped.any()
-
-
-@pytest.mark.parametrize("depth", [2, 65])
-def test_times_of_more_axes_than_one_are_refused(depth):
-    nested = 0.5
-    for _ in range(depth):
-        nested = [nested]
-    with pytest.raises(omniroll.InvalidValueError, match="times = .*must"):
-        simulate_many(PAPER, nu=NU[:2], duration=1, times=nested)
-
-
-def test_threads_take_turns_but_for_the_engines_calls(monkeypatch):
-    turn, seen = threading.Lock(), []
-    monkeypatch.setattr(works, "_called", lambda calls: seen.append(turn.locked()) or [0])
-
-    def work():
-        for _ in range(2):
-            seen.append(turn.locked())
-            yield ["a call"]
-        return "found"
-
-    assert works.result_of(work(), turn) == "found"
-    assert seen == [True, False, True, False]
 
 
 def test_a_function_sees_a_run_after_its_control():

@@ -155,18 +155,6 @@ def test_a_vehicle_breaks_away_where_the_torques_pass_what_holds_it():
         assert (y[:2, :3] == 0).all() and y[2, 2] > 0
 
 
-def test_a_vehicle_that_nothing_holds_moves_at_once():
-    """Torques beyond what the axles at rest take, from the start on: it goes in rounds, down to the sliding torque."""
-    effects = [Torque(-0.05), Bearings(wheel_coulomb=0.01, wheel_break_away=0.02)]
-    task = checked_task(
-        PAPER, nu=(0, 0, 0), duration=0.5, roller_model="massless", effects=effects
-    )  # fmt: skip
-    times = np.array([1e-9, 0.1, 0.5])
-    for y in both_ways(task, times):
-        speeds = np.array(y[:, 2], float) / PAPER.yaw_scale
-        np.testing.assert_allclose(speeds, PAPER.wheels * RATIO / TURNING * 0.04 * times, rtol=1e-14)
-
-
 def test_an_effect_that_acts_through_python_has_no_reference():
     class Asked(Torque):
         def process(self, kernel, start_time):
@@ -178,13 +166,6 @@ def test_an_effect_that_acts_through_python_has_no_reference():
     task = checked_task(Vehicle.paper(), nu=(1, 0, 0), duration=0.1, effects=[Asked(0.01)])
     with pytest.raises(OmnirollError, match="no reference solution with Asked"):
         confirmed(task, np.array([0.1]))
-
-
-def test_the_precision_of_flint_is_put_back():
-    before = flint.ctx.prec, flint.ctx.cap
-    with digits():
-        assert flint.ctx.prec > 64
-    assert (flint.ctx.prec, flint.ctx.cap) == before
 
 
 MOTION = {"nu": (1.0, 0.0, 1.0), "duration": 0.6, "roller_model": "locked"}

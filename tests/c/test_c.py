@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from firmware.files import (
-    DRIVEN,
     EXAMPLES,
     NUMBER_TYPES,
     PAIRS,
@@ -177,15 +176,6 @@ def test_other_number_types_do_not_link_and_other_structs_are_noticed(tmp_path):
     header.write_text(header.read_text().replace("    omniroll_real mass;", "    omniroll_real old, mass;"))
     run(tool("gcc"), *STRICT, "-O0", main, tmp_path / "double.o", "-lm", "-o", made)
     assert subprocess.run([made]).returncode == BAD_LAYOUT
-
-
-@pytest.mark.parametrize("name", ["controller", "regulator", "kalman_filter"])
-def test_the_examples_are_cplusplus_too(name, tmp_path):
-    scene = tmp_path / "scene.toml"
-    scene.write_text(DRIVEN if name == "controller" else DRIVEN.replace('"free"', '"locked"'))
-    assert main(["kernel", str(scene), "--output", str(tmp_path), "--constants", "--derivatives"]) == 0
-    how = ("-x", "c++", "-std=c++17", *WARNINGS, "-I", tmp_path, "-fsyntax-only")
-    run(tool("g++"), *how, EXAMPLES / f"{name}.c")
 
 
 # The bound of a call

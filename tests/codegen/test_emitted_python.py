@@ -70,24 +70,7 @@ def test_the_number_type_is_kept(toy, number):
         assert type(model.cos_kappa[0]) is number
 
 
-def test_object_arrays(toy, toy_folder):
-    elementary = importlib.import_module("toy_generated.python.elementary")
-    arbs = numpy.array([flint.arb(1), flint.arb(2)], dtype=object)
-    assert elementary.sin(arbs)[1].overlaps(flint.arb(2).sin())
-    assert elementary.number(3, arbs).overlaps(flint.arb(3))
-    mpfs = numpy.array([mpmath.mpf(1), mpmath.mpf(2)], dtype=object)
-    assert elementary.cos(mpfs)[0] == mpmath.cos(1)
-
-
 def test_rationals_are_exact(toy_folder):
     parts = importlib.import_module("toy_generated.python.parts")
     sizes = [Fraction(1, 3), Fraction(2, 7), Fraction(5)]
     assert parts.share_of(N, n, Fraction(3), sizes) == (4 * sum(sizes) * 3, sum(sizes) * 3 * Fraction(2, 9))
-
-
-def test_docstrings_say_what_to_know(toy):
-    text = toy.forward_dynamics.__doc__
-    assert "Accelerations of the toy." in text
-    assert "(3.4), section 4" in text
-    assert "momenta[N][2] [1]" in text
-    assert "Operations:" in text

@@ -2,10 +2,7 @@
 
 import math
 import random
-import subprocess
-import sys
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
 from toy import EXACT, PRIME, evaluate, exact
@@ -103,15 +100,6 @@ def test_values_stay(seed):
     assert evaluate(e, values.__getitem__) == plain(data)
 
 
-def test_signs_have_one_form():
-    read = Canonical().read
-    assert read(["+", "a", ["*", -1, "b"]]) == read(["*", -1, ["+", "b", ["*", -1, "a"]]])
-    assert to_json(read(["+", "b", ["*", -1, "a"]])) == ["*", -1, ["+", "a", ["*", -1, "b"]]]
-    assert to_json(read(["sin", ["+", "b", ["*", -1, "a"]]])) == ["*", -1, ["sin", ["+", "a", ["*", -1, "b"]]]]
-    assert to_json(read(["^", ["+", "b", ["*", -1, "a"]], 2])) == ["^", ["+", "a", ["*", -1, "b"]], 2]
-    assert read(["+", "x", ["*", -1, ["+", "a", "b"]]]) == read(["+", "x", ["*", -1, "a"], ["*", -1, "b"]])
-
-
 def test_nothing_is_distributed():
     data = ["*", "a", ["+", "b", "c"]]
     assert to_json(Canonical().read(data)) == data
@@ -133,20 +121,3 @@ def test_roots_of_squares_are_rational():
 def test_what_is_no_expression_is_refused(data):
     with pytest.raises(ValueError, match="not an expression"):
         Canonical().read(data)
-
-
-def test_hash_seed_does_not_matter():
-    program = (
-        "import json, random; from test_expressions import *\n"
-        "data = [random_expression(random.Random(k)) for k in range(20)]\n"
-        "print(json.dumps([to_json(Canonical().read(d)) for d in data]))"
-    )
-    here = Path(__file__).parent
-    answers = {
-        subprocess.run(
-            [sys.executable, "-c", program], check=True, capture_output=True, cwd=here,
-            env={"PYTHONHASHSEED": seed, "PYTHONPATH": f"{here}:{here.parent.parent}"},
-        ).stdout
-        for seed in ("0", "1", "12345")
-    }  # fmt: skip
-    assert len(answers) == 1

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from codegen import maxima
-from codegen.__main__ import main
 from codegen.maxima import Maxima, MaximaError
 
 pytestmark = pytest.mark.long
@@ -55,16 +54,6 @@ def test_a_failed_claim_stops_the_run_and_is_named(tmp_path):
 
 
 @needs_maxima
-def test_a_failed_claim_in_a_loaded_file_is_an_exit_code(tmp_path, capfd):
-    (tmp_path / "step.mac").write_text(PROVE + 'prove("2.1", "no slip", x)$\n')
-    script = tmp_path / "derive.mac"
-    script.write_text('load("./step.mac")$\n' + WRITE)
-    assert main(["--script", str(script), "--output", str(tmp_path / "out")]) == 2
-    assert "identity is not zero: 2.1 - no slip" in capfd.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
-@needs_maxima
 @pytest.mark.parametrize("text, message", [
     ("f(x := 1$\n", r"(derive)?\.mac:(1:\d+:)?\s*incorrect syntax"),
     ("1/0$\n" + WRITE, "zero|undefined: 0 to a negative"),
@@ -76,14 +65,6 @@ def test_a_failed_claim_in_a_loaded_file_is_an_exit_code(tmp_path, capfd):
 def test_every_way_to_stop_early_is_an_error(tmp_path, text, message):
     with pytest.raises(MaximaError, match=message):
         derive(tmp_path, text)
-
-
-@needs_maxima
-def test_old_data_is_not_taken_for_new(tmp_path):
-    (tmp_path / "out put.json").write_text("{}")
-    with pytest.raises(MaximaError):
-        derive(tmp_path, 'error("no")$\n')
-    assert not (tmp_path / "out put.json").exists()
 
 
 @needs_maxima
@@ -146,10 +127,6 @@ def test_one_without_libraries_that_is_named_is_refused(without_libraries, monke
         Maxima.find()
 
 
-def test_strings_are_quoted():
-    assert maxima.quoted('a"b\\c') == '"a\\"b\\\\c"'
-
-
 def fake_install(place):
     """What install() leaves, without a network; counts its calls."""
     with (place.parent / "calls").open("a") as file:
@@ -187,15 +164,6 @@ def test_a_failed_installation_leaves_nothing_that_counts(tmp_path, monkeypatch)
     monkeypatch.setattr(maxima, "install", fake_install)
     (next(tmp_path.glob("omniroll/*.part"))).rmdir()
     assert maxima.installed(lambda line: None).is_file()
-
-
-def test_a_wheels_maxima_is_told_where_it_is(tmp_path):
-    program = tmp_path / "sage_wheels/bin/maxima"
-    (tmp_path / "sage_wheels/lib/ecl-1.2").mkdir(parents=True)
-    made = maxima.environment(program)
-    assert made["MAXIMA_PREFIX"] == str(tmp_path / "sage_wheels")
-    assert made["ECLDIR"] == str(tmp_path / "sage_wheels/lib/ecl-1.2") + "/"
-    assert "MAXIMA_PREFIX" not in maxima.environment(Path("/usr/bin/maxima"))
 
 
 def test_lines_of_the_derivation_end_at_120():

@@ -54,17 +54,6 @@ def test_an_effect_after_the_programs_that_are_made_of_what_it_brings_is_refused
         Maxima.find(lambda line: None).derive(tmp_path / "late.mac", tmp_path / "out", lambda line: None)
 
 
-def test_a_set_has_what_its_effects_need():
-    data = with_wind()
-    data["effects"].append(
-        {"name": "storm", "meaning": "a storm", "optional": True, "neutral": {"gale": 0}, "needs": ["wind"]}
-    )
-    registry = Derivation(data).registry
-    assert registry.ordered(["storm"]) == ("wind", "storm")
-    assert registry.set_name("toy", ("wind", "storm")) == "toy_storm"
-    assert registry.set_name("toy", ("wind",)) == "toy_wind"
-
-
 def test_what_stands_in_the_place_of_an_absent_effect_is_there():
     """A step that nothing else reads while the effect is there."""
     data = with_wind()

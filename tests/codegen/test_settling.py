@@ -46,20 +46,6 @@ def test_a_sum_to_which_nothing_is_added_is_its_start():
     assert count_operations(f)["once"]["add"] == 1
 
 
-def test_a_sum_is_joined_up_to_where_it_is_read_first():
-    body = [{"var": "s", "expr": 0}, {"add": "s", "expr": "a"}, put(["nu_dot", 0], "s"), {"add": "s", "expr": "b"},
-            put(["nu_dot", 1], "s")]  # fmt: skip
-    f = settled(program(body))
-    assert [step.kind for step in f.body] == ["var", "put", "add", "put"]
-
-
-def test_common_factors_are_taken_out_and_products_in_one_piece():
-    f = tightened(program([let("p", ["*", "a", "b"]), put(["nu_dot", 0], ["*", "p", "c"]),
-                           put(["nu_dot", 1], ["+", ["*", "a", "b"], ["*", "a", "c"]])]))  # fmt: skip
-    assert [step.kind for step in f.body] == ["put", "put"]
-    assert count_operations(f)["once"] == {"add": 1, "mul": 3, "div": 0, "sqrt": 0, "sincos": 0, "exp": 0}
-
-
 STEPS = [
     let("p", ["*", "a", "a", "b"]), {"var": "s", "expr": 0}, {"var": "t", "expr": 0}, {"var": "u", "expr": 0},
     wheels(let("x", ["*", "a", "chi"]), {"add": "s", "expr": "x"}, {"add": "t", "expr": ["+", "x", "chi"]},

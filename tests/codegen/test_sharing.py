@@ -9,7 +9,7 @@ from toy import ARGUMENTS, FIELDS, GROUPS, array, function, let, put, random_dat
 
 from codegen.expressions import Symbol
 from codegen.operations import count_operations
-from codegen.programs import ContractError, Loop, read_array, read_function, steps, without_dead_steps
+from codegen.programs import ContractError, Loop, read_array, read_function, without_dead_steps
 from codegen.sharing import share
 from codegen.tangents import Rules
 
@@ -121,11 +121,6 @@ def test_a_changing_accumulator_is_not_shared():
     assert count_operations(f)["once"]["sincos"] == 2
 
 
-def test_steps_without_use_are_dropped():
-    f = shared([let("x", ["sin", "a"]), {"var": "s", "expr": "x"}, {"add": "s", "expr": "b"}, put(["nu_dot", 0], "a")])
-    assert [step.kind for step in steps(f.body)] == ["load", "put"]
-
-
 @pytest.mark.parametrize("body, message", [
     ([put(["nu_dot", 0], "zeta")], "unknown symbol zeta"),
     ([put(["nu_dot", 0], "chi")], "outside the loop over i"),
@@ -143,13 +138,3 @@ def test_what_breaks_the_contract_is_named(body, message):
     with pytest.raises(ContractError, match=message) as raised:
         shared(body)
     assert "toy.f" in str(raised.value)
-
-
-def test_unknown_shapes_are_refused():
-    with pytest.raises(ContractError, match="unknown shape"):
-        read_array("x", array("x", ["m"]), "field", "toy")
-
-
-def test_an_argument_without_an_entry_is_refused():
-    with pytest.raises(ContractError, match="toy.f: force is not in the table of arguments"):
-        read(function("f", "F.", "force", "nu_dot", []))

@@ -13,36 +13,9 @@ import pytest
 
 import omniroll
 from codegen import what_if
-from codegen.maxima import Maxima, MaximaError
 from omniroll.studies import what_if as what_if_study
 
 ROOT = Path(__file__).resolve().parents[2]
-ONE_CHAPTER = """load("./claims.mac")$
-chapter("first.mac", "")$
-prove("right", "1 = 1", 0)$
-prove("wrong", "x = 2 x", x)$
-prove("right again", "2 = 2", 0)$
-s: openw(output_file)$
-printf(s, "[~a, ~a]", length(proofs), length(failures))$
-close(s)$
-"""
-
-
-@pytest.fixture
-def script(tmp_path):
-    shutil.copy(ROOT / "maxima/machinery/claims.mac", tmp_path)
-    (tmp_path / "derive.mac").write_text(ONE_CHAPTER)
-    return tmp_path / "derive.mac"
-
-
-def test_a_proof_that_fails_stops_the_derivation(script, tmp_path):
-    with pytest.raises(MaximaError, match="wrong"):
-        Maxima.find().derive(script, tmp_path / "out", lambda line: None)
-
-
-def test_asked_what_if_it_is_counted_and_the_next_proof_runs(script, tmp_path):
-    Maxima.find().derive(script, tmp_path / "out", lambda line: None, flags=("collect_failures",))
-    assert (tmp_path / "out").read_text() == "[2, 1]"
 
 
 @pytest.fixture(scope="module")
@@ -83,22 +56,6 @@ def test_one_changed_term_of_the_kinetic_energy(asked):
 
 TURNING = "I_S*theta_dot^2)/2$"  # the end of the platform's energy
 HELD = "what follows is what Lagrange and d'Alembert give, without brackets"
-
-
-def test_failures_are_told_by_their_files():
-    """Of each file of paper/ the first, of other folders how many."""
-    names = ("paper/momenta.mac", "paper/momenta.mac", "forms/rolling.mac", "effects/drive.mac", "effects/slope.mac")
-    failures = [{"name": f"p{k}", "file": file, "claim": "a = b", "residual": "a-b"} for k, file in enumerate(names)]
-    found = {"proofs": 7, "failures": failures, "stopped": [{"file": "paper/brackets", "error": "not a list"}]}
-    assert what_if.first_failures(found) == [
-        "7 proofs hold, 5 fail",
-        "  p0 (paper/momenta.mac): a = b",
-        "    leaves a-b",
-        "    and 1 more of this file: p1",
-        "  1 of forms/, 2 of effects/: written for the old assumption; the text file has them",
-        "paper/brackets stopped before its end: not a list",
-    ]
-    assert sum("leaves" in line for line in what_if.every_failure(found)) == 5
 
 
 def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path, monkeypatch, capsys):

@@ -64,13 +64,6 @@ def test_parameters_go_out_and_come_back():
     assert_same(ros.RosOmniDrive.of(back).matrix, ros.RosOmniDrive.of(vehicle).matrix)
 
 
-def test_equal_positive_rates_turn_clockwise_in_ros_too():
-    drive = ros.RosOmniDrive.of(vehicle_of([0, 2 * math.pi / 3, 4 * math.pi / 3]))
-    vx, vy, wz = drive.twist(np.ones(3))
-    assert wz == pytest.approx(-drive.vehicle.wheel_radius / drive.vehicle.platform_radius, rel=1e-14)
-    assert abs(vx) < 1e-15 and abs(vy) < 1e-15
-
-
 CORNERS = [math.radians(angle) for angle in (135, 45, 315, 225)]
 
 
@@ -81,19 +74,7 @@ def test_the_matrix_is_that_of_wpilib_for_an_x_drive():
     assert_same(drive.matrix, wpilib_matrix(drive.places()))
 
 
-def test_all_wheels_forward_drive_an_x_drive_forward():
-    drive = wpilib.WpilibDrive.of(vehicle_of(CORNERS))
-    assert drive.twist(np.full(4, 2.0)) == pytest.approx([2.0, 0.0, 0.0], abs=1e-14)
-    rim = np.abs(drive.rates(np.full(4, 2.0))) * drive.vehicle.wheel_radius
-    assert rim == pytest.approx(2.0 / math.sqrt(2), rel=1e-14)
-
-
 RECTANGLE = [(-0.2, 0.1), (0.2, 0.1), (0.2, -0.1), (-0.2, -0.1)]  # axles at 45 degrees that miss the centre
-
-
-def test_wheel_rates_do_not_know_the_centre_of_mass():
-    plain, moved = (omniroll.Vehicle.paper().replace(center_of_mass=(x, 0.0)) for x in (0.0, 0.01))
-    assert (ros.RosOmniDrive.of(moved).matrix == ros.RosOmniDrive.of(plain).matrix).all()
 
 
 def test_angles_of_four_digits_are_those_that_the_controllers_know():
@@ -102,13 +83,6 @@ def test_angles_of_four_digits_are_those_that_the_controllers_know():
     drive = ros.RosOmniDrive.of(rounded)
     assert_same(drive.matrix, ros_matrix(4, 2.3562, 0.17, rounded.wheel_radius))
     assert drive.parameters("abcd")["wheel_offset"] == 2.3562 and drive.order == (0, 3, 2, 1)
-
-
-def test_places_of_a_regular_polygon_are_one():
-    """As an import writes them whose centre of mass is beside S."""
-    plain = vehicle_of([0.1, 0.1 + 2 * math.pi / 3, 0.1 - 2 * math.pi / 3])
-    placed = plain.replace(wheel_places=plain.places().tolist())
-    assert_same(ros.RosOmniDrive.of(placed).matrix, ros_matrix(3, 0.1, 0.17, plain.wheel_radius))
 
 
 def test_wpilibs_places_may_be_a_rectangle():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll.conventions.log_files import read_table
 from omniroll.conventions.logs import read_log
 
 TIMES = [Decimal(k) / 50 for k in range(60)]  # s: 50 Hz
@@ -185,13 +184,6 @@ def test_bags(tmp_path, storage, ending):
     rates = {f"wheel_rate_{k}": f"joint_states.{name}.velocity" for k, name in enumerate("abc", 1)}
     fitted = omniroll.Log.read(folder, columns=rates)
     assert (fitted.data["wheel_rate"] == 10 * np.array(TWISTS)).all() and fitted.channels == ("wheel_rate",)
-
-
-def test_a_file_that_is_no_bag(tmp_path):
-    pytest.importorskip("rosbags", reason="rosbags is not installed: the extra bags")
-    (tmp_path / "log.mcap").write_text("nothing")
-    with pytest.raises(omniroll.InvalidValueError, match="must be a bag that rosbags reads"):
-        read_table(tmp_path / "log.mcap")
 
 
 def test_fits_read_what_commands_read(tmp_path):

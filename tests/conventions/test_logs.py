@@ -29,18 +29,6 @@ def scene(tmp_path, log, text=SCENE):
     return omniroll.load_scene(tmp_path / "scene.toml")
 
 
-@pytest.mark.parametrize("names", [
-    "time,vx,vy,wz",
-    "stamp,other,linear.x,linear.y,angular.z",
-    "t,/a/twist.linear.x,/a/twist.linear.y,/a/twist.angular.z",
-])  # fmt: skip
-def test_twists_by_their_usual_names(tmp_path, names):
-    extra = ["5"] if "other" in names else []
-    (tmp_path / "log.csv").write_text(f"{names}\n" + ",".join(["0", *extra, "1", "2", "3"]) + "\n")
-    log = read_log(tmp_path / "log.csv")
-    assert log.times.tolist() == [0] and log.commands["twist"].tolist() == [[1, 2, 3]]
-
-
 @pytest.mark.parametrize("text, words", [
     ("", "must have a line of names"),
     ("t,torque_1,torque_3\n0,1,2\n", "must have commands.*log_columns, names"),

@@ -61,11 +61,6 @@ def test_notebooks_print_what_the_tutorials_say(tmp_path):
         assert "".join(printed) == "".join(re.findall(r"^```text\n(.*?)^```", page, re.MULTILINE | re.DOTALL))
 
 
-def test_a_page_that_nobody_has_placed_stands_behind_the_how_tos():
-    contents = "```{toctree}\n\nviewing\nFURTHER\n```\n"
-    assert assemble.with_further(contents, ["viewing.md", "new.md"]) == "```{toctree}\n\nviewing\nnew\n```\n"
-
-
 def test_every_public_name_is_in_the_reference(sources):
     named = re.findall(r"auto(?:class|function|exception):: omniroll\.(\w+)", sources["reference/python.md"])
     assert sorted(named) == sorted(omniroll.__all__)
@@ -108,11 +103,6 @@ def test_pictures_of_the_build_take_the_places_of_those_in_docs(tmp_path):
     assert (tmp_path / "site/conventions.png").read_bytes() == b"new"
     kept = ROOT / "docs/robots.png"
     assert (tmp_path / "site/robots.png").read_bytes() == kept.read_bytes()
-
-
-def test_mathematics_and_anchors_are_those_of_the_site():
-    assert assemble.with_mathematics("the $`\\chi_i`$ of\n$`a\nb`$") == "the $\\chi_i$ of\n$a b$"
-    assert assemble.with_targets('<a id="f-7-1-m33"></a>\n') == "(f-7-1-m33)=\n"
 
 
 def test_tables_in_docstrings_become_definitions():

@@ -2,23 +2,18 @@
 
 import json
 import math
-import sys
-from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.exchange.bodies import bodies_of
 from omniroll.exchange.importing import import_vehicle
 from omniroll.exchange.mjcf import to_mjcf
 from omniroll.exchange.run_in_mujoco import left_out, run_in_mujoco
 from omniroll.robots.catalogue import ROBOTS, robot
 
-from .urdf import CYLINDER, NUMBERS, joint, link, urdf
-
-NUMBERS_OF_A_VEHICLE = ("mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "platform_radius", "wheel_radius")
+from .urdf import NUMBERS, joint, link, urdf
 
 
 @pytest.fixture(scope="module")
@@ -86,34 +81,9 @@ def test_a_layout_there_and_back(read):
     assert_same(vehicle, again.replace(platform_radius=vehicle.platform_radius))
 
 
-def test_mujoco_compiles_what_is_exported(mujoco):
-    vehicle = omniroll.Vehicle.paper()
-    model = mujoco.MjModel.from_xml_string(to_mjcf(vehicle, step=1e-3))
-    assert (model.nbody, model.njnt, model.nu) == (2 + 3 + 15, 1 + 3 + 15, 3)
-    assert sum(model.body_mass) == pytest.approx(vehicle.mass, rel=1e-14)
-    assert not any(model.dof_damping) and not any(model.dof_armature) and not any(model.dof_frictionloss)
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_bodies_are_positive_and_obey_the_triangle(name):
-    made = bodies_of(robot(name).vehicle)
-    assert min(value for key, value in asdict(made).items() if key != "platform_place") > 0
-    assert made.hub_axial_inertia <= 2 * made.hub_transverse_inertia
-    assert made.roller_axial_inertia <= 2 * made.roller_transverse_inertia
-
-
-def test_parts_stay_what_they_were():
-    made = bodies_of(robot("robot-soccer-kit").vehicle)
-    assert made.roller_mass == 0.00337198 and made.hub_mass == 0.0266331
-
-
 def test_axles_that_point_inward_are_turned_and_this_is_said(read):
     assert_same(read(urdf()).vehicle, read(urdf(inward=True)).vehicle)
     assert any("point inward" in words for words in read(urdf(inward=True)).assumed)
-
-
-def test_friction_of_joints(read):
-    assert read(urdf(damping=0.02)).friction == {"wheel_viscous": 0.02}
 
 
 def test_a_platform_of_several_parts_and_its_tensor_are_turned(read):
@@ -183,15 +153,6 @@ def test_a_file_that_is_not_there(mujoco, tmp_path):
         import_vehicle(tmp_path / "nothing.urdf")
 
 
-def test_the_extra_is_named_where_it_is_missing(monkeypatch, capsys, tmp_path):
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    (tmp_path / "robot.urdf").write_text(urdf())
-    for call in (["vehicle", str(tmp_path / "robot.urdf")], ["compare", "scenes/motion-3.toml", "--with", "mujoco"]):
-        assert cli.main(call) == 1
-        said = capsys.readouterr().err
-        assert said.count("\n") == 1 and "omniroll[mujoco]" in said
-
-
 def test_what_is_printed_of_a_file_is_a_scene(read, tmp_path, capsys, mujoco):
     (tmp_path / "robot.urdf").write_text(urdf())
     assert cli.main(["vehicle", str(tmp_path / "robot.urdf")]) == 0
@@ -223,15 +184,6 @@ def test_motors_drive_the_bodies_as_they_drive_the_vehicle(mujoco):
     own = run.sample(other.t)
     way = np.linalg.norm(own.pose[-1, :2])
     assert way > 0.1 and np.linalg.norm(other.pose[-1, :2] - own.pose[-1, :2]) < 0.01 * way
-
-
-def test_cylinders_of_wheels_are_no_rollers(read):
-    """A wheel as one cylinder says nothing of rollers."""
-    text = '<robot name="t">' + link("base_link", 1.0, (0.01, 0.01, 0.01))
-    text += link("w", 0.1, (1e-4, 1e-4, 1e-4), solid=CYLINDER.format(rpy="0 0 0", radius=0.03, length=0.02))
-    text += joint("a", "base_link", "w", (0.1, 0, 0)) + "</robot>"
-    with pytest.raises(omniroll.InvalidValueError, match="it has hinges of w"):
-        read(text)
 
 
 SKID = """[vehicle]

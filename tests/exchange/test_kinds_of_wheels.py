@@ -98,23 +98,6 @@ def test_spheres_lie_in_the_envelope_and_touch_it(name):
             assert lowest == pytest.approx(0.0, abs=1e-15)
 
 
-def test_contacts_are_where_they_should_be():
-    """The lowest sphere is aside of its wheel's middle by the offset of its row, less r tan(psi) tan(chi)."""
-    for name in ("mecanum", "rows"):
-        vehicle = VEHICLES[name]
-        model = mujoco.MjModel.from_xml_string(to_mjcf(vehicle, spheres=9))
-        data = mujoco.MjData(model)
-        chi = 0.5 * math.pi / vehicle.rollers_per_wheel
-        data.qpos[:] = model.qpos0
-        data.qpos[2], data.qpos[int(model.joint("wheel1").qposadr[0])] = vehicle.wheel_radius, chi
-        mujoco.mj_kinematics(model, data)
-        first = [k for k in range(1, model.ngeom) if model.body(model.geom_bodyid[k]).name.startswith("roller1_")]
-        touching = min(first, key=lambda k: data.geom_xpos[k][2] - model.geom_size[k][0])
-        aside = data.geom_xpos[touching][0] - model.body("wheel1").pos[0]  # the axle of wheel 1 is along x
-        slanted = -vehicle.roller_axis_radius * math.tan(vehicle.roller_angle[0]) * math.tan(chi)
-        assert aside == pytest.approx(slanted + vehicle.row_offset, rel=1e-12)
-
-
 @pytest.mark.parametrize("inward, sign", [(False, 1), (True, 1)])
 def test_the_hand_does_not_depend_on_the_axles_sign(read, inward, sign):
     found = read(urdf(slant=0.7, inward=inward)).vehicle

@@ -157,16 +157,6 @@ def test_generated_code_that_calls_it_compiles_and_runs(tmp_path, library, monke
     assert compiled(*given)[0].full()[:, 0] == pytest.approx(wanted, abs=1e-9)
 
 
-def test_voltages_that_hold_a_speed(library):
-    """Newton's rule of CasADi on the exported rates and their Jacobians."""
-    rates = casadi.external("rates", str(library("massless")))
-    u = casadi.MX.sym("u", 3)
-    x = casadi.DM([1, 0, 0.5, 0, 0, 0, 0, 0, 0])
-    solver = casadi.rootfinder("hold", "newton", {"x": u, "g": rates(x, u)[:3]})
-    held = solver(x0=casadi.DM.zeros(3))["x"]
-    assert np.abs(rates(x, held).full()[:3]).max() < 1e-12
-
-
 def test_what_is_refused(tmp_path):
     with pytest.raises(InvalidValueError, match="identifier"):
         to_casadi(PAPER, tmp_path / "no", name="3rates")

@@ -53,12 +53,6 @@ def put(path, arrays, **changed):
     np.savez(path, **arrays | {"description": json.dumps(description)})
 
 
-def test_a_file_that_was_put_together_anew_is_read(saved, run, tmp_path):
-    """The tests below change files in the same way."""
-    put(tmp_path / "a.npz", arrays_of(saved["npz"]))
-    assert np.array_equal(omniroll.Trajectory.load(tmp_path / "a.npz").pose, run.pose)
-
-
 @pytest.mark.parametrize("name", [*AXES])
 def test_an_array_that_is_wrong_is_named(name, arrays_with, tmp_path):
     arrays = arrays_with(name)
@@ -171,9 +165,3 @@ def test_an_effect_that_no_file_can_keep_is_refused_when_it_is_saved(registry, t
     with pytest.raises(omniroll.InvalidValueError, match="cannot be kept in a file"):
         run.save(tmp_path / "a.npz")
     assert not any(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("name, kind", [("", Push), ("Torque", Push), ("push", 3), (3, Push)])
-def test_names_of_effects_that_cannot_be(name, kind, registry):
-    with pytest.raises(omniroll.InvalidValueError):
-        omniroll.register_effect(name)(kind)

@@ -68,17 +68,6 @@ def test_every_text_may_be_damaged(fresh_cache):
         assert path.read_bytes() == whole, path
 
 
-def test_checksums_that_leave_a_text_out_are_none(fresh_cache):
-    """Nothing would say then that the text is damaged."""
-    place = sets.folder("locked", ("slope",))
-    whole = (place / "functions.json").read_bytes()
-    (place / sets.CHECKSUMS).write_text("{}")
-    damage(place / "functions.json", b"[]")
-    forget()
-    with pytest.warns(RuntimeWarning, match="is damaged; it is made anew"):
-        assert (sets.folder("locked", ("slope",)) / "functions.json").read_bytes() == whole
-
-
 @pytest.mark.long
 def test_a_foreign_library_and_a_damaged_bytecode_are_made_anew(fresh_cache, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
@@ -93,18 +82,6 @@ def test_a_foreign_library_and_a_damaged_bytecode_are_made_anew(fresh_cache, mon
     damage(bytecode, bytecode.read_bytes()[:100])
     forget()
     assert sloped("python").forward_dynamics(*state).tolist() == rates
-
-
-@pytest.mark.long
-def test_what_is_damaged_is_said(fresh_cache):
-    sloped()
-    (library,) = fresh_cache.rglob("double.so")
-    (text,) = fresh_cache.rglob("functions.json")
-    for path, shown in ((library, "double.so is damaged"), (text, "is damaged; it is made anew")):
-        damage(path, b"")
-        forget()
-        with pytest.warns(RuntimeWarning, match=shown):
-            sloped()
 
 
 def test_a_library_that_came_with_the_package_may_be_damaged(fresh_cache, tmp_path, monkeypatch):
@@ -196,12 +173,6 @@ def test_what_killed_processes_left_is_removed_after_an_hour(fresh_cache):
     os.utime(old, (0, time.time() - 2 * sets.LEFT))
     sloped("python")
     assert not old.exists() and new.exists()
-
-
-def test_a_cut_off_checksum_is_no_checksum(fresh_cache):
-    place, file = sets._pair("locked", ("slope",), "double")
-    os.truncate(building.checksum(place / file), 10)
-    assert not building.is_whole(place / file)
 
 
 def test_what_is_compiled_needs_no_compiler_any_more(fresh_cache, monkeypatch):

@@ -14,7 +14,6 @@ import pytest
 import omniroll
 from omniroll import cli
 from omniroll.commands import run as run_command
-from omniroll.errors import OmnirollError
 from omniroll.scenes import load_scene
 from omniroll.scenes.outcome import FILES, result_folder, run_scene, write
 from omniroll.scenes.result_folder import DamagedResultsError, Parts, load_results, unfinished
@@ -85,22 +84,6 @@ def test_a_signal_in_the_coarser_run_leaves_the_whole_motion(two_scenes, tmp_pat
     assert kept.summary["tolerance"] == 1e-9 and kept.summary["stopped"] is None
 
 
-def test_a_kill_in_the_coarser_run_finds_the_whole_motion_kept(long_scene, tmp_path):
-    class KilledError(BaseException):
-        pass
-
-    def report(done, duration, ends=[]):  # noqa: B006 (it counts)
-        ends.append(done >= duration)
-        if any(ends[:-1]):  # the run is over, and the coarser one has begun
-            raise KilledError
-
-    scene, parts = load_scene(long_scene), Parts(tmp_path / "unfinished", 0.0, lambda: 0.0)
-    with pytest.raises(KilledError):
-        run_scene(scene, report, keep=parts.look)
-    kept, whole = unfinished(tmp_path).trajectory(), omniroll.run(scene, control=False)
-    assert kept.t[-1] == 1500 and np.array_equal(kept.pose, whole.pose)
-
-
 @pytest.mark.parametrize("drawn", ["--plot", "--view"])
 def test_results_stand_before_pictures_are_drawn(drawn, two_scenes, tmp_path, monkeypatch, capsys):
     from omniroll.scenes import outcome
@@ -113,56 +96,6 @@ def test_results_stand_before_pictures_are_drawn(drawn, two_scenes, tmp_path, mo
     assert cli.main(["run", str(two_scenes[0]), drawn, "--output", str(tmp_path / "out")]) == 1
     assert "the results are whole in" in capsys.readouterr().err
     assert load_results(tmp_path / "out").trajectory().t[-1] == 0.3
-
-
-def test_names_that_are_no_text_or_a_formula(two_scenes, tmp_path, monkeypatch):
-    monkeypatch.setattr("webbrowser.open", lambda _: True)
-    place = Path(os.fsdecode(os.fsencode(tmp_path) + b"/$\\frac_$\xff\xe9.toml"))
-    shutil.copy(two_scenes[0], place)
-    assert cli.main(["run", str(place), "--plot", "--view", "--output", str(tmp_path / "out")]) == 0
-    assert {"picture.png", "view.html"} < set(load_results(tmp_path / "out").summary["files"])
-
-
-@pytest.mark.parametrize("engine", ["compiled", "python"])
-def test_parts_join_to_the_motion(engine):
-    """With free rollers, friction that moves them, and drives: all arrays, to the bit."""
-    effects = [omniroll.Torque(1e-3), omniroll.Bearings(roller_viscous=1e-6, wheel_viscous=1e-5)]
-    task = {"nu": (1, 0.2, 1), "effects": effects, "engine": engine, "duration": 6}
-    from omniroll.engine.control import made
-    from omniroll.engine.simulate import checked_task
-
-    run = made(checked_task(omniroll.Vehicle.paper(), **task), 1e-8)
-    run = getattr(run, "engine", run) if engine == "python" else run
-    whole = run.part(0)
-    cuts = [0, 1, len(whole) // 3, *whole.step_rows[-9:-5], len(whole) - 1]
-    parts = [cut_off(run.part(first), last - first) for first, last in zip(cuts, cuts[1:], strict=False)]
-    joined = omniroll.Trajectory.joined(parts)
-    assert len(whole.switches) > 3
-    for name in (*omniroll.results.trajectory_files.ARRAYS, "switches"):
-        assert np.array_equal(getattr(joined, name), getattr(whole, name)), name
-
-
-def cut_off(part, rows):
-    """The first rows of a part and one more, as it was when the run had come so far."""
-    made = {name: getattr(part, name) for name in omniroll.results.trajectory_files.ARRAYS}
-    steps = part.step_rows < rows
-    for name, array in made.items():
-        if name in ("dense", "step_rows"):
-            made[name] = array[steps]
-        elif array is not None:
-            made[name] = array[: rows + 1]
-    in_part = part.switches[: np.searchsorted(switch_rows(part), rows, side="right")]
-    from dataclasses import replace
-
-    return replace(
-        part, made={name: lambda value=value: value for name, value in (made | {"switches": in_part}).items()}
-    )
-
-
-def switch_rows(part):
-    """The row after each record of a switch."""
-    after = [k + 1 for k in range(len(part) - 1) if (part.contact[k] != part.contact[k + 1]).any()]
-    return np.repeat(after, [np.count_nonzero(part.contact[k] != part.contact[k - 1]) for k in after])
 
 
 @pytest.mark.long
@@ -292,7 +225,3 @@ def test_saving_a_trajectory_leaves_the_file_before_where_it_fails(tmp_path, mon
                 run.save(path)
         assert path.read_bytes() == before
     assert len(list(tmp_path.iterdir())) == 2
-
-
-def test_the_errors_are_omnirolls():
-    assert issubclass(DamagedResultsError, OmnirollError)

@@ -110,18 +110,6 @@ def test_memory_holds_one_part(scene, tmp_path, monkeypatch):
     assert max(held) < 2.1 * SHARE * MEMORY  # what one call adds comes on top
 
 
-def test_a_time_is_read_without_the_other_parts(copied):
-    results = load_results(copied)
-    first, second, *_ = results.summary["parts"]
-    for part in results.summary["parts"]:
-        if part not in (first, second):
-            results.places[part["file"]].unlink()
-    middle = (second["t"][0] + second["t"][1]) / 2
-    (part,) = results.parts(middle, middle)
-    assert part.t[0] == second["t"][0] and part.sample(middle).t == middle
-    assert len(list(results.parts(end=first["t"][1] - 1))) == 1
-
-
 def test_parts_of_another_run_are_refused(copied):
     places = sorted((copied / "parts").iterdir())
     shutil.copy(places[0], places[1])

@@ -111,10 +111,3 @@ def printed_on_board(firmware, flags):
 def numbers(text):
     """The numbers with a point that a program prints."""
     return [float(found) for found in re.findall(r"-?\d+\.\d+", text)]
-
-
-@pytest.mark.parametrize("page", ["docs/c-interface.md", "docs/linearising.md", "CHANGELOG.md"])
-def test_links_lead_to_files(page):
-    path = ROOT / page
-    targets = re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8"))
-    assert [target for target in targets if not (path.parent / target).exists()] == []

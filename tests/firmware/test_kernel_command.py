@@ -145,16 +145,6 @@ def test_constants_are_what_prepare_gives(number_type, tmp_path):
 
 
 @pytest.mark.long
-def test_derivatives_are_written_when_they_are_asked_for(tmp_path):
-    scene = str(ROOT / "scenes/driven.toml")
-    kernel_command(scene, "--output", str(tmp_path / "with"), "--derivatives")
-    kernel_command(scene, "--output", str(tmp_path / "without"))
-    assert "omniroll_forward_dynamics_derivatives" in (tmp_path / "with/omniroll.h").read_text()
-    assert "derivatives" not in (tmp_path / "without/omniroll.c").read_text()
-    run(tool("cc"), *STRICT, "-c", tmp_path / "with/omniroll.c", "-o", tmp_path / "omniroll.o")
-
-
-@pytest.mark.long
 def test_constants_have_the_slopes_that_derivatives_read(tmp_path):
     scene = ROOT / "scenes/driven.toml"
     assert kernel_command(scene, "--output", tmp_path, "--constants", "--derivatives", "mass") == 0

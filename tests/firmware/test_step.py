@@ -101,19 +101,6 @@ def test_the_order_is_four(model, case):
     assert len(last) >= 3 and order > 3.6, errors
 
 
-@models
-@laws
-def test_float_stays_with_double(model, law):
-    """A thousand steps, each with a rounding of 2^-24 of what it adds to; errors add up at worst."""
-    vehicles = [firmware(model, law, "motor, slope, viscous", number_type) for number_type in ("double", "float")]
-    for vehicle in vehicles:
-        assert vehicle.start(**START) == OK and vehicle.run(1e-3, 1000) == OK
-    double, single = vehicles
-    scale = np.maximum(np.abs(double.numbers()), 1)
-    assert np.all(np.abs(single.numbers() - double.numbers()) <= 1000 * 2.0**-24 * scale * 10)
-    assert single.contact.tolist() == double.contact.tolist()
-
-
 # Joints
 
 
@@ -282,15 +269,6 @@ def test_a_call_that_is_cut_leaves_a_valid_state_that_goes_on(model, law):
     assert statuses.count(UNFINISHED) > 3 and statuses[-1] == OK and left == 0
 
 
-def test_no_time_changes_nothing():
-    vehicle = firmware("free")
-    assert vehicle.start(**START, spins=1.0) == OK
-    before = [vehicle.numbers(), vehicle.arrays["axial"].copy(), vehicle.contact.copy()]
-    assert vehicle.step(0.0) == OK
-    for old, new in zip(before, [vehicle.numbers(), vehicle.arrays["axial"], vehicle.contact], strict=True):
-        assert np.array_equal(old, new)
-
-
 # Refusals
 
 
@@ -393,14 +371,3 @@ def test_a_wheel_that_is_held_on_its_joint_ends_or_says_so(model, law, number_ty
     for _ in range(500):
         assert is_valid(vehicle)
         assert vehicle.finish(1e-3)[0] == OK
-
-
-def test_another_struct_is_noticed():
-    vehicle = firmware("free")
-    ffi = vehicle.ffi
-    sizes = [ffi.sizeof(f"omniroll_{name}") for name in ("vehicle", "wheel", "roller", "model")]
-    assert vehicle.lib.omniroll_check_layout(*sizes) == OK
-    for k in range(4):
-        wrong = [*sizes]
-        wrong[k] -= 4
-        assert vehicle.lib.omniroll_check_layout(*wrong) == vehicle.lib.OMNIROLL_BAD_LAYOUT

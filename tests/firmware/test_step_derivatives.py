@@ -7,7 +7,7 @@ import pytest
 
 import omniroll
 from firmware.test_step import CASES, JOINT, MODELS, PAPER, START
-from firmware.vehicle import BAD_NUMBER, BAD_STATE, NO_DERIVATIVE, OK, UNFINISHED, FirmwareVehicle
+from firmware.vehicle import BAD_NUMBER, NO_DERIVATIVE, OK, UNFINISHED, FirmwareVehicle
 from omniroll.effects.effect_set import EffectSet
 
 MOVED, STEP = 3e-6, 0.01  # of second order
@@ -211,14 +211,6 @@ def test_a_wheel_that_only_just_passes():
     assert derivatives(vehicle, 0.1)[0] == NO_DERIVATIVE and vehicle.contact[0] != 0
 
 
-def test_what_the_step_refuses():
-    vehicle = with_derivatives("locked", "motor")
-    assert vehicle.start(**START) == OK
-    assert derivatives(vehicle, math.nan)[0] == BAD_NUMBER
-    vehicle.contact[1] = PAPER.rollers_per_wheel
-    assert derivatives(vehicle)[0] == BAD_STATE
-
-
 @pytest.mark.parametrize("number_type", ["double", "float"])
 def test_twists_go_both_ways(number_type):
     vehicle = FirmwareVehicle(PAPER, "massless", number_type=number_type)
@@ -255,16 +247,3 @@ def test_an_angle_that_says_nothing(angle):
     vehicle = FirmwareVehicle(PAPER, "massless")
     chi, contact = vehicle.ffi.new("omniroll_real *"), vehicle.ffi.new("int *")
     assert vehicle.lib.omniroll_contact_from_angle(vehicle.model, angle, chi, contact) == BAD_NUMBER
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_a_step_refuses_what_a_start_refuses(model):
-    """A contact that is no roller's number, too."""
-    vehicle = FirmwareVehicle(PAPER, model)
-    for wrong in (PAPER.rollers_per_wheel, 9, -1):
-        assert vehicle.start(**START) == OK
-        vehicle.contact[2] = wrong
-        before = vehicle.numbers()
-        assert vehicle.lib.omniroll_start(vehicle.model, vehicle.state) == BAD_STATE
-        assert vehicle.step(1e-3) == BAD_STATE
-        assert np.array_equal(vehicle.numbers(), before)

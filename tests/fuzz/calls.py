@@ -358,6 +358,12 @@ def beside(value: Any, rng: np.random.Generator) -> Any:
     return known[rng.integers(len(known))]
 
 
+def good_of(call: Call) -> dict[str, Any]:
+    """Its good arguments; those that take a moment to make are made when they are asked for first."""
+    ready = {"trajectory": run, "runs": run, "given": scene, "logs": log}
+    return {name: ready[name]() if name in ready else value for name, value in call.good.items()}
+
+
 def call_of(seed: int, mild: float = 0.0) -> tuple[Call, dict[str, Any], dict[str, Any]]:
     """The call of this number, the arguments that it has, and those that are not the good ones.
 
@@ -365,14 +371,13 @@ def call_of(seed: int, mild: float = 0.0) -> tuple[Call, dict[str, Any], dict[st
     """
     rng = np.random.default_rng(seed)
     call = CALLS[rng.integers(len(CALLS))]
-    ready = {"trajectory": run, "runs": run, "given": scene, "logs": log}
-    good = {name: ready[name]() if name in ready else value for name, value in call.good.items()}
+    good = good_of(call)
     names = rng.choice(sorted(good), size=min(len(good), 1 + (rng.random() < 0.2)), replace=False)
     changed = {str(name): WILD[rng.integers(len(WILD))] for name in names}
     if rng.random() < mild:
         while rng.random() > call.rare:
             call = CALLS[rng.integers(len(CALLS))]
-        good = {name: ready[name]() if name in ready else value for name, value in call.good.items()}
+        good = good_of(call)
         names = rng.choice(sorted(good), size=min(len(good), rng.integers(1, 4)), replace=False)
         changed = {str(name): beside(good[str(name)], rng) for name in names}
     return call, good | changed, changed

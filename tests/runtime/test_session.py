@@ -104,12 +104,6 @@ def one_run(name):
     return simulate(PAPER, **START, **scene, duration=DURATION, accuracy=ACCURACY, control=False)
 
 
-def random_steps(rng, duration):
-    """Lengths of some steps, from 1e-9 to 0.3 s; none is a multiple of another."""
-    lengths = 10 ** rng.uniform(-9, np.log10(0.3), 400)
-    return lengths[np.cumsum(lengths) < duration]
-
-
 def go_to(session, elapsed):
     """Go to a time that is hit to the bit: the last step is so short that its length is exact."""
     if elapsed - session.elapsed > 10 * np.spacing(elapsed):

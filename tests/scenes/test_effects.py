@@ -3,7 +3,6 @@
 import json
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ import omniroll
 from omniroll import cli, generated_data
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import RollingWarning
-from omniroll.scenes import SceneError, allowance, load_scene
+from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.estimates import estimates
 from omniroll.scenes.explanation import called_by, effects_on, events_of
 
@@ -139,22 +138,6 @@ def test_what_two_rows_refuse_is_said_of_its_table(more, table, words, tmp_path)
     assert "does not go with two rows of rollers" in problem.expected and words in problem.expected
 
 
-def test_rows_that_do_not_match_their_times(tmp_path):
-    (said,) = lines_of(tmp_path, "[drive]\ntorque = [[1, 0, 0]]\ntimes = [0, 1]\n")
-    assert said.startswith("[drive] torque = [[1, 0, 0]]: must have 2 rows")
-
-
-def test_a_centre_of_mass_that_no_vehicle_has(tmp_path):
-    (said,) = lines_of(tmp_path, "[layout]\ncenter_of_mass = [100.0, 0.0]\n")
-    assert "yaw_inertia" in said or "center_of_mass" in said
-
-
-def test_a_scene_without_effects_is_simulated_without_effects(tmp_path):
-    for more, effects in (("", ()), ("[slope]\nangle = 0.1\n", ("slope",))):
-        scene = scene_of(tmp_path, more)
-        assert checked_task(scene.vehicle, **scene.options).kernel.effects == effects
-
-
 def test_effects_that_are_off_are_estimated(tmp_path):
     """A slope gives a vehicle at most the speed g sin(0.01) t, and the wheels' inertia leaves more than a third."""
     duration, found = estimates(scene_of(tmp_path, "[rollers]\nmodel = 'massless'\n"))
@@ -163,12 +146,6 @@ def test_effects_that_are_off_are_estimated(tmp_path):
     assert fall / 3 < by_effect["slope"].distance < fall and by_effect["slope"].percent.endswith("rad")
     assert {"locked", "free", "layout", "drive", "axle_viscous", "axle_coulomb", "reactions"} <= set(by_effect)
     assert [estimate.effect for estimate in found if estimate.distance is None] == ["contact"]  # see its laws
-
-
-def test_estimates_keep_the_friction_that_is_there(tmp_path):
-    more = "[bearings]\nwheel_viscous = 1e-3\n"
-    found = {estimate.effect for estimate in estimates(scene_of(tmp_path, more))[1]}
-    assert "axle_viscous" not in found and {"axle_coulomb", "roller_viscous", "roller_coulomb"} <= found
 
 
 def test_motors_that_are_off_are_estimated_as_brakes(tmp_path):
@@ -186,14 +163,6 @@ def test_distances_that_the_runs_cannot_tell_from_none_have_no_coefficient(tmp_p
     found = {estimate.effect: estimate for estimate in estimates(load_scene(path))[1]}
     assert found["roller_viscous"].distance < 1e-7 and not found["roller_viscous"].percent
     assert "roller_coulomb" not in found and found["axle_viscous"].percent
-
-
-def test_estimates_do_not_take_for_ever(tmp_path, monkeypatch):
-    monkeypatch.setattr(allowance, "LONGEST", -1.0)
-    scene = scene_of(tmp_path, "")
-    left_out = allowance.Allowance()
-    assert estimates(replace(scene, options=scene.options | {"nu": (30, 0, 30)}), left_out) == (1, [])
-    assert "stopped: it takes more than -1 s" in left_out.left_out[0]
 
 
 def test_a_vehicle_that_bears_no_other_centre_of_mass_is_explained(tmp_path, capsys):

@@ -13,7 +13,6 @@ from omniroll.scenes import load_scene
 from omniroll.scenes.estimates import estimates
 from omniroll.scenes.explanation import origins_of
 from omniroll.scenes.lints import lints
-from omniroll.scenes.lints_of_vehicle import ring
 
 pytestmark = pytest.mark.long
 
@@ -59,20 +58,6 @@ def test_a_motor_that_a_controller_needs_has_no_price(shortened, capsys):
     assert cli.main(["explain", str(shortened(Path("scenes/tracked.toml")))]) == 0
     said = capsys.readouterr().out
     assert "Motor          not known: the scene does not run without it" in said and "Controller" in said
-
-
-def test_text(capsys):
-    assert cli.main(["explain", "scenes/motion-3.toml"]) == 0
-    said = capsys.readouterr().out
-    for part in (
-        "3 wheels of 5 rollers",
-        "  wheel_radius                0.0707107 m       given: by the preset\n",
-        "massless            [rollers]",
-        "in place of locked",
-        "ns per evaluation",
-        "nothing",
-    ):
-        assert part in said
 
 
 @pytest.mark.usefixtures("quick_timing")
@@ -134,14 +119,6 @@ def test_what_cannot_be_estimated_says_why(tmp_path):
     assert found["contact_regularised"].distance > 0 and "contact_coulomb" not in found
 
 
-def test_models_without_free_rollers_are_compared_from_rest(tmp_path):
-    """Spins at the start make sense with free rollers only."""
-    scene = scene_of(tmp_path, {"preset": "paper"}, "[switching]\nlaw = 'smooth'\n")
-    scene.options["spins"] = 0.1
-    found = {entry.effect: entry.distance for entry in estimates(scene)[1]}
-    assert all(found[name] > 0 for name in ("massless", "locked", "impact"))
-
-
 @pytest.mark.usefixtures("quick_timing")
 def test_a_scene_of_no_time_is_explained(tmp_path, capsys):
     path = tmp_path / "standing.toml"
@@ -150,10 +127,6 @@ def test_a_scene_of_no_time_is_explained(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "not estimated (rollers in two rows, by turns)\n" in said
     assert "nothing to compare with: the motion takes no time" in said
-
-
-def test_a_ring_has_all_of_its_mass_at_its_radius():
-    assert ring(0.7, 0.03) == pytest.approx(0.7 * 0.03**2, rel=1e-15)
 
 
 def test_nothing_looks_wrong_with_good_vehicles(tmp_path):

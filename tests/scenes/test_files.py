@@ -1,6 +1,5 @@
 """Scene files: what is read, and what is said of files that make no sense."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +7,9 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.kinds import Choice, Flags, Names, Whole, Word
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes import SceneError, load_scene
-from omniroll.scenes.reading import lines_of
-from omniroll.scenes.schema import SCENE, TABLES
+from omniroll.scenes.schema import TABLES
 
 START = "[start]\nnu = [1, 0, 0]\n[run]\nduration = 1\n"
 GOOD = "[vehicle]\npreset = 'paper'\n" + START
@@ -160,14 +157,6 @@ def test_a_bad_scene_is_exit_code_2_of_every_command_that_takes_one(tmp_path, ca
         assert f"{path}:1: [vehicle]" in capsys.readouterr().err
 
 
-def test_lines_of_keys():
-    text = "a.b = 1\n[t] # x\n 'k' = 2\n\n[ u ]\nk=3\nk2 = [\n1]\n[[v]]\nx.y = 1"
-    assert lines_of(text) == {
-        ("a", None): 1, ("a", "b"): 1, ("t", None): 2, ("t", "k"): 3, ("u", None): 5, ("u", "k"): 6, ("u", "k2"): 7,
-        ("v", None): 9, ("v", "x"): 10, ("v.x", "y"): 10,
-    }  # fmt: skip
-
-
 def test_parts_give_the_vehicle_that_they_give_in_python(tmp_path):
     vehicle = load_scene(written(tmp_path, PARTS + START)).vehicle
     hub, roller = omniroll.cylinder(0.0266, 0.0285, 0.02), omniroll.cylinder(0.00337, 0.006, 0.01)
@@ -190,13 +179,3 @@ def test_times_of_samples(tmp_path):
     assert scene.sample_times(2.55)[-1] == 2.5
     assert load_scene(written(tmp_path, GOOD)).sample_times(1.0) is None
     assert load_scene(written(tmp_path, GOOD + "times = [0.25, 1]")).sample_times(1.0).tolist() == [0.25, 1.0]
-
-
-def test_the_schema_names_units_and_bounds():
-    for table in SCENE:
-        for key in table.keys:
-            assert key.meaning or key.name == "gravity"
-            has_none = isinstance(key.kind, (Choice, Flags, Names, Whole, Word))
-            assert bool(key.unit) != has_none, f"[{table.name}] {key.name}"
-            assert not (key.needed and key.default)
-            assert math.isfinite(len(key.kind.expected({})))

@@ -38,16 +38,6 @@ def test_every_shipped_scene_runs_and_closes_its_ledger(scene, shortened, tmp_pa
     assert np.array_equal(run.nu, same.nu) and run.pose[-1].tolist() == summary["pose"]
 
 
-def test_the_ledger_is_of_all_switches():
-    """The switches' jumps are what remains where nothing else acts; broken if one of them were left out."""
-    from omniroll.scenes.outcome import run_scene
-
-    outcome = run_scene(load_scene("scenes/motion-3-impact.toml"))
-    energy = outcome.summary()["energy"]
-    assert energy["switches"] < -1e-6 and len(outcome.trajectory.switches) > 10
-    assert abs(energy["start"] + energy["switches"] - energy["end"]) < 1e-12
-
-
 def test_files_samples_and_text(shortened, tmp_path, capsys):
     path, folder = shortened(Path("scenes/motion-3.toml"), "step = 0.1"), tmp_path / "deep/out"
     assert cli.main(["run", str(path), "--output", str(folder)]) == 0
@@ -72,12 +62,6 @@ def test_impulses_are_kept_under_impact_and_only_there(shortened, tmp_path):
     found = omniroll.impulses(omniroll.Trajectory.load(tmp_path / "motion-3-impact/trajectory.npz"))
     assert len(found.t) and np.atleast_1d(rows["t"]).tolist() == found.t.tolist()
     assert np.atleast_1d(rows["along_rolling_2"]).tolist() == found.contact[:, 1, 1].tolist()
-
-
-def test_a_smooth_run_leaves_no_impulses_of_an_earlier_one(shortened, tmp_path, capsys):
-    for name, wanted in (("motion-3-impact", True), ("motion-3", False)):
-        assert cli.main(["run", str(shortened(Path(f"scenes/{name}.toml"))), "--output", str(tmp_path / "out")]) == 0
-        assert ("impulses.csv" in capsys.readouterr().out) == (tmp_path / "out/impulses.csv").exists() == wanted
 
 
 def test_a_run_without_samples_leaves_none_of_an_earlier_run(shortened, tmp_path):
@@ -110,21 +94,6 @@ def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, monkeypat
     assert "without progress" in captured.err and "wheel" in captured.err
     assert summary["stopped"]["t"] == summary["t"][1] < 20 and "without progress" in summary["stopped"]["reason"]
     assert omniroll.Trajectory.load(tmp_path / "out/trajectory.npz").t[-1] == summary["t"][1]
-
-
-def test_what_is_not_finite_is_null_in_json():
-    from omniroll.scenes.result_folder import as_json
-
-    assert json.loads(as_json({"a": [1.0, float("inf")], "b": {"c": float("nan")}})) == {
-        "a": [1.0, None],
-        "b": {"c": None},
-    }
-
-
-def test_a_folder_that_cannot_be_made_is_exit_code_1_before_the_run(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert cli.main(["run", "scenes/motion-3.toml", "--output", str(tmp_path / "file/out")]) == 1
-    assert "Not a directory" in capsys.readouterr().err
 
 
 def test_the_coarser_run_tells_its_progress_too():

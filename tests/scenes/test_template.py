@@ -4,7 +4,6 @@ import inspect
 import re
 
 import numpy as np
-import pytest
 
 import omniroll
 from omniroll import Vehicle, cli, load_scene, robot
@@ -58,11 +57,6 @@ def test_the_defaults_that_it_shows_are_the_defaults(tmp_path):
         default = inspect.signature(omniroll.simulate).parameters[name].default
         shown = after.options[name]
         assert default is None or (shown == default if isinstance(shown, str) else np.allclose(shown, default)), name
-
-
-@pytest.mark.parametrize("place", GIVEN)
-def test_what_it_gives_is_in_the_schema(place):
-    assert place in {(table.name, key.name) for table, key in keys()}
 
 
 def test_a_scene_may_begin_with_the_wheels_of_a_robot(tmp_path):

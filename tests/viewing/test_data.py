@@ -133,8 +133,3 @@ def test_slip_and_the_forces_against_it_stand_at_both_ends_of_each_piece():
         np.testing.assert_allclose(arrays["slip"][k, :-1], run.slip[rows], rtol=1e-6, atol=1e-12)
         np.testing.assert_allclose(arrays["forces"][k, :-1, :, :2], run.ground_force[rows], rtol=1e-6, atol=1e-12)
     assert not arrays["forces"][..., 2].any(), "no loads are known"
-
-
-def test_only_free_rollers_have_axial_speeds():
-    assert "axial" not in arrays_of(locked())
-    assert "axial" in arrays_of(layout())

@@ -225,11 +225,6 @@ def test_axe_finds_nothing(opened, size, scheme, graphics):
     assert found.violations_count == 0, found.generate_report()
 
 
-def test_a_phone_needs_no_scrolling_sideways(opened):
-    page = opened("two", size="phone", graphics="flat")
-    assert page.evaluate("document.documentElement.scrollWidth") <= SIZES["phone"]["width"]
-
-
 def test_the_plots_cursor_is_at_the_time_also_after_a_change_of_theme(opened):
     page = opened("two", graphics="flat")
     page.locator("#time").evaluate(SET_TIME, 5.0)

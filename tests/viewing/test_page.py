@@ -39,18 +39,6 @@ def test_titles_and_labels_are_text_on_the_page():
     assert "<b>one" not in page and unpacked(page)[0]["runs"][0]["label"] == "<b>one</b></script>"
 
 
-def test_several_runs_have_names_of_their_own():
-    labels = [run["label"] for run in unpacked(omniroll.view(massless(), locked(), locked()).html)[0]["runs"]]
-    assert labels == ["1 massless rollers", "2 locked rollers, impact", "3 locked rollers, impact"]
-
-
-def test_a_notebook_shows_a_view_and_not_every_trajectory():
-    page = omniroll.view(locked())
-    shown = page._repr_html_()
-    assert html.escape(page.html) in shown and shown.startswith("<iframe")
-    assert not hasattr(locked(), "_repr_html_")  # a trajectory that a cell ends with costs no megabyte
-
-
 @pytest.mark.parametrize("arguments, options, field", [
     ((), {}, "runs"),
     ((1,), {}, "runs"),
@@ -140,21 +128,10 @@ def test_the_page_was_built_from_its_sources():
     assert first == f"// built from viewer/, sha256 {checksum}"
 
 
-def test_licences_of_the_libraries_are_on_the_page():
-    page = omniroll.view(locked()).html
-    for library in ("three 0.187.0", "uplot 1.6.32"):
-        assert library in page
-    assert page.count("Permission is hereby granted") == 2
-
-
-def test_nothing_names_a_host_of_packages():
-    for path in [ROOT / "viewer/package.json", ROOT / "viewer/package-lock.json", ROOT / "viewer/.npmrc"]:
-        assert "://" not in path.read_text(encoding="utf-8").replace("https://opencollective.com", "")
-
-
 NOTEBOOK = """
 import sys
 from types import ModuleType, SimpleNamespace
+
 
 class Formatter(dict):
     def for_type_by_name(self, module, name, function):
