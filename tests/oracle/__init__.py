@@ -9,7 +9,7 @@ and computes in ball arithmetic (python-flint) with `PRECISION` bits.
 
 - `vehicle`    the parameters; wheels may stand anywhere with any axle direction
 - `kinematics` speed of the contact points from rigid-body kinematics; the constraints and their nullspace
-- `lagrange`   accelerations, energy; a dense literal solver and a fast one that eliminates the free rollers
+- `lagrange`   accelerations, energy, the mass matrix of all coordinates
 - `switch`     change of roller; the smooth law and the impact projection
 - `taylor`     motion between switches in Taylor series, switches located to the working precision
 - `bodies`     kinetic energy of every body in 3-D; the inertias M, I_S, J, B from masses and sizes

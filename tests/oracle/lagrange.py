@@ -1,9 +1,8 @@
 """Lagrange's equations with multipliers, d/dt dT/dq' - dT/dq = Q + A^T lambda, with A q'' + A' q' = 0.
 
-Two solvers. `dense_accelerations` is literal: the whole matrix of (3.2), its derivatives taken by power
-series, one linear system in q'' and the multipliers. `accelerations` writes the same equations out and
-eliminates the free rollers (their block is diagonal and no constraint touches them); it serves 369
-coordinates in milliseconds.
+`accelerations` writes the equations out and eliminates the free rollers (their block is diagonal and no constraint
+touches them); it serves 369 coordinates in milliseconds. tests/test_oracle.py holds it to Lagrange's equations as they
+stand: the energy is differentiated numerically, and what is left does no work on any admissible motion.
 """
 
 from dataclasses import dataclass, field
@@ -109,10 +108,6 @@ def kinetic_energy(vehicle, theta, chi, dq, *, model):
             tilt = (vehicle.kappa(j) + exact(chi[i])).sin()
             twice += roller * (square(dq.phi[i][j]) + 2 * dq.theta * tilt * dq.phi[i][j])
     return twice / 2
-
-
-# -- the fast solver
-# ---------------------------------------------------------------------------------------------
 
 
 class System:
@@ -252,10 +247,6 @@ def accelerations(vehicle, nu, chi, spins=None, *, model="free", theta=0, forces
     return Accelerations(nu_rates(vehicle, theta, dq, second), [w[1:] for w in phi], second, multipliers)
 
 
-# -- the dense, literal solver
-# -----------------------------------------------------------------------------------
-
-
 @working_precision
 def mass_matrix(vehicle, theta, chi, *, model):
     """Mq of (3.2), all 3 + N (n + 1) coordinates, as rows of balls or series."""
@@ -275,60 +266,3 @@ def mass_matrix(vehicle, theta, chi, *, model):
             rows[k][k] = roller
             rows[2][k] = rows[k][2] = roller * (chi[i] + vehicle.kappa(j)).sin()
     return rows
-
-
-@working_precision
-def constraint_matrix(vehicle, theta, chi, *, model):
-    """A, rows of balls or series; locked: also phi'_ij = 0; massless: phi'_ij = 0 for every roller, which
-    drops them.
-    """
-    count, n = vehicle.wheels, vehicle.rollers_per_wheel
-    size = 3 + count * (n + 1)
-    rows = []
-    for i in range(count):
-        place = {"x": 0, "y": 1, "theta": 2, "chi": 3 + i, "phi": 3 + count + i * n}
-        for row in constraint_rows(vehicle, i, theta, chi[i], model):
-            dense = [arb(0)] * size
-            for name, value in row.items():
-                dense[place[name]] = value
-            rows.append(dense)
-    first = {"massless": 0, "locked": 1, "free": n}[model]
-    for i in range(count):
-        for j in range(first, n):
-            dense = [arb(0)] * size
-            dense[3 + count + i * n + j] = arb(1)
-            rows.append(dense)
-    return rows
-
-
-def series_derivative(rows):
-    return [[coefficient(value, 1) for value in row] for row in rows]
-
-
-@working_precision
-def dense_accelerations(vehicle, nu, chi, spins=None, *, model="free", theta=0, forces=None):
-    """The same as `accelerations`, literally: every derivative of Mq and A by power series, one dense
-    system.
-    """
-    theta, chi = exact(theta), [exact(c) for c in chi]
-    speed = speeds(vehicle, nu, chi, spins, model=model, theta=theta)
-    dq, size = speed.flat(), len(speed.flat())
-    mass = mass_matrix(vehicle, theta, chi, model=model)
-    ahead = line(theta, speed.theta), [line(c, rate) for c, rate in zip(chi, speed.chi, strict=True)]
-    mass_rate = series_derivative(mass_matrix(vehicle, *ahead, model=model))
-    rows_series = constraint_matrix(vehicle, *ahead, model=model)
-    rows, rows_rate = ([[coefficient(v, 0) for v in row] for row in rows_series], series_derivative(rows_series))
-    force = forces.map(exact).flat() if forces else [arb(0)] * size
-    right = [force[a] - sum(mass_rate[a][b] * dq[b] for b in range(size)) for a in range(size)]
-    for a in range(2, 3 + vehicle.wheels):  # Mq depends on theta and chi only
-        moved = [line(c, arb(int(a == 3 + i))) for i, c in enumerate(chi)]
-        slope = series_derivative(mass_matrix(vehicle, line(theta, arb(int(a == 2))), moved, model=model))
-        right[a] += sum(dq[b] * slope[b][c] * dq[c] for b in range(size) for c in range(size)) / 2
-    right += [-sum(x * v for x, v in zip(row, dq, strict=True)) for row in rows_rate]
-    top = [mass[a] + [-row[a] for row in rows] for a in range(size)]
-    bottom = [row + [arb(0)] * len(rows) for row in rows]
-    solved = arb_mat(top + bottom).solve(arb_mat([[v] for v in right]))
-    second = Speeds.unflat(vehicle, [solved[k, 0] for k in range(size)])
-    multipliers = [solved[k, 0] for k in range(size, size + len(rows))]
-    nu_dot = nu_rates(vehicle, theta, speed, second)
-    return Accelerations(nu_dot, [wheel[1:] for wheel in second.phi], second, multipliers)
