@@ -106,6 +106,12 @@ WRONG = {
     ". matrix(B*sin('psi)*of_mecanum('standing_axial_row)))",
     "slip, frame": "by_round_mecanum(frame_slope, append(angle_steps, contact_frame_steps), []) "
     "+ subst(chi = 2*half, turned_slope)",
+    "rate at a switch": "[diff(any_wheel['wheel_row], chi)]",
+    "numbers of a kind": "psubst(run(kind_steps, [l_i = 2*l, r_i = r, n_i = n, B_i = B, weightless = 0, row_aside_i = "
+    "0]), R_over_l_i) - psubst(run(append(vehicle_steps, tip_steps), []), R_over_l)",
+    "springs, squares of a wheel": "map(lambda([v], diff(tilted_wheel, v)), rises_of_tilt)",
+    "wheel that turns, on the ground": "psubst(run(append(load_share_steps, shared_forces_steps), "
+    "[stands = 1, turns = 0]), [next_share, both_axle, both_rolling, beside_axle, beside_rolling])",
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
 # What they ask takes long: one vehicle is asked.
