@@ -12,8 +12,6 @@ import pytest
 import omniroll
 from omniroll import Bearings, Controller, Motor, Slope
 from omniroll.effects.effect_set import EffectRun
-from omniroll.engine.control import made
-from omniroll.engine.simulate import checked_task
 from omniroll.kernels import building, sets
 from omniroll.kernels.kernel import CompiledKernel, form
 from omniroll.kernels.neutral_kernel import NeutralKernel
@@ -55,17 +53,6 @@ def test_the_reduced_form_stays_small(set_name):
     assert found["wheel"]["sincos"] <= 2, "the sine and the cosine of one half angle"
     assert found["wheel"]["div"] <= 1
     assert found["once"]["div"] <= 4
-
-
-@pytest.mark.parametrize("wheels", [3, 4, 8])
-def test_axles_that_turn_cost_less_than_the_regularised_law_and_axles_that_stick_a_projection(wheels):
-    """That law has a root for each wheel. What sticks is projected once, whatever the number of wheels."""
-    sticking, regularised = ("axle_sticking",), ("axle_coulomb",)
-    turning, held = (total("free", f, wheels, 5, sticking) for f in ("forward_dynamics", "held_dynamics"))
-    smooth = total("free", "forward_dynamics", wheels, 5, regularised)
-    assert turning < smooth
-    assert held - turning <= 130
-    assert held <= 1.4 * smooth
 
 
 @pytest.mark.parametrize("set_name", ["free", "free_sharp"])
@@ -205,20 +192,6 @@ def test_a_call_with_effects_makes_what_it_needs_once(monkeypatch):
     for _ in range(3):
         omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1e-3, effects=effects)
         assert (len(runs), len(checks), len(bound), len(laws)) == (1, 1, 0, 1)
-
-
-def test_a_run_that_asks_its_effects_makes_them_once(monkeypatch):
-    """A Python function as a controller: its run has effects of its own, and binds no kernel."""
-    runs = counted(monkeypatch, EffectRun, "__init__")
-    bound = counted(monkeypatch, CompiledKernel, "bind")
-    task = checked_task(
-        omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=0.05,
-        effects=[omniroll.FunctionController(lambda time, state: 0.01, 0.01)],
-    )  # fmt: skip
-    made(task, task.accuracy).release()
-    runs.clear(), bound.clear()
-    made(task, task.accuracy).release()
-    assert (len(runs), len(bound)) == (1, 0)
 
 
 def test_a_sample_of_a_python_function_calls_nothing_else(monkeypatch):

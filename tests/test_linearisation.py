@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_discrete_are
 
 import omniroll
 from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise
@@ -78,28 +77,6 @@ def test_a_scene_brings_its_start_and_its_effects(tmp_path):
     scene = omniroll.load_scene("scenes/driven.toml")
     model = linearise(scene)
     assert model.state[:3].tolist() == list(scene.options["nu"]) and len(model.inputs) == scene.vehicle.wheels
-
-
-def test_scipy_takes_it():
-    model = linearise(VEHICLE, roller_model="locked").discrete(0.02)
-    system = model.to_scipy()
-    assert system.dt == 0.02 and (system.A == model.A).all() and (system.D == model.D).all()
-
-
-def test_a_regulator_made_from_it_holds_the_speed():
-    """LQR on nu, by voltages that are held for 20 ms: through many rollers the speed stays near the wanted one."""
-    motor = Motor(voltage=0, torque_constant=0.02, resistance=1.5, gear_ratio=4)
-    wanted = np.array([1.0, 0, 0.5])
-    model = linearise(VEHICLE, nu=wanted, roller_model="locked", effects=(motor,)).discrete(0.02)
-    A, B = model.A[:3, :3], model.B[:3]
-    P = solve_discrete_are(A, B, np.eye(3), 0.01 * np.eye(3))
-    gain = np.linalg.solve(0.01 * np.eye(3) + B.T @ P @ B, B.T @ P @ A)
-    assert np.abs(np.linalg.eigvals(A - B @ gain)).max() < 1
-    session = omniroll.Session(VEHICLE, roller_model="locked", effects=[motor])
-    feedforward = np.linalg.lstsq(B, wanted - A @ wanted, rcond=None)[0]
-    for _ in range(200):
-        session.step(0.02, voltage=feedforward - gain @ (session.nu - wanted))
-    assert np.abs(session.nu - wanted).max() < 0.1
 
 
 @pytest.mark.parametrize(("arguments", "field"), [
@@ -290,13 +267,6 @@ def test_second_derivatives_are_the_slopes_of_the_first(model, effects):
     assert found.discrete(0.01).hessians is None
     with pytest.raises(InvalidValueError, match="hessians"):
         linearise(VEHICLE, effects=(omniroll.Contact(100.0),), hessians=True)
-
-
-def test_a_table_with_names():
-    model = linearise(VEHICLE, nu=(1, 0, 0.5), roller_model="locked", outputs=("yaw_rate",))
-    lines = str(model.select("nu")).splitlines()
-    assert lines[0].split() == "x' of nu[0] nu[1] nu[2] | torque[0] torque[1] torque[2] | at x0, u0".split()
-    assert [line.split()[0] for line in lines[1:]] == ["nu[0]", "nu[1]", "nu[2]", "y", "yaw_rate[0]"]
 
 
 def test_a_mat_file_reads_back(tmp_path):

@@ -162,13 +162,6 @@ def test_a_mecanum_wheel_from_its_diameter_and_rollers():
         Vehicle.from_parts(**sheet, roller_angle=[0.7, 0.7, 0.7, 0.8])
 
 
-def test_rollers_at_a_small_angle_are_truncated_before_they_touch_their_neighbours():
-    counts = {"wheels": 3, "rollers_per_wheel": 10, "mass": 3.0, "platform_radius": 0.1, "wheel_radius": 0.05}
-    inertias = {"yaw_inertia": 0.1, "wheel_inertia": 1e-4, "roller_inertia": 1e-7}
-    small = Vehicle(**counts, **inertias, roller_angle=0.02)
-    assert small.roller_axis_radius == Vehicle(**counts, **inertias).roller_axis_radius
-
-
 def distance_along(r, radius, psi, chi):
     """How far along its axis a roller's contact is: the ground's normal through the contact meets the axis."""
     place, axis = frame(chi, psi, r)

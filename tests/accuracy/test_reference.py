@@ -9,7 +9,6 @@ from omniroll import Bearings, Controller, FunctionController, Motor, Slope, Tor
 from omniroll.effects import effect
 from omniroll.engine.simulate import checked_task, one_run
 from omniroll.errors import OmnirollError, SimulationStopped
-from omniroll.studies.accuracy.acting import Acting
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.mechanics import Mechanics
 from omniroll.studies.accuracy.peers import outcome_of
@@ -45,6 +44,17 @@ def test_references_agree_with_the_oracle(case):
         np.testing.assert_allclose(row[:3], np.array(sample["nu"], float), atol=1e-15)
 
 
+class Tracking:
+    """A controller that remembers: the integral of the distance in x."""
+
+    def __init__(self):
+        self.sum = 0.0
+
+    def __call__(self, time, state):
+        self.sum += 0.07 * (0.1 - state.pose[0])
+        return 0.05 * self.sum * (1 + time) - 0.01 * state.wheel_speeds + 1e-3 * state.chi + 1e-4 * state.contact
+
+
 ACTING = {
     "a table with jumps, on a slope": (TorqueTable([0.1, 0.25], [[0.01] * 3, [-0.02, 0.03, 0.0]], "hold"), Slope(0.1)),
     "motors at their limit": (Motor([[5, -3, -2], [1, 2, 3]], 0.02, 1.5, current_limit=0.7, times=[0, 0.4]),),
@@ -58,6 +68,10 @@ ACTING = {
         Controller([[3, 0, 0], [1, 0.2, 0.8]], 0.01, 0.05, integral=0.3, times=[0, 0.1], limit=0.02),
     ),
     "friction that each roller has by itself": (Bearings(roller_coulomb=1e-5, roller_speed=0.5),),
+    "axles that stop and break away": (
+        TorqueTable([0, 0.3], [[0.0] * 3, [-0.15] * 3]), Bearings(wheel_coulomb=0.02, wheel_break_away=0.03),
+    ),
+    "a Python function on a slope": (FunctionController(Tracking, 0.07), Slope(0.1)),
 }  # fmt: skip
 
 
@@ -71,88 +85,7 @@ def test_references_with_effects_agree_with_each_other_and_with_the_engine(name)
     assert max(deviation(engine, found, task).values()) < 1e-12
 
 
-@pytest.mark.parametrize("wheel", range(3))
-def test_modes_end_where_the_current_reaches_its_limit(wheel):
-    """Kirchhoff's law of each winding, with a voltage that rises; 0.7 A of either sign."""
-    motor = Motor([[5, -3, -2], [1, 2, 3]], 0.02, 1.5, gear_ratio=3, current_limit=0.7, times=[0, 0.4])
-    task = checked_task(Vehicle.paper(), nu=(1.0, 0.2, 0.8), duration=0.3, effects=[motor])
-    acting = Acting(task, np.longdouble)
-    acting.begin(np.longdouble(0.1))
-    time, nu = np.longdouble(0.05), [np.longdouble(v) for v in (0.3, -0.4, 0.5)]
-    events = {event.follows: event for event, _ in acting.events if event.wheel == wheel}
-    start, end = (np.longdouble(voltage[wheel]) for voltage in motor.voltage)
-    voltage = start + (end - start) * (0.1 + time) / np.longdouble(0.4)
-    rate = task.kernel.wheel_speeds([float(v) for v in nu])[wheel]
-    current = (voltage - np.longdouble(0.02) * 3 * rate) / np.longdouble(1.5)
-    assert sorted(events) == [0, 2] or sorted(events) == [1, 2] or sorted(events) == [0, 1]
-    for sign, event in zip((1, -1), events.values(), strict=True):
-        assert float(event.value(time, nu)) == pytest.approx(float(sign * current - np.longdouble(0.7)), abs=1e-14)
-
-
-class Tracking:
-    """A controller that remembers: the integral of the distance in x."""
-
-    def __init__(self):
-        self.sum = 0.0
-
-    def __call__(self, time, state):
-        self.sum += 0.07 * (0.1 - state.pose[0])
-        return 0.05 * self.sum * (1 + time) - 0.01 * state.wheel_speeds + 1e-3 * state.chi + 1e-4 * state.contact
-
-
-def test_a_python_function_is_called_at_its_samples_and_its_output_is_held():
-    """Doubles go in and out of it, so that the two references agree no better than it rounds."""
-    start = {"nu": (1.0, 0.2, 0.8), "chi": (-0.5, 0.55, -0.6), "start_time": 2.5}
-    effects = [FunctionController(Tracking, 0.07), Slope(0.1)]
-    task = checked_task(Vehicle.paper(), **start, duration=0.3, effects=effects)
-    found = confirmed(task, np.linspace(0, 0.3, 5))
-    assert 0 < found.confirmed < 1e-15 and found.switches
-    engine = outcome_of(one_run(task, 1e-13), task, found.times)
-    assert max(deviation(engine, found, task).values()) < 1e-12
-
-
-# Axles that stick
-
 PAPER = Vehicle.paper()
-RATIO = PAPER.platform_radius / PAPER.wheel_radius  # chi' = - RATIO theta' where the vehicle turns on the spot
-TURNING = PAPER.yaw_inertia + PAPER.wheels * PAPER.wheel_inertia * RATIO**2
-
-
-def both_ways(task, times):
-    """Samples of the two methods, each in long double."""
-    with digits():
-        yield follow(Taylor(task), task, times).y
-    yield follow(Extrapolated(task), task, times).y
-
-
-def test_friction_stops_a_vehicle_that_turns_on_the_spot():
-    """Massless rollers: the rate falls evenly to zero, and stays there."""
-    slowing = PAPER.wheels * RATIO * 0.01 / TURNING
-    ends = 0.5 / slowing
-    task = checked_task(
-        PAPER, nu=(0, 0, 0.5 * PAPER.yaw_scale), duration=1.5 * ends, roller_model="massless",
-        effects=[Bearings(wheel_coulomb=0.01)],
-    )  # fmt: skip
-    times = ends * np.array([0.5, 1 - 1e-9, 1 + 1e-9, 1.5])
-    wanted = np.maximum(0.5 - slowing * times, 0.0)
-    for y in both_ways(task, times):
-        np.testing.assert_allclose(np.array(y[:, 2], float) / PAPER.yaw_scale, wanted, rtol=0, atol=1e-16)
-        assert (y[2:, :3] == 0).all() and y[1, 2] > 0
-        assert float(y[-1, -1]) == pytest.approx(0.5 * ends / 2, rel=1e-14)
-
-
-def test_a_vehicle_breaks_away_where_the_torques_pass_what_holds_it():
-    """From there on friction takes the sliding torque, which is less."""
-    table = TorqueTable([0, 1], [[0.0] * 3, [-0.05] * 3])
-    friction = Bearings(wheel_coulomb=0.01, wheel_break_away=0.02)
-    task = checked_task(PAPER, nu=(0, 0, 0), duration=1, roller_model="massless", effects=[table, friction])
-    times = np.array([0.2, 0.4 - 1e-9, 0.4 + 1e-9, 0.6, 1.0])
-    after = np.maximum(times - 0.4, 0.0)
-    wanted = PAPER.wheels * RATIO / TURNING * ((0.02 - 0.01) * after + 0.05 * after**2 / 2)
-    for y in both_ways(task, times):
-        speeds = np.array(y[:, 2], float) / PAPER.yaw_scale
-        np.testing.assert_allclose(speeds, wanted, rtol=1e-13, atol=1e-16)  # the third time is rounded
-        assert (y[:2, :3] == 0).all() and y[2, 2] > 0
 
 
 def test_an_effect_that_acts_through_python_has_no_reference():

@@ -9,14 +9,6 @@ import pytest
 from codegen import cache
 
 
-def test_the_folder_is_the_users_or_the_one_that_is_named(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
-    monkeypatch.delenv("OMNIROLL_CACHE", raising=False)
-    assert cache.folder() == cache.user_folder() == tmp_path / "home/omniroll"
-    monkeypatch.setenv("OMNIROLL_CACHE", str(tmp_path / "named"))
-    assert cache.folder() == tmp_path / "named" and cache.folder().is_dir()
-
-
 def test_a_folder_that_cannot_be_written_gives_way_to_one_of_the_process(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("no folder")
     monkeypatch.setenv("OMNIROLL_CACHE", str(tmp_path / "file"))

@@ -12,7 +12,7 @@ from codegen.expressions import Canonical, Number, Order
 from codegen.operations import count_operations
 from codegen.programs import CONSTANTS, Loop, steps
 from codegen.settling import settled, tightened
-from codegen.tangents import Column, Rules, Tangents, Together
+from codegen.tangents import Column, Rules, Tangents
 
 
 def program(body):
@@ -67,58 +67,3 @@ def test_slopes_by_degrees_are_the_slopes(seed):
     plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
     assert plain == short and len(plain) == 3
     assert [sum(step.kind == "add" for step in steps(body)) for body in bodies] == [4 + 3, 4 + 1]
-
-
-def grown_together(c, together):
-    """The columns of a and b."""
-    own = Column("a", {"a": c.read(1)}, lambda element: element, c.read("c"), {"a": 1}, together)
-    return [own, Column("b", {"b": c.read(1)}, lambda element: None)]
-
-
-@pytest.mark.parametrize("power", [1, -1])
-@pytest.mark.parametrize("seed", range(3))
-def test_slopes_of_sums_follow_where_numbers_grow_together(seed, power):
-    """From those by the other number, exactly, and without a sum; not where a loop reads the sum, two loops add to
-    it or where it has no degree. Also where one falls as the other grows."""
-    other = "b" if power == 1 else ["^", "b", -1]
-    inside = ["+", ["*", "a", other, "chi"], ["*", "a", "a"]]
-    f = program([*({"var": name, "expr": 0} for name in "stuv"),
-                 wheels(*({"add": name, "expr": inside} for name in "stu"), {"add": "v", "expr": ["+", "a", inside]}),
-                 wheels({"add": "t", "expr": ["*", "a", "b"]}, let("x", ["*", "u", "chi"]), {"add": "v", "expr": "x"}),
-                 put(["nu_dot", 0], ["*", "s", "b"]), put(["nu_dot", 1], "t"), put(["nu_dot", 2], "v")])  # fmt: skip
-    data = random_data(f, 3, 4, random.Random(seed))
-    data["nu"][(2,)] = exact(Fraction(1, data["nu"][(0,)]))
-    c = canonical(f)
-    together = Together({"a": 1, "b": power}, {"b": c.read(["*", "b", ["^", "a", -1]])}, {"a": 1, "b": power})
-    bodies = [Tangents(c, Rules()).carried(f.body, grown_together(c, of), keep=False) for of in ((), (together,))]
-    plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
-    assert plain == short and len(plain) == 3
-    added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
-    assert added[0] - added[1] == {"s_by_a"} and added[0] >= {f"{name}_by_a" for name in "stuv"}
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_sums_follow_from_their_slopes_where_numbers_grow_together(seed):
-    """Of a in two powers, exactly and without adding up; not from a start, nor where a loop reads the sum."""
-    inside = ["*", "a", ["+", ["*", "b", "chi"], "d"]]
-    body = [*({"var": name, "expr": 0} for name in "stu"), {"var": "v", "expr": "a"},
-            wheels({"add": "s", "expr": inside}, {"add": "t", "expr": ["*", "a", inside]}, {"add": "u", "expr": inside},
-                   {"add": "v", "expr": inside}),
-            wheels(let("x", ["*", "u", "chi"]), {"add": "u", "expr": "x"}),
-            put(["nu_dot", 0], ["*", "s", "t"]), put(["nu_dot", 1], "u"), put(["nu_dot", 2], "v")]  # fmt: skip
-    arguments = ARGUMENTS | array("nu", [4], a=[0], b=[1], c=[2], d=[3])
-    f = read(function("f", "F.", "nu chi", "nu_dot chi_dot", body), arguments)
-    data = random_data(f, 3, 4, random.Random(seed))
-    data["nu"][(2,)] = exact(Fraction(1, data["nu"][(0,)]))
-    c, powers = canonical(f), {"a": 1, "b": 1, "d": 1}
-    ratios = {name: c.read(["*", name, ["^", "a", -1]]) for name in "bd"}
-    others = [Column(name, {name: c.read(1)}, lambda element: None) for name in "bd"]
-    bodies = []
-    for numbers in ({}, {name: c.read(name) for name in "bd"}):
-        together = Together(powers, ratios, powers, numbers)
-        own = Column("a", {"a": c.read(1)}, lambda element: element, c.read("c"), {"a": 1}, [together])
-        bodies.append(Tangents(c, Rules()).carried(f.body, [own, *others], keep=False))
-    plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
-    assert plain == short and len(plain) == 3
-    added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
-    assert added[0] - added[1] == {"s", "t"} and added[0] >= set("stuv")

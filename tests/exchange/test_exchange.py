@@ -10,7 +10,7 @@ import omniroll
 from omniroll import cli
 from omniroll.exchange.importing import import_vehicle
 from omniroll.exchange.mjcf import to_mjcf
-from omniroll.exchange.run_in_mujoco import left_out, run_in_mujoco
+from omniroll.exchange.run_in_mujoco import run_in_mujoco
 from omniroll.robots.catalogue import ROBOTS, robot
 
 from .urdf import NUMBERS, joint, link, urdf
@@ -104,12 +104,6 @@ def test_a_platform_that_is_turned_and_moved_in_its_world(read):
     moved = text.replace('name="platform" pos="0 0 ', 'name="platform" quat="0.6 0 0 0.8" pos="3 -2 ')
     assert moved != text
     assert_same(read(text, "a.xml").vehicle, read(moved, "b.xml").vehicle)
-
-
-def test_sizes_from_wherever_they_are(read):
-    assert read(urdf(solid=False), wheel_radius=0.038).vehicle.wheel_radius == 0.038
-    with pytest.raises(omniroll.InvalidValueError, match="--wheel-radius"):
-        read(urdf(solid=False))
 
 
 def test_meshes_are_not_read(read):
@@ -217,13 +211,6 @@ def test_a_comparison_takes_friction_and_height_from_the_contact(mujoco, tmp_pat
     other = run_in_mujoco(run, run.t[[0]] + [0.0, 0.01], 2e-4, spheres=1)
     assert np.abs(other.wheel_rates[0]).max() == 0  # the wheels stand at the start
     assert other.nu[1, 0] < other.nu[0, 0]
-
-
-def test_what_the_contact_of_a_scene_and_mujoco_do_not_share():
-    run = omniroll.simulate(
-        robot("robot-soccer-kit").vehicle, nu=(1, 0, 0), duration=0.01, effects=[omniroll.Contact(coefficient=5.0)]
-    )
-    assert any("is viscous, MuJoCo's is Coulomb's" in words for words in left_out(run))
 
 
 def test_a_comparison_says_for_how_much_of_the_time_wheels_are_off_the_ground(capsys, tmp_path):

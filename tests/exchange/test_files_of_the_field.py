@@ -112,16 +112,6 @@ def test_masses_add_up_to_those_of_the_file_and_this_is_said(read, name):
     assert f"{found.vehicle.mass:.6g} kg, all that the file has" in said
 
 
-def test_wheels_on_struts_are_all_there_and_their_joints_are_held(read):
-    found = read(urdf(strut=0.03))
-    plain = read(urdf()).vehicle
-    assert found.vehicle.wheels == 3 and found.vehicle.mass == pytest.approx(plain.mass + 0.09, rel=1e-13)
-    assert found.vehicle.wheel_radius == pytest.approx(plain.wheel_radius, rel=1e-12)
-    assert [words for words in found.assumed if "is held" in words] == [
-        f"strut{i} is held where the file has it" for i in range(3)
-    ]
-
-
 def test_two_robots_are_named(read):
     with pytest.raises(omniroll.InvalidValueError, match="2 robots: platform, other_platform; name one"):
         read(two_robots())
@@ -137,13 +127,6 @@ def test_friction_of_each_wheel(read):
     assert found.friction == {"wheel_coulomb": [0.1, 0.0, 0.3]}
     omniroll.Bearings(**found.friction)
     assert read(urdf(frictions=(0.1, 0.1, 0.1))).friction == {"wheel_coulomb": 0.1}
-
-
-def test_what_touches_nothing_has_no_size(read):
-    text, _ = FILES["visual"]
-    found = read(text)
-    assert found.vehicle.wheel_radius == pytest.approx(0.038, rel=1e-12)
-    assert any("touch nothing" in words for words in found.assumed)
 
 
 def test_rollers_that_differ(read):

@@ -11,8 +11,6 @@ import pytest
 import omniroll
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.casadi_function import casadi_files, to_casadi
-from omniroll.exchange.plant import Plant
-from omniroll.kernels import sets
 
 casadi = pytest.importorskip("casadi", reason="casadi is not installed: make test-exports installs it")
 
@@ -72,28 +70,9 @@ def hessian_of(rates, size, wheels):
     return casadi.Function("hessian", [at, weights], [casadi.hessian(sum_of_rates, at)[0]])
 
 
-def by_casadi_alone(vehicle, options):
-    """The accelerations in symbols of CasADi, by the kernel in Python: what the external function computes in C."""
-    kernel = Plant.of(vehicle, **options, derivatives=True).kernel
-    wheels, free = kernel.wheels, options["roller_model"] == "free"
-    at = casadi.SX.sym("at", 6 + wheels + 2 * wheels * free + wheels)
-    u = casadi.vertsplit(at[-wheels:])
-    values = {"nu": casadi.vertsplit(at[:3]), "chi": casadi.vertsplit(at[3 : 3 + wheels]), "heading": at[5 + wheels]}
-    momenta = casadi.vertsplit(at[6 + wheels : -wheels])
-    values["momenta"] = [momenta[2 * i : 2 * i + 2] for i in range(wheels)] if free else []
-    values["torque"] = u
-    if "motor" in kernel.effects:
-        torque, per_volt, damping = kernel.motor_laws(np.zeros(wheels))[:3]
-        values["torque"] = [t + k * v for t, k, v in zip(torque, per_volt, u, strict=True)]
-        values["damping"] = [casadi.SX(b) for b in damping]
-    taken = (values[a.name] for a in kernel.signatures["forward_dynamics"].inputs)
-    module = sets.python_module(kernel.base, kernel.effects)
-    return at, casadi.vertcat(*getattr(module, kernel.form("forward_dynamics"))(kernel._model, *taken))
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_hessians(case, library):
-    """Of a Lagrangian: the second derivatives of linearise, CasADi's own of the same formulas, and differences."""
+    """Of a Lagrangian: the second derivatives of linearise, which tests/test_linearisation.py holds to differences."""
     vehicle, options = CASES[case]
     rates = casadi.external("rates", str(library(case)))
     at = state(vehicle, options.get("roller_model") == "free")
@@ -102,24 +81,6 @@ def test_hessians(case, library):
     hessian, point = hessian_of(rates, size, vehicle.wheels), np.concatenate([model.state, model.input])
     found = hessian(point, weights).full()
     close(found, np.einsum("k, kij -> ij", weights, model.hessians))
-    if case != "friction":  # whose torques follow from the momenta, step by step
-        symbols, nu_dot = by_casadi_alone(vehicle, options)
-        own = casadi.hessian(casadi.dot(casadi.DM(weights[:3]), nu_dot), symbols)[0]
-        alone = np.concatenate([weights[:3], np.zeros(size - 3)])
-        close(hessian(point, alone).full(), casadi.Function("own", [symbols], [own])(point).full())
-    slopes = casadi.Function(
-        "slopes",
-        [*hessian.mx_in()],
-        [
-            casadi.gradient(
-                casadi.dot(hessian.mx_in(1), rates(hessian.mx_in(0)[:size], hessian.mx_in(0)[size:])), hessian.mx_in(0)
-            )
-        ],
-    )
-    for column, way in enumerate(np.eye(len(point))):
-        ends = {h: [slopes(point + side * h * way, weights).full()[:, 0] for side in (1, -1)] for h in (1e-3, 2e-3)}
-        once, twice = ((first - last) / (2 * h) for h, (first, last) in ends.items())
-        assert np.abs(found[column] - (4 * once - twice) / 3).max() <= 1e-10 * max(1, np.abs(found).max())
 
 
 def test_the_predictive_controller_of_the_page(tmp_path, monkeypatch, capsys):

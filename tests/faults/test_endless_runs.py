@@ -86,15 +86,6 @@ def test_a_step_of_a_session_that_could_not_end_is_stopped(start, duration):
     assert session.time == 1000
 
 
-@pytest.mark.parametrize("fast", [WHEELS, omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-12)])
-def test_set_valued_contact_and_a_fast_term_are_in_range(fast):
-    """A vehicle that rolls starts without slip, whose direction is 0/0 until it is known to rest; a closer look at the
-    rates, which only far-off numbers get, found that too large."""
-    ground = omniroll.Contact(law="coulomb", friction=0.5, load=5.0)
-    task = checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[ground, fast], engine="python")
-    assert type(fast).__name__ in str(sharpest(task))
-
-
 def test_a_run_of_very_many_steps_goes_on_and_its_term_is_named():
     """Memory would hold these steps, which take the Python engine an hour; it is ended here once the word is said."""
     options = {"nu": (1, 0, 1), "duration": 20, "engine": "python", "memory": 1e12}
@@ -106,19 +97,6 @@ def test_a_run_of_very_many_steps_goes_on_and_its_term_is_named():
     assert len(said) == 1 and "that is enough" in str(ended.stop)
 
 
-def test_a_run_of_very_many_evaluations_goes_on_and_its_term_is_named():
-    """A named speed far too low in the bearings of rollers whose wheels slip: minutes of the compiled engine."""
-    bearings = omniroll.Bearings(roller_coulomb=1e-2, roller_speed=1e-7)
-    ground = omniroll.Contact(law="coulomb", friction=0.3)
-    options = {"nu": (0.5, -0.2, 1), "duration": 600, "roller_model": "free", "memory": 1e12}
-    task = checked_task(PAPER, effects=[bearings, ground], **options)
-    with pytest.warns(
-        RuntimeWarning, match=r"more evaluations of the accelerations: Bearings.* time constant of"
-    ) as said:
-        ended = made(replace(task, interrupted=lambda: "that is enough" if len(said) else ""), 1e-9)
-    assert len(said) == 1 and "that is enough" in str(ended.stop)
-
-
 def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
     for engine in ("compiled", "python"):
         memory = 1e6 if engine == "python" else 2**30
@@ -126,16 +104,6 @@ def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
         said = str(run.stop)
         assert "at its present pace the run needs" in said and "time constant" not in said
         assert run.stats()["steps"] < 20_000
-
-
-@pytest.mark.long
-def test_a_vehicle_that_slows_down_may_run_for_long():
-    """Switches take energy: the pace grows as the speed falls, and the whole takes few steps."""
-    memory = 5e8
-    run = done([], "compiled", duration=1e6, memory=memory)
-    elapsed = run.part().elapsed
-    pace = (elapsed[18_000] - elapsed[14_000]) / 4000  # where the run is first asked whether it has a future
-    assert run.done and 1e6 / pace * run.space.bytes_per_row > 4 * memory
 
 
 # The estimate
@@ -177,15 +145,6 @@ def test_friction_that_sticks_in_very_many_places_is_refused(ground):
     with pytest.raises(omniroll.InvalidValueError, match="may stick in 300[0-9]{2} places of 3 wheels") as said:
         omniroll.simulate(omniroll.Vehicle.paper(3, 10_000), nu=(1, 0, 0), duration=1, effects=[bearings, *ground])
     assert said.value.field == "memory"
-
-
-def test_rows_of_very_many_rollers_have_no_room_at_first():
-    many, runs = omniroll.Vehicle.paper(3, 30_000), []
-    for speed in (1, 2):  # the second one takes the buffers of the first
-        run = made(checked_task(many, nu=(speed, 0, 0), duration=1e-5), 1e-6)
-        assert sum(getattr(run.space, name).nbytes for name in ("rows", "steps", "switch_axial")) <= 2**28
-        runs.append(run.trajectory())
-    assert [run.nu[0, 0] for run in runs] == [1, 2] and runs[0].spins.shape[1:] == (3, 29_999)
 
 
 def test_a_scene_may_lower_the_bound_of_memory_and_its_caller_may_raise_it(tmp_path, capsys):

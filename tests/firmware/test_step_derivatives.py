@@ -212,17 +212,6 @@ def test_a_wheel_that_only_just_passes():
 
 
 @pytest.mark.parametrize("number_type", ["double", "float"])
-def test_twists_go_both_ways(number_type):
-    vehicle = FirmwareVehicle(PAPER, "massless", number_type=number_type)
-    nu, twist, back = np.array([0.3, -2.0, 5.0], vehicle.real), np.zeros(3, vehicle.real), np.zeros(3, vehicle.real)
-    vehicle.lib.omniroll_twist_from_nu(vehicle.model, *map(vehicle.pointer, (nu, twist)))
-    wanted = nu * (PAPER.platform_radius, PAPER.platform_radius, 1 / PAPER.yaw_scale)
-    np.testing.assert_allclose(twist, wanted, rtol=4 * np.finfo(vehicle.real).eps)
-    vehicle.lib.omniroll_nu_from_twist(vehicle.model, *map(vehicle.pointer, (twist, back)))
-    np.testing.assert_allclose(back, nu, rtol=4 * np.finfo(vehicle.real).eps)
-
-
-@pytest.mark.parametrize("number_type", ["double", "float"])
 def test_the_contact_from_an_encoder_is_that_of_the_drive(number_type):
     """The wheels turn through hundreds of joints; their whole angles say where they are."""
     vehicle = FirmwareVehicle(PAPER, "massless", number_type=number_type)

@@ -17,7 +17,6 @@ COMPARISON = (
     "comparison/printed_section4", "comparison/printed_appendix", "comparison/compare_with_paper",
     "comparison/compare_formulas",
 )  # fmt: skip
-CLAIMS_ONLY = "prove(name, claim, residual) := 'unproved"
 
 
 def chapter(name: str, folder: Path = ROOT / "maxima") -> str:
@@ -39,16 +38,6 @@ def ask(statements: list[str], questions: list[str], folder: Path) -> list[str]:
     script.write_text("\n".join(lines))
     Maxima.find(lambda line: None).derive(script, output, lambda line: None)
     return json.loads(output.read_text())
-
-
-def flipped(name: str, old: str, new: str, folder: Path) -> Path:
-    """A copy of a chapter with one place changed."""
-    text = (ROOT / "maxima" / f"{name}.mac").read_text()
-    assert text.count(old) == 1, f"{name}.mac: {old!r} stands {text.count(old)} times"
-    copy = folder / f"{name}.mac"
-    copy.parent.mkdir(parents=True, exist_ok=True)
-    copy.write_text(text.replace(old, new))
-    return folder
 
 
 def defined_ids(file: str) -> list[str]:

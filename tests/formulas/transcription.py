@@ -84,23 +84,3 @@ def changed_words(word: str) -> list[tuple[str, str]]:
 def spread(items: list, most: int) -> list:
     """At most `most` of the items, evenly spread."""
     return items if len(items) <= most else [items[k * len(items) // most] for k in range(most)]
-
-
-def claim_statements() -> dict[str, str]:
-    """{id: the statement claim(...)}."""
-    text = (COMPARISON / "compare_claims.mac").read_text()
-    bare, start, found = re.sub(r"/\*.*?\*/", lambda m: " " * len(m[0]), text, flags=re.DOTALL), 0, {}
-    for end in (m.start() for m in re.finditer(r"\$", covered(text))):
-        statement = bare[start:end].strip()
-        if name := re.match(r'claim\("([^"]*)"', statement):
-            found[name[1]] = statement
-        start = end + 1
-    return found
-
-
-def flips(statement: str, most: int = 6) -> list[str]:
-    """The claim with one sign of its cases changed."""
-    start = list(re.finditer(r'"(?:\\.|[^"\\])*"', statement))[3].end()
-    places = [m.start() for m in re.finditer(r"[-+]", covered(statement)) if m.start() > start]
-    swap = {"+": "-", "-": "+"}
-    return [statement[:k] + swap[statement[k]] + statement[k + 1 :] for k in spread(places, most)]

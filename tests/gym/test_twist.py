@@ -127,18 +127,6 @@ def test_a_picture_shows_the_vehicle_and_moves_with_its_wheels():
         TwistEnv(TASK, render_mode="human")
 
 
-def test_the_mark_on_a_wheel_turns_with_it():
-    """chi jumps where the contact passes to the next roller; with the roller's number the angle goes on."""
-    session = TwistEnv(TASK).session
-    session.reset()
-    angles = []
-    for _ in range(60):
-        session.step(0.01, voltage=(6.0, -2.0, 1.0))
-        angles.append(session.chi - 2 * np.pi / 5 * session.contact)
-    steps = (np.diff(angles, axis=0) + np.pi) % (2 * np.pi) - np.pi
-    assert np.ptp(angles, axis=0).max() > 2 and np.abs(np.diff(steps, axis=0)).max() < 0.05
-
-
 def test_why_an_episode_of_many_is_terminated_is_in_their_info(monkeypatch):
     many = TwistVectorEnv(3, TASK)
     many.reset(seed=1)

@@ -16,14 +16,6 @@ def test_lines_come_now_and_then(capsys):
     assert capsys.readouterr().err == "4 of 20 s done, 0.5 s a second, 32 s left\n"
 
 
-def test_a_pace_begins_anew_with_the_work():
-    now = iter((0.0, 10.0, 20.0, 30.0)).__next__
-    pace = progress.Pace(now)
-    for done in (0.0, 100.0, -1.0, 1.0):
-        pace.note(done)
-    assert pace.rate == 0.2 and pace.left(1.0, 2.0) == 5.0
-
-
 def test_work_beyond_a_day_is_announced_once_and_first(capsys):
     now = iter((10.0, 11.0, 13.0)).__next__
     report = progress.forewarning("s", now)

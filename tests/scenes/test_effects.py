@@ -1,7 +1,6 @@
 """Effects of a scene: which tables make which, what is refused, and what runs."""
 
 import json
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -148,35 +147,6 @@ def test_effects_that_are_off_are_estimated(tmp_path):
     assert [estimate.effect for estimate in found if estimate.distance is None] == ["contact"]  # see its laws
 
 
-def test_motors_that_are_off_are_estimated_as_brakes(tmp_path):
-    """A motor without voltage brakes as viscous friction of the axle does: another kernel, the same motion."""
-    found = {estimate.effect: estimate for estimate in estimates(scene_of(tmp_path, ""))[1]}
-    motor, friction = found["motor"], found["axle_viscous"]
-    assert motor.distance == pytest.approx(friction.distance, rel=1e-6) and motor.percent == friction.percent
-    assert "motor" not in {estimate.effect for estimate in estimates(scene_of(tmp_path, MOTOR))[1]}
-
-
-def test_distances_that_the_runs_cannot_tell_from_none_have_no_coefficient(tmp_path):
-    """Turning on the spot spins no roller: friction in their bearings does nothing."""
-    path = tmp_path / "turning.toml"
-    path.write_text(GOOD.replace("[1, 0, 1]", "[0, 0, 1]") + "[rollers]\nmodel = 'locked'\n")
-    found = {estimate.effect: estimate for estimate in estimates(load_scene(path))[1]}
-    assert found["roller_viscous"].distance < 1e-7 and not found["roller_viscous"].percent
-    assert "roller_coulomb" not in found and found["axle_viscous"].percent
-
-
-def test_a_vehicle_that_bears_no_other_centre_of_mass_is_explained(tmp_path, capsys):
-    """yaw_inertia so near to its bound that a centre of mass beside S breaks it: that estimate is missing."""
-    vehicle = omniroll.Vehicle.paper()
-    least = vehicle.wheels * vehicle.rollers_per_wheel * vehicle.roller_inertia / 2
-    scene_of(tmp_path, "")
-    path = tmp_path / "scene.toml"
-    path.write_text(GOOD.replace("'paper'", f"'paper'\nyaw_inertia = {least + 1e-9!r}"))
-    assert cli.main(["explain", str(path), "--json"]) == 0
-    (layout,) = [e for e in json.loads(capsys.readouterr().out)["effects"] if e["name"] == "layout"]
-    assert layout["estimate"]["distance"] is None
-
-
 def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys):
     assert cli.main(["explain", "scenes/tracked.toml", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
@@ -237,21 +207,6 @@ def test_reactions_are_kept_and_doubts_are_said(tmp_path, capsys):
     assert rows["along_rolling_3"].tolist() == found.contact_force[:, 2, 1].tolist()
     assert said["least_slip_margin"] == found.slip_margin.min() < 0 and len(said["doubts"]) == len(found.doubts) > 0
     assert "could not have held: t = " in captured.err and "wheel" in captured.err
-
-
-def test_scenes_leave_the_warnings_of_the_process_alone(tmp_path, monkeypatch):
-    """Threads share the filters of warnings: a scene that changed them would say what another one is warned of."""
-    from omniroll.scenes.outcome import run_scene
-
-    level = SLIPPERY.replace("0.3", "0.001").replace("0.05", "5.0")
-    scenes = [scene_of(tmp_path, SLIPPERY), scene_of(tmp_path, level), scene_of(tmp_path, UNSTABLE)]
-    for scene in scenes:  # their kernels are made and SciPy is imported: both look at the filters, once
-        run_scene(scene)
-    with monkeypatch.context() as patch, ThreadPoolExecutor(4) as pool:
-        patch.setattr(warnings, "catch_warnings", None)
-        patch.setattr(warnings, "warn", None)
-        said = list(pool.map(lambda scene: run_scene(scene).warnings, scenes * 2))
-    assert [len(found) for found in said] == [1, 0, 1] * 2
 
 
 def test_reactions_that_cannot_be_are_refused_with_the_scene(tmp_path):

@@ -223,16 +223,3 @@ def test_axe_finds_nothing(opened, size, scheme, graphics):
     page.locator("#help").click()
     found = axe.Axe().run(page)
     assert found.violations_count == 0, found.generate_report()
-
-
-def test_the_plots_cursor_is_at_the_time_also_after_a_change_of_theme(opened):
-    page = opened("two", graphics="flat")
-    page.locator("#time").evaluate(SET_TIME, 5.0)
-    right = "omniroll.page.plots.charts.map((chart) => [chart.now.getBoundingClientRect().left - "
-    right += "chart.over.getBoundingClientRect().left, chart.valToPos(omniroll.page.transport.time, 'x')])"
-    for theme in ("light", "dark"):
-        assert page.evaluate("document.documentElement.dataset.theme") == theme
-        for there, wanted in page.evaluate(right):
-            assert wanted > 20 and abs(there - wanted) < 2
-        page.locator("#theme").click()
-        page.wait_for_timeout(100)
