@@ -38,6 +38,22 @@ def fresh_cache(tmp_path, monkeypatch):
         cached.cache_clear()
 
 
+@pytest.fixture
+def bouncing(monkeypatch):
+    """A law, for the Python engine, that sends every fast wheel back to where it came from: endless switches."""
+    from dataclasses import replace
+
+    from omniroll.engine.switching import SwitchingModel
+
+    apply = SwitchingModel.apply
+
+    def bounce(model, state, directions):
+        after = apply(model, state, directions)
+        return replace(after, nu=-state.nu) if abs(state.nu).max() > 0.75 else after
+
+    monkeypatch.setattr(SwitchingModel, "apply", bounce)
+
+
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_protocol(item):
     item.stash[STARTED] = processor_time.used()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from oracle.bridge import error, project_vehicle
+from oracle.bridge import error, simulated
 from oracle.states import ordinary_vehicle, random_state, random_vehicle, time_for_switches
 
 
@@ -29,8 +29,6 @@ def turning_rates(vehicle, nu):
 ])  # fmt: skip
 def test_massless_vehicle_goes_round_its_circle(wheels, switching, engine):
     """v_S turns in the fixed axes at theta' - Omega: a circle of radius |v_S|/(theta' - Omega)."""
-    import omniroll
-
     rng = np.random.default_rng([5, wheels])
     vehicle = regular(rng, wheels)
     nu = rng.normal(size=3)
@@ -38,10 +36,8 @@ def test_massless_vehicle_goes_round_its_circle(wheels, switching, engine):
     speed = vehicle.platform_radius * np.abs(nu).max()
     duration = float(min(6 / abs(turn), 40 * vehicle.wheel_radius / speed))
     pose = (0.4, -0.7, 0.9)
-    trajectory = omniroll.simulate(
-        project_vehicle(vehicle), nu=nu, pose=pose, duration=duration, roller_model="massless",
-        switching=switching, accuracy=1e-10, engine=engine,
-    )  # fmt: skip
+    options = {"pose": pose, "duration": duration, "accuracy": 1e-10, "engine": engine}
+    trajectory = simulated(vehicle, nu, 0, None, "massless", switching, **options)
     assert trajectory.t[-1] == duration and len(trajectory.t) > 2
     t = np.asarray(trajectory.t)
     body = (nu[0] + 1j * nu[1]) * np.exp(-1j * rate * t)
@@ -57,18 +53,14 @@ def test_massless_vehicle_goes_round_its_circle(wheels, switching, engine):
 @pytest.mark.parametrize("model", ["locked", "free"])
 def test_motions_with_light_rollers_tend_to_massless_ones(model, switching):
     """Over some switches, too, the end is a constant times B away from that of massless rollers."""
-    import omniroll
-
     rng = np.random.default_rng(6)
     vehicle = ordinary_vehicle(rng, 3, 5)
     nu, chi, _ = random_state(rng, vehicle, filled=0.9)
     duration = time_for_switches(vehicle, nu, 6)
 
     def end(model, inertia):
-        trajectory = omniroll.simulate(
-            project_vehicle(vehicle.with_(roller_inertia=inertia)), nu=nu, chi=chi, duration=duration,
-            roller_model=model, switching=switching, accuracy=1e-12,
-        )  # fmt: skip
+        lighter = vehicle.with_(roller_inertia=inertia)
+        trajectory = simulated(lighter, nu, chi, 0, model, switching, duration=duration, accuracy=1e-12)
         assert len(trajectory.switches) >= 4
         return np.concatenate([trajectory.pose[-1], trajectory.nu[-1], trajectory.chi[-1]])
 

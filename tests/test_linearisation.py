@@ -49,20 +49,11 @@ def test_names_follow_the_scene():
     assert model.outputs == ("wheel_rates[0]", "wheel_rates[1]", "wheel_rates[2]", "yaw_rate[0]")
     assert model.input.tolist() == [1, 2, 3]
     assert model.A.shape == (15, 15) and model.B.shape == (15, 3) and model.C.shape == (4, 15)
-
-
-def test_without_a_drive_the_inputs_are_torques_and_a_controller_is_left_out():
     assert linearise(VEHICLE, roller_model="locked").inputs[0] == "torque[0]"
     controller = Controller(target=(1, 0, 0), proportional=1, sample_time=0.01, output="voltage")
     voltage = Motor(voltage=0, torque_constant=0.02, resistance=1.5)
     model = linearise(VEHICLE, effects=(voltage, controller))
     assert model.inputs[0] == "voltage[0]" and not model.input.any()
-
-
-def test_a_motor_at_its_limit_does_not_answer():
-    limited = Motor(voltage=(0.1, 50, -50), torque_constant=0.02, resistance=1, current_limit=2)
-    model = linearise(VEHICLE, nu=(0, 0, 0), roller_model="locked", effects=(limited,))
-    assert model.B[:3, 0].any() and not model.B[:, 1:].any()
 
 
 def test_many_states_at_once_are_the_same_one_by_one():

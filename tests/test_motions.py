@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import omniroll
 from omniroll.studies.motions import cases, figures, measures, page, writing
 
 DURATION = 12.0  # s, in place of the long interval
@@ -40,13 +39,6 @@ def test_the_page_shows_every_picture_and_table(folder):
 
 
 @pytest.mark.long
-def test_the_data_are_the_runs(folder):
-    run = omniroll.Trajectory.load(folder / "motion-3-locked-smooth.csv")
-    assert run.roller_model == "locked" and run.switching == "smooth" and run.t[-1] == DURATION
-    assert run.nu[0].tolist() == [1, 0, 1]
-
-
-@pytest.mark.long
 def test_every_number_of_the_findings_stands_on_the_page(folder, rows):
     text = (folder / "index.html").read_text(encoding="utf-8")
     assert len(rows) > 50
@@ -65,15 +57,6 @@ def test_the_locked_vehicle_goes_straight_without_steps_of_energy(rows):
     """The one statement of section 5 that its own setting does not bear out."""
     own = [row for row in rows if row["setting"] in ("massless", "locked-smooth")]
     assert [row["claim"] for row in own if row["holds"] == "False"] == ["2d"]
-
-
-def test_each_run_is_a_line_with_the_time_that_is_left(capsys, monkeypatch):
-    monkeypatch.setattr(writing.time, "monotonic", iter((0.0, 2.0, 6.0)).__next__)
-    report, run = writing.progress(4), SimpleNamespace(switches=[0] * 7)
-    for setting in cases.SETTINGS[:2]:
-        report(cases.MOTIONS[0], setting, run)
-    first, second = capsys.readouterr().out.splitlines()
-    assert first.endswith("7 switches, 2.0 s so far, about 6 s left") and second.endswith("about 6 s left")
 
 
 def test_measures_of_a_run_made_by_hand():

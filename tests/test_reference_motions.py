@@ -5,22 +5,15 @@ more).
 import numpy as np
 import pytest
 from oracle import references
-from oracle.bridge import error, project_vehicle, switch_table
+from oracle.bridge import error, simulated, switch_table
 
 CASES = references.load()
 NAMES = [f"{c['name']}: {c['model']}, {c['law']}" for c in CASES]
 
 
 def run(case, **options):
-    import omniroll
-
-    start = dict(case["start"])
-    if case["model"] != "free":
-        del start["spins"]
-    return omniroll.simulate(
-        project_vehicle(case["vehicle"]), **start, duration=case["duration"],
-        roller_model=case["model"], switching=case["law"], **options,
-    )  # fmt: skip
+    options |= case["start"] | {"duration": case["duration"]}
+    return simulated(case["vehicle"], model=case["model"], law=case["law"], **options)
 
 
 def floats(values):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from flint import ctx
 from oracle import PRECISION, lagrange, switch
-from oracle.bridge import project_vehicle, row_speeds, switch_rows
+from oracle.bridge import row_speeds, simulated, switch_rows
 from oracle.states import ordinary_vehicle, random_state, time_for_switches
 
 LAWS = {"smooth": switch.smooth, "impact": switch.impact_literal}
@@ -17,13 +17,8 @@ def sixty_digits():
 
 
 def run(vehicle, nu, chi, spins, model, law, switches):
-    import omniroll
-
-    given = {"spins": spins} if model == "free" else {}
-    return omniroll.simulate(
-        project_vehicle(vehicle), nu=nu, chi=chi, pose=(0.1, 0.2, 0.6), accuracy=1e-9, roller_model=model,
-        switching=law, duration=time_for_switches(vehicle, nu, switches), **given,
-    )  # fmt: skip
+    duration = time_for_switches(vehicle, nu, switches)
+    return simulated(vehicle, nu, chi, spins, model, law, pose=(0.1, 0.2, 0.6), accuracy=1e-9, duration=duration)
 
 
 def check_rows(vehicle, trajectory, before, after, moves, model, law):

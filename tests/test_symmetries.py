@@ -2,21 +2,15 @@
 
 import numpy as np
 import pytest
-from oracle.bridge import error, project_vehicle, switch_table
+from oracle.bridge import error, simulated, switch_table
 from oracle.lagrange import MODELS
 from oracle.states import ordinary_vehicle, random_state, time_for_switches
 
 LAWS = ("smooth", "impact")
 
 
-def simulate(vehicle, nu, chi, spins, model, law, duration, pose=(0, 0, 0), accuracy=1e-10, **more):
-    import omniroll
-
-    given = ({"spins": spins} if model == "free" else {}) | more
-    return omniroll.simulate(
-        project_vehicle(vehicle), nu=nu, chi=chi, pose=pose, duration=duration, roller_model=model,
-        switching=law, accuracy=accuracy, **given,
-    )  # fmt: skip
+def simulate(vehicle, nu, chi, spins, model, law, duration, **more):
+    return simulated(vehicle, nu, chi, spins, model, law, duration=duration, accuracy=1e-10, **more)
 
 
 def turn_nu(nu, angle):

@@ -6,13 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 import omniroll
 from omniroll import InvalidValueError, Vehicle
 from omniroll.kernels.kernel import kernel
 from omniroll.scenes.lints_of_wheels import lever_of_yaw, of_wheels
-from omniroll.vehicles import wheel_kind
 
 PAPER = Vehicle.paper(4, 10)
 HANDS = (1, -1, -1, 1)
@@ -171,20 +169,6 @@ def distance_along(r, radius, psi, chi):
     point = place + s * axis
     contact = np.array([point[0], 0, ground[2]])
     return abs((contact - place) @ axis)
-
-
-def test_neighbours_axes_are_as_far_apart_as_a_search_says():
-    for psi, rollers in ((ANGLE, 6), (0.9, 9), (0.2, 14)):
-        q, r, radius = math.pi / rollers, 0.035, 0.05
-        (one, along), (other, beside) = frame(q, psi, r), frame(-q, psi, r)
-
-        def apart(s, one=one, along=along, other=other, beside=beside):
-            return np.linalg.norm(one + s[0] * along - other - s[1] * beside)
-
-        found = minimize(apart, [0, 0], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-15, "maxiter": 4000})
-        room, thickness = wheel_kind.room_for_rollers(radius, r, rollers, psi)
-        assert room == pytest.approx(found.fun / 2, rel=1e-9)
-        assert thickness == pytest.approx(radius - math.hypot(r, found.x[0] * math.cos(psi)), rel=1e-6)
 
 
 def test_the_inertia_of_rollers_at_an_angle_is_part_of_the_wheels():

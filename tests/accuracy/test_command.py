@@ -3,20 +3,16 @@
 import csv
 import json
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-import omniroll
 from omniroll import cli
 from omniroll.engine.simulate import checked_task, one_run
-from omniroll.engine.switching import SwitchingModel
-from omniroll.errors import SimulationStopped
 from omniroll.scenes import load_scene
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.peers import PEERS, outcome_of
-from omniroll.studies.accuracy.study import INTEGRATORS, Point, advice, study
+from omniroll.studies.accuracy.study import INTEGRATORS, Point, study
 from omniroll.studies.accuracy.tables import text
 
 pytestmark = pytest.mark.long
@@ -82,16 +78,6 @@ def test_effects_are_left_out_in_turn():
     assert "Slope" in text(shown).split("each effect left out")[1]
 
 
-def test_the_integrators_of_others_are_left_out_where_axles_stick():
-    """They would go through the instants at which axles stop and break away."""
-    sticking, sliding = (
-        checked_task(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1, effects=[omniroll.Bearings(**friction)])
-        for friction in ({"wheel_coulomb": 0.01}, {"wheel_coulomb": 0.01, "wheel_speed": 0.1})
-    )
-    assert [peer.name for peer in PEERS if peer.takes(sticking)] == ["compiled"]
-    assert [peer.takes(sliding) for peer in PEERS] == [peer.with_effects for peer in PEERS]
-
-
 @pytest.mark.parametrize("name", ["driven", "tracked", "slope-bearings"])
 def test_integrators_run_the_effects_of_a_scene(name):
     """Known times, samples, current limits, friction of free rollers: each at its finest setting."""
@@ -105,21 +91,7 @@ def test_integrators_run_the_effects_of_a_scene(name):
             assert error < 100 * peer.settings[-1], peer.name
 
 
-def test_a_reference_that_stops_is_exit_code_3(monkeypatch, capsys):
-    def stopped(*_, **__):
-        raise SimulationStopped("switches without progress in time", t=0.5, wheel=1, state={}, trajectory=None)
-
-    monkeypatch.setattr("omniroll.studies.accuracy.study.confirmed", stopped)
-    assert cli.main(["accuracy", "scenes/motion-3.toml"]) == 3
-    assert "switches without progress" in capsys.readouterr().err
-
-
-def test_a_run_that_stops_is_exit_code_3_and_the_others_are_kept(monkeypatch, capsys, tmp_path):
-    """A law, for the Python engine, that sends every wheel back to where it came from."""
-    apply = SwitchingModel.apply
-    monkeypatch.setattr(
-        SwitchingModel, "apply", lambda model, state, moves: replace(apply(model, state, moves), nu=-state.nu)
-    )
+def test_a_run_that_stops_is_exit_code_3_and_the_others_are_kept(monkeypatch, bouncing, capsys, tmp_path):
     monkeypatch.setattr("omniroll.studies.accuracy.study.INTEGRATORS", PEERS[:2])
     monkeypatch.setattr(study, "__kwdefaults__", study.__kwdefaults__ | {"peers": PEERS[:2]})
     arguments = ["accuracy", "scenes/motion-3.toml", "--duration", "0.6", "--folder", str(tmp_path)]
@@ -129,17 +101,6 @@ def test_a_run_that_stops_is_exit_code_3_and_the_others_are_kept(monkeypatch, ca
     kept = json.loads((tmp_path / "accuracy.json").read_text())
     assert {point["series"] for point in kept["points"]} == {"compiled"} and "without progress" in kept["stopped"]
     assert kept["models"] and (tmp_path / "accuracy.md").exists()
-
-
-def test_what_cannot_be_met_is_said_with_the_smallest_error(found):
-    nothing = advice(found, 1e-30)
-    assert nothing["cheapest"] is nothing["next_digit"] is nothing["times"] is None
-    assert nothing["finest"] == found.advice["finest"]
-    last = advice(found, nothing["finest"]["error"])
-    assert last["cheapest"] and last["next_digit"] is None
-    said = [text(replace(found, advice=made)) for made in (nothing, last, found.advice)]
-    assert ["cannot be met" in words for words in said] == [True, False, False]
-    assert ["next digit cannot be had" in words for words in said] == [False, True, False]
 
 
 def test_files_and_tables(tmp_path, capsys, monkeypatch):

@@ -1,8 +1,6 @@
 """simulate_many: what simulate makes of each, whatever the executor."""
 
 import pickle
-import sys
-import threading
 import warnings
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 
@@ -11,9 +9,7 @@ import pytest
 
 import omniroll
 from omniroll.effects.function_controller import FunctionController
-from omniroll.engine import compiled_engine, works, workspace
-from omniroll.engine.simulate import checked_task
-from omniroll.engine.switching import SwitchingModel
+from omniroll.engine import works
 from omniroll.sweeps import sweep
 from omniroll.sweeps.many import simulate_many
 from omniroll.sweeps.member import SAMPLED
@@ -58,17 +54,6 @@ def test_processes():
         check(simulate_many(VEHICLES, **TASK, executor=executor))
 
 
-def test_a_dask_cluster():
-    pytest.importorskip("distributed")
-    from distributed import Client, LocalCluster
-
-    with (
-        LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None) as cluster,
-        Client(cluster) as client,
-    ):
-        check(simulate_many(VEHICLES, **TASK, executor=client.get_executor()))
-
-
 def test_runs_of_a_group_are_one_call_of_the_engine(monkeypatch):
     """A run whose effect raises among them takes nobody along."""
     sizes = []
@@ -106,48 +91,11 @@ class Pickling(Executor):
 def test_tasks_and_results_pickle():
     seen = []
     many = simulate_many(VEHICLES, **TASK, executor=Pickling(), progress=lambda done, total: seen.append((done, total)))
-    check(many)
+    check(pickle.loads(pickle.dumps(many)))
     assert seen[-1] == (6, 6) and [done for done, _ in seen] == sorted(done for done, _ in seen)
 
 
-def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
-    """Threads are not made to take turns here: this one goes on only while the other has given the lock away."""
-    order, ready = [], threading.Event()
-    part = compiled_engine.CompiledRun.part
-
-    def watched(run, first=0):
-        order.append("the engine is done")
-        return part(run, first)
-
-    def work():
-        run = compiled_engine.CompiledRun(task, 1e-9)
-        ready.set()
-        run.trajectory()
-
-    monkeypatch.setattr(workspace, "ROWS", 100_000)
-    monkeypatch.setattr(compiled_engine.CompiledRun, "part", watched)
-    task = checked_task(PAPER, nu=(1, 0, 1), duration=3000)
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e3)
-    try:
-        thread = threading.Thread(target=work)
-        thread.start()
-        ready.wait()
-        order.append("this thread went on")
-        thread.join()
-    finally:
-        sys.setswitchinterval(interval)
-    assert order == ["this thread went on", "the engine is done"]
-
-
-def test_a_run_that_stops_does_not_end_the_others(monkeypatch):
-    apply = SwitchingModel.apply
-
-    def bounce(model, state, directions):
-        after = apply(model, state, directions)
-        return after if abs(state.nu[2]) < 0.75 else type(after)(**(vars(after) | {"nu": -state.nu}))
-
-    monkeypatch.setattr(SwitchingModel, "apply", bounce)
+def test_a_run_that_stops_does_not_end_the_others(bouncing):
     many = simulate_many(
         PAPER, nu=[(0, 0, 1), (0, 0, 0.5)], duration=4, roller_model="locked", engine="python",
         control=False, times=[0.0, 4.0],
@@ -156,21 +104,6 @@ def test_a_run_that_stops_does_not_end_the_others(monkeypatch):
     assert np.isnan(many.samples.nu[0, 1]).all() and (many.samples.contact[0, 1] == -1).all()
     assert np.isfinite(many.samples.nu[1]).all() and np.isnan(many.error_estimate).all()
     assert many.end.t[0] < 4 == many.end.t[1]
-
-
-@pytest.mark.long
-def test_axles_that_stick_vary_by_member():
-    """In threads: each run decides by itself what sticks."""
-    torques = np.array([1e-3, 3e-3, 1.2e-2])
-    effects = [[omniroll.Bearings(wheel_coulomb=torque)] for torque in torques]
-    many = simulate_many([[PAPER], [HEAVY]], nu=(1, 0.1, 0.4), duration=2, effects=effects)
-    for k, vehicle in enumerate((PAPER, HEAVY)):
-        for m, members in enumerate(effects):
-            alone = omniroll.simulate(vehicle, nu=(1, 0.1, 0.4), duration=2, effects=members)
-            assert alone.stats["engine"] == "compiled"
-            assert (many.end.nu[k, m] == alone.nu[-1]).all() and (many.end.pose[k, m] == alone.pose[-1]).all()
-            assert many.error_estimate[k, m] == alone.stats["error_estimate"] < 1e-9
-    assert (many.end.nu[:, 2] == 0).all() and (many.end.nu[:, 0] != 0).any()
 
 
 @pytest.mark.parametrize("executor", [None, Pickling()])
@@ -184,24 +117,6 @@ def test_a_member_that_fails_is_named(executor):
     assert (many.end.spins[0] == alone.spins[-1]).all() and (many.samples.nu[0, 1] == alone.nu[-1]).all()
     assert np.isnan(many.end.nu[1]).all() and np.isnan(many.end.energy[1]) and (many.end.contact[1] == -1).all()
     assert np.isnan(many.error_estimate[1]) and many.switches[1] == 0
-
-
-class Dying(Executor):
-    """The worker of the first chunk dies."""
-
-    def submit(self, function, /, *arguments):
-        future = Future()
-        if arguments[0].runs[0]["nu"][0] == NU[0, 0]:
-            future.set_exception(RuntimeError("out of memory"))
-        else:
-            future.set_result(function(*arguments))
-        return future
-
-
-def test_a_worker_that_dies_takes_its_chunk_alone():
-    many = simulate_many(PAPER, nu=NU, duration=0.2, executor=Dying())
-    assert many.stopped.tolist() == [True, False, False]
-    assert "out of memory" in many.reasons[0,] and np.isfinite(many.end.nu[1:]).all()
 
 
 @pytest.mark.parametrize("executor", [None, Pickling()])
@@ -228,18 +143,12 @@ def test_out_of_reach_is_said_once():
 
 
 @pytest.mark.parametrize("change, field", [
-    ({"nu": (1, 2)}, "nu"),
     ({"nu": [(1, 0, 1), (np.nan, 0, 0)]}, "nu"),
     ({"chi": np.zeros((4, 3))}, "chi"),
     ({"chi": 1.0}, "chi"),
-    ({"pose": (0, 0)}, "pose"),
-    ({"duration": -1}, "duration"),
     ({"times": [2.0]}, "times"),
-    ({"times": 1.0}, "times"),
     ({"vehicles": []}, "vehicles"),
-    ({"vehicles": ["paper"]}, "vehicles"),
     ({"vehicles": [PAPER, omniroll.Vehicle.paper(4)]}, "vehicles"),
-    ({"roller_model": "loose"}, "roller_model"),
 ])  # fmt: skip
 def test_bad_input_is_named(change, field):
     task = {"vehicles": PAPER, "nu": NU, "duration": 1.0} | change
@@ -258,15 +167,3 @@ def test_a_sweep_without_room_is_refused_before_it_is_made():
     with pytest.raises(omniroll.InvalidValueError, match="for 2 runs of 100000000 samples"):
         simulate_many(PAPER, nu=NU[:2], duration=1, times=np.broadcast_to(0.5, 10**8))
     assert not simulate_many(PAPER, nu=NU[:2], duration=0.1, memory=1e5).stopped.any()
-
-
-def test_a_function_sees_a_run_after_its_control():
-    """What it keeps is that of one run at a time."""
-    times = []
-
-    def function(time, state):
-        times.append(time)
-        return np.zeros(3)
-
-    omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.5, effects=[FunctionController(function, 0.1)])
-    assert len(times) > 8 and (np.diff(times) < 0).sum() == 1

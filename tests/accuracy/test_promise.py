@@ -8,7 +8,7 @@ from random_scenes import MODELS, PAPER, SCENES, random_scene
 
 import omniroll
 from omniroll.engine import control
-from omniroll.engine.control import controlled, made, making, moved, sensitivity
+from omniroll.engine.control import controlled, made, making
 from omniroll.engine.python_engine import Run
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import difference
@@ -86,26 +86,6 @@ def test_a_step_that_becomes_stiff_settles_before_it_is_taken():
     vehicle, arguments = random_scene("viscous friction", "free", 0)
     task = checked_task(vehicle, **arguments | {"duration": 15.0}, accuracy=1e-8)
     assert difference(made(task, 1e-8).trajectory(), made(task, 1e-14).trajectory()) < 1e-8
-
-
-def test_the_distance_of_two_runs_is_that_of_their_trajectories():
-    """Of runs whose distance is that of their starts, so that it hardly matters where it is taken."""
-    for name in ("motors", "all with viscous friction", "slope"):
-        vehicle, arguments = random_scene(name, "free", 0)
-        task = checked_task(vehicle, **arguments, accuracy=1e-12)
-        fine, other = made(task, 1e-12), made(moved(task, 1e-6), 1e-12)
-        in_c = fine.distance_from(other)
-        assert in_c == pytest.approx(difference(other.part(), fine.part()), rel=0.3)
-        assert in_c > 1e-7
-
-
-def test_sensitivity_is_measured_when_it_is_read(monkeypatch):
-    runs = []
-    monkeypatch.setattr(control, "making", lambda *arguments: runs.append(arguments) or making(*arguments))
-    run = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=2)
-    assert len(runs) == 2
-    assert run.stats["sensitivity"] == sensitivity(runs[0][0])
-    assert run.stats["sensitivity"] and len(runs) > 2
 
 
 def test_a_request_out_of_reach_does_not_go_on_for_ever(monkeypatch):

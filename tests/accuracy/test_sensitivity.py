@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 from oracle import references
-from oracle.bridge import error, project_vehicle
+from oracle.bridge import error, simulated
 
 import omniroll
 
@@ -20,17 +20,12 @@ def floats(values):
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9, 1e-12, 1e-14])
 def test_the_error_is_below_ten_times_the_request_or_the_floor(accuracy):
     for case in references.load():
-        start = dict(case["start"])
-        if case["model"] != "free":
-            del start["spins"]
+        options = case["start"] | {"duration": case["duration"], "accuracy": accuracy}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", omniroll.AccuracyWarning)
-            run = omniroll.simulate(
-                project_vehicle(case["vehicle"]), **start, duration=case["duration"],
-                roller_model=case["model"], switching=case["law"], accuracy=accuracy,
-            )  # fmt: skip
-        end = case["end"]
-        found = error(case["vehicle"], start["nu"], run.pose[-1], run.nu[-1], floats(end["pose"]), floats(end["nu"]))
+            run = simulated(case["vehicle"], model=case["model"], law=case["law"], **options)
+        wanted = floats(case["end"]["pose"]), floats(case["end"]["nu"])
+        found = error(case["vehicle"], case["start"]["nu"], run.pose[-1], run.nu[-1], *wanted)
         assert found <= 10 * max(accuracy, EPS * run.stats["sensitivity"])
         assert run.stats["error_estimate"] >= EPS * run.stats["sensitivity"]
 

@@ -88,12 +88,6 @@ def test_the_users_own_settings_are_ignored(tmp_path, monkeypatch):
     assert text == "{}"
 
 
-def test_a_wrong_name_is_said(monkeypatch):
-    monkeypatch.setenv("MAXIMA", "/nowhere/maxima")
-    with pytest.raises(MaximaError, match="nowhere"):
-        Maxima.find()
-
-
 def test_a_program_that_is_not_maxima_is_refused(monkeypatch):
     monkeypatch.setenv("MAXIMA", shutil.which("true"))
     with pytest.raises(MaximaError, match="does not run"):

@@ -115,12 +115,6 @@ def test_what_a_loop_does_not_change_is_computed_before_it():
     assert count_operations(f)["wheel"] == {"add": 0, "mul": 1, "div": 0, "sqrt": 0, "sincos": 0, "exp": 0}
 
 
-def test_a_changing_accumulator_is_not_shared():
-    f = shared([{"var": "s", "expr": "a"}, put(["nu_dot", 0], ["sin", "s"]), {"add": "s", "expr": "b"},
-                put(["nu_dot", 1], ["sin", "s"]), put(["nu_dot", 2], ["*", 2, ["sin", "s"]])])  # fmt: skip
-    assert count_operations(f)["once"]["sincos"] == 2
-
-
 @pytest.mark.parametrize("body, message", [
     ([put(["nu_dot", 0], "zeta")], "unknown symbol zeta"),
     ([put(["nu_dot", 0], "chi")], "outside the loop over i"),

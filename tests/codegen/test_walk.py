@@ -4,14 +4,12 @@ import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from pages import ROOT, blocks, page
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs/walk-mechanician.md").read_text()
-BLOCKS = re.findall(r"^```sh\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
-COMMANDS = [line for block in BLOCKS for line in block.splitlines()]
+PAGE = page("docs/walk-mechanician.md")
+COMMANDS = [line for block in blocks("sh", PAGE) for line in block.splitlines()]
 MADE = re.compile(r"make (\w[\w-]*.*)$")
 
 
@@ -38,6 +36,6 @@ def test_the_walk(tmp_path):
     of_maxima = re.sub(r"\s", "", said)  # which breaks its lines
     assert "sum_i((B*R*sin(alpha)*sin(chi))/(Lambda*rho)+(J*R^2*cos(alpha))/(Lambda*l^2))" in of_maxima
     assert "0 fail" in said and "8 of 49 equations change" in said
-    for block in re.findall(r"^```text\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL):
+    for block in blocks("text", PAGE):
         assert block in said
     assert (tmp_path / "out/what-if/motion.png").exists()

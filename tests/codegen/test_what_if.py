@@ -10,12 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pages import ROOT, blocks, page
 
 import omniroll
 from codegen import what_if
 from omniroll.studies import what_if as what_if_study
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -86,8 +85,7 @@ def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path, mo
             np.testing.assert_allclose(motion.energy[-1], run.energy[-1], rtol=1e-9)
     with pytest.raises(omniroll.InvalidValueError, match="also need e"):
         what_if_study.ChangedVehicle(kernel, vehicle)
-    page = (ROOT / "docs/changing-the-derivation.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"^```python after-the-command-above\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (example,) = blocks("python after-the-command-above", page("docs/changing-the-derivation.md"))
     shutil.copytree(tex.parent, tmp_path / "out/what-if", ignore=shutil.ignore_patterns("maxima"))
     monkeypatch.chdir(tmp_path)
     exec(compile(example, "the page", "exec"), {"__name__": "__main__"})

@@ -22,8 +22,7 @@ ARGUMENTS = (
     | array("nu", [3], nu_1=[0], nu_2=[1], nu_3=[2]) | array("chi", ["N"], chi=["i"]) | array("theta", [])
     | array("momenta", ["N", 2], p=["i", 0], q=["i", 1]) | array("spins", ["N", "n-1"], spin=["i", "j"])
     | array("sizes", ["N"], size=["i"]) | array("chi_dot", ["N"]) | array("contact_spin", ["N"])
-    | array("pose_dot", [3]) | array("nu_dot", [3]) | array("matrix", [3, 3]) | array("spins_dot", ["N", "n-1"])
-    | array("energy", []) | array("total", []) | array("mean", [])
+    | array("pose_dot", [3]) | array("nu_dot", [3]) | array("energy", []) | array("total", []) | array("mean", [])
 )  # fmt: skip
 
 
@@ -104,27 +103,6 @@ FUNCTIONS = [
             put(["nu_dot", 0], ["*", "f", ["^", "m", -1]]),
             put(["nu_dot", 1], ["*", -1, "nu_2", ["^", "m", -1]]),
             put(["nu_dot", 2], ["*", -1, ["+", "nu_3", ["*", -1, "nu_1"]]]),
-        ],
-    ),
-    function(
-        "everything", "All kinds of steps at once.",
-        "nu chi spins", "matrix spins_dot momenta energy",
-        [
-            {"var": "energy", "expr": ["*", ["/", 1, 2], ["^", "nu_1", 5]]},
-            {"loop": "i", "body": [
-                {"var": "s", "expr": 0},
-                {"loop": "j", "body": [
-                    let("x", ["+", "spin", ["*", "nu_3", "cos_kappa"], ["*", "gain", "nu_3", "cos_alpha"]]),
-                    {"add": "s", "expr": ["*", "x", "cos_kappa"]},
-                    put(["spins_dot", "i", "j"], ["*", "x", ["^", "l", -1], "slot"]),
-                ]},
-                {"add": "energy", "expr": ["*", ["^", "s", 2], ["/", 1, 6]]},
-                put(["momenta", "i", 0], ["*", "s", ["sin", ["+", "chi", ["*", -1, "nu_1"]]]]),
-                put(["momenta", "i", 1], ["*", "s", ["sin", ["+", "nu_1", ["*", -1, "chi"]]]]),
-            ]},
-            put(["energy"], ["sqrt", ["+", ["^", "energy", 2], ["^", "nu_2", -4]]]),
-            *(put(["matrix", r, c], ["*", r - c, "energy", ["^", "nu_2", -1]])
-              for r in range(3) for c in range(3)),
         ],
     ),
     function(

@@ -85,12 +85,6 @@ def test_angles_of_four_digits_are_those_that_the_controllers_know():
     assert drive.parameters("abcd")["wheel_offset"] == 2.3562 and drive.order == (0, 3, 2, 1)
 
 
-def test_wpilibs_places_may_be_a_rectangle():
-    drive = wpilib.WpilibDrive.of(vehicle_of(CORNERS, wheel_places=RECTANGLE))
-    assert drive.places().tolist() == [[0.2, 0.1], [0.2, -0.1], [-0.2, 0.1], [-0.2, -0.1]]
-    assert_same(drive.matrix, wpilib_matrix(drive.places()))
-
-
 @pytest.mark.parametrize("make, vehicle, field", [
     (ros.RosOmniDrive.of, vehicle_of([0.0, 2.0, 4.0]), "wheel_angles"),
     (ros.RosOmniDrive.of, vehicle_of([0.0, math.pi]), "wheels"),
@@ -103,13 +97,6 @@ def test_what_the_others_do_not_know_is_refused(make, vehicle, field):
     with pytest.raises(omniroll.InvalidValueError) as refused:
         make(vehicle)
     assert refused.value.field == field
-
-
-def test_parameters_that_are_missing_are_named():
-    with pytest.raises(omniroll.InvalidValueError, match="robot_radius"):
-        ros.RosOmniDrive.fields({"wheel_names": ["a", "b", "c"], "wheel_radius": 0.05})
-    with pytest.raises(omniroll.InvalidValueError, match="wheel_names"):
-        ros.RosOmniDrive.fields({"wheel_names": "abc", "robot_radius": 0.1, "wheel_radius": 0.05})
 
 
 def test_twists_are_the_rates_of_the_pose():
@@ -132,10 +119,6 @@ def test_both_odometries_follow_an_arc(turn):
     wanted = [start[0] + x, start[1] + y, start[2] + turn]
     assert ros.moved(start, twist, 1.0) == pytest.approx(wanted, abs=1e-7)
     assert wpilib.moved(start, twist) == pytest.approx(wanted, abs=1e-8)
-
-
-def test_ros_leaves_the_pose_alone_in_no_time():
-    assert ros.moved([1.0, 2.0, 3.0], [1.0, 1.0, 1.0], 1e-7).tolist() == [1.0, 2.0, 3.0]
 
 
 def test_odometry_of_a_run_and_back(tmp_path):

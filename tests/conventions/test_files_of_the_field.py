@@ -127,11 +127,6 @@ def test_columns_by_name(tmp_path):
         read(tmp_path, text, columns={"time": "nothing"})
 
 
-def test_schedules_of_whole_seconds_stay_seconds(tmp_path):
-    log = read(tmp_path, "t,vx,vy,wz\n0,1,0,0\n5,0,1,0\n20,0,0,1\n")
-    assert log.times.tolist() == [0, 5, 20] and not log.said
-
-
 def test_several_topics_are_named(tmp_path):
     names = ["t", *(f"{topic}.{name}" for topic in ("a", "b") for name in NAMES)]
     with pytest.raises(omniroll.InvalidValueError, match="has twists of a, b: choose"):

@@ -75,19 +75,6 @@ def test_a_command_holds_until_the_next(tmp_path, engine):
     assert linear.sample(0.38).nu[1] * found.vehicle.platform_radius > 0.1
 
 
-@pytest.mark.long
-def test_a_run_s_own_samples_can_be_replayed(tmp_path):
-    """The voltages that a run's samples hold, replayed, give the same motion as far as they hold the voltages."""
-    motor = omniroll.Motor(voltage=[2.0, -1.0, 0.5], torque_constant=0.02, resistance=1.5)
-    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(0, 0, 0), duration=0.5, effects=[motor])
-    times = np.linspace(0, 0.5, 51)
-    volts = run.measure(times)["motor_voltage"]
-    rows = [f"{t:.17g},{u:.17g},{v:.17g},{w:.17g}" for t, (u, v, w) in zip(times, volts, strict=True)]
-    log = "\n".join(["t,motor_voltage_1,motor_voltage_2,motor_voltage_3", *rows])
-    again = omniroll.run(scene(tmp_path, log, SCENE + "torque_constant = 0.02\nresistance = 1.5\n"))
-    assert again.pose[-1] == pytest.approx(run.pose[-1], abs=1e-9)
-
-
 @pytest.mark.parametrize("log, text, words", [
     (TORQUES, SCENE + "torque = 1.0\n", "torque = 1.0: cannot stand beside log"),
     (TORQUES, SCENE + "torque_constant = 0.02\nresistance = 1.0\n", "must have columns voltage_1"),

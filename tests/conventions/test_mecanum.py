@@ -93,12 +93,6 @@ def test_what_ros_does_not_know(vehicle, words):
         mecanum.RosMecanumDrive.of(vehicle)
 
 
-def test_programs_of_omni_wheels_refuse_mecanum():
-    programs = facts(vehicle_of())["programs"]
-    assert "roller_angle" in programs["ros"]["refused"] and "wheels" in programs["lekiwi"]["refused"]
-    assert "refused" not in programs["ros-mecanum"] and "refused" not in programs["wpilib"]
-
-
 def test_the_odometry_turns_first():
     """odometry.cpp: the heading is integrated, then the position along the new one."""
     x, y, heading = mecanum.moved([1.0, 2.0, 0.3], [0.5, -0.2, 0.8], 0.1)

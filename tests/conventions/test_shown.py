@@ -9,7 +9,7 @@ import pytest
 import omniroll
 from omniroll import cli
 from omniroll.conventions import lekiwi
-from omniroll.conventions.shown import facts, side
+from omniroll.conventions.shown import facts
 
 ANGLES = [math.radians(angle) for angle in (180, 60, -60)]  # back, left, right
 
@@ -33,11 +33,6 @@ def test_the_matrix_is_that_of_lerobot():
     assert lekiwi.twist_of_fields(lekiwi.fields_of_twist(twist)) == pytest.approx(twist, rel=1e-15)
     with pytest.raises(omniroll.InvalidValueError, match="60, 180 and -60 degrees"):
         lekiwi.LeKiwiDrive.of(omniroll.Vehicle.paper())
-
-
-@pytest.mark.parametrize("degrees, words", [(0, "front"), (50, "front left"), (90, "left"), (200, "back")])
-def test_sides(degrees, words):
-    assert side(math.cos(math.radians(degrees)), math.sin(math.radians(degrees))) == words
 
 
 def test_wheels_turn_as_a_run_says():

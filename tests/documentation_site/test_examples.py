@@ -1,11 +1,11 @@
 """Every example on every page: Python prints what the page says, commands and scenes are ones that omniroll takes."""
 
-import re
 import shlex
 import tomllib
 import warnings
 from pathlib import Path
 
+import pages
 import pytest
 
 from omniroll import cli
@@ -17,8 +17,7 @@ BEFORE = {"docs/scenes": "omniroll run scenes/motion-3.toml --stream"}  # comman
 
 
 def blocks(language: str, page: Path) -> list[str]:
-    """The fenced blocks of one language, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return pages.blocks(language, page.read_text(encoding="utf-8"))
 
 
 def with_blocks(language: str) -> list:

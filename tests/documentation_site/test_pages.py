@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 import omniroll
+import omniroll.effects
 
 ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [page for page in PAGES if "node_modules" not in page.parts]
 
 
 def tool(name: str):
@@ -76,6 +79,29 @@ def test_a_link_that_leads_nowhere_is_an_error():
         assemble.with_links("[here](gone.md)", "docs/x.md", "x.md", set())
 
 
+def anchors(page: Path) -> set[str]:
+    """The names by which the page's headings are linked."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_files_and_to_headings(page):
+    text = page.read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)#:]+)\)", text)
+    assert [target for target in targets if not (page.parent / target).exists()] == []
+    for target, heading in re.findall(r"\]\(([\w/.-]*\.md)?#([^)]+)\)", text):
+        assert heading in anchors(page.parent / target if target else page) or f'id="{heading}"' in text, heading
+
+
+def test_what_an_effect_brings_and_says_is_what_the_page_lists():
+    page = (ROOT / "docs/adding-an-effect.md").read_text(encoding="utf-8")
+    kinds, methods = (re.findall(r"^\| `(\w+)", part, re.MULTILINE) for part in page.split("## 2."))
+    registry = (ROOT / "maxima/machinery/effects.mac").read_text(encoding="utf-8").split("The kinds:")[1]
+    assert set(kinds) <= set(re.findall(r"^   (\w+)  ", registry.split("*/")[0], re.MULTILINE))
+    assert methods and [name for name in methods if not hasattr(omniroll.effects.Effect, name)] == []
+
+
 @pytest.mark.parametrize("text, wanted", [
     ("[a](theory.md#9-the-switch)", "[a](../theory.md#9-the-switch)"),
     ("[a](../generated/symbols.md)", "[a](../symbols.md)"),
@@ -103,19 +129,3 @@ def test_pictures_of_the_build_take_the_places_of_those_in_docs(tmp_path):
     assert (tmp_path / "site/conventions.png").read_bytes() == b"new"
     kept = ROOT / "docs/robots.png"
     assert (tmp_path / "site/robots.png").read_bytes() == kept.read_bytes()
-
-
-def test_tables_in_docstrings_become_definitions():
-    plain = [
-        "What it *is* of `x`.",
-        "",
-        "nu         (T, 3) in 1/s,",
-        "           |nu| <= 1",
-        "dt, step   in s",
-        "",
-        "Raises x_.",
-    ]
-    assert rendering.restructured(plain) == [
-        "What it \\*is\\* of ``x``.", "", "**nu**", "   (T, 3) in 1/s,", "   \\|nu\\| <= 1", "**dt, step**", "   in s",
-        "", "Raises x\\_.", "",
-    ]  # fmt: skip

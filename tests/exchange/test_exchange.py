@@ -106,23 +106,6 @@ def test_a_platform_that_is_turned_and_moved_in_its_world(read):
     assert_same(read(text, "a.xml").vehicle, read(moved, "b.xml").vehicle)
 
 
-def test_meshes_are_not_read(read):
-    mesh = '<collision><geometry><mesh filename="package://nowhere/a.stl"/></geometry></collision></link>'
-    text = urdf().replace("</link>", mesh, 1)
-    found = read(text)
-    assert_same(read(urdf()).vehicle, found.vehicle)
-    assert any("meshes were not read" in words for words in found.assumed)
-
-
-def test_armatures_of_wheels_count_and_of_rollers_do_not(read):
-    """As MuJoCo Menagerie's soccer kit has them: a default for all joints falls on the rollers, too."""
-    vehicle = omniroll.Vehicle.paper().replace(yaw_scale=1.0)
-    text = to_mjcf(vehicle, armature=0.005).replace('axis="0 1 0"', 'axis="0 1 0" armature="0.005"')
-    found = read(text, "robot.xml")
-    assert_same(vehicle.replace(wheel_inertia=vehicle.wheel_inertia + 0.005), found.vehicle)
-    assert any("a roller has no motor" in words for words in found.assumed)
-
-
 HEAVY_ROLLER = urdf().replace(f'<mass value="{NUMBERS["roller"][0]}"', '<mass value="0.1"', 1)
 
 
@@ -211,13 +194,3 @@ def test_a_comparison_takes_friction_and_height_from_the_contact(mujoco, tmp_pat
     other = run_in_mujoco(run, run.t[[0]] + [0.0, 0.01], 2e-4, spheres=1)
     assert np.abs(other.wheel_rates[0]).max() == 0  # the wheels stand at the start
     assert other.nu[1, 0] < other.nu[0, 0]
-
-
-def test_a_comparison_says_for_how_much_of_the_time_wheels_are_off_the_ground(capsys, tmp_path):
-    """A vehicle that stands keeps its wheels on the ground; one whose wheels spin hops there."""
-    still = omniroll.simulate(omniroll.Vehicle.paper(), nu=(0, 0, 0), duration=0.05)
-    assert run_in_mujoco(still, np.array([0.0, 0.05]), 1e-3, spheres=5).off_ground < 0.1
-    call = ["compare", "scenes/wheel-spin.toml", "--with", "mujoco", "--duration", "0.3", "--output", str(tmp_path)]
-    assert cli.main(call) == 0
-    assert "they hop, and distances need not fall with the step" in capsys.readouterr().out
-    assert json.loads((tmp_path / "compare.json").read_text())["runs"][0]["off_ground"] > 0.4

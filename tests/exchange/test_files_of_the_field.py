@@ -11,7 +11,7 @@ from omniroll import cli
 from omniroll.exchange.importing import import_vehicle
 from omniroll.exchange.mjcf import to_mjcf
 
-from .urdf import CYLINDER, NUMBERS, joint, link, plain_urdf, urdf
+from .urdf import CYLINDER, joint, link, plain_urdf, urdf
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
 VISUAL = CYLINDER.format(rpy="0 0 0", radius=0.0405 - 0.03, length=0.01).replace("collision", "visual")
@@ -120,22 +120,6 @@ def test_two_robots_are_named(read):
     assert any("3.05 kg of platform, ball belong to others" in words for words in found.assumed)
     with pytest.raises(omniroll.InvalidValueError, match="must be one of platform, other_platform, ball"):
         read(two_robots(), robot="nobody")
-
-
-def test_friction_of_each_wheel(read):
-    found = read(urdf(frictions=(0.1, 0.0, 0.3)))
-    assert found.friction == {"wheel_coulomb": [0.1, 0.0, 0.3]}
-    omniroll.Bearings(**found.friction)
-    assert read(urdf(frictions=(0.1, 0.1, 0.1))).friction == {"wheel_coulomb": 0.1}
-
-
-def test_rollers_that_differ(read):
-    found, along = read(urdf(spread=0.004)), NUMBERS["roller"][1]
-    assert found.vehicle.roller_inertia == pytest.approx(along * 1.002, rel=1e-12)
-    assert any("wheel0's rollers" in words and "0.4 % apart" in words for words in found.assumed)
-    with pytest.raises(omniroll.InvalidValueError, match="from 1.1e-07 to 1.133e-07: up to 2 % apart"):
-        read(urdf(spread=0.03))
-    assert read(urdf()).assumed == read(urdf(spread=1e-9)).assumed
 
 
 def test_wheels_of_one_body(read):

@@ -1,12 +1,11 @@
 """The exported function in CasADi, as a solver takes it: values, Jacobians, and generated code that calls it."""
 
-import re
 import subprocess
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from pages import blocks, page
 
 import omniroll
 from omniroll.errors import InvalidValueError
@@ -85,8 +84,7 @@ def test_hessians(case, library):
 
 def test_the_predictive_controller_of_the_page(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    page = (Path(__file__).resolve().parents[2] / "docs/exports.md").read_text()
-    (*_, program), (printed,) = (re.findall(rf"^```{name}\n(.*?)^```", page, re.M | re.S) for name in ("py", "text"))
+    (*_, program), (printed,) = (blocks(language, page("docs/exports.md")) for language in ("py", "text"))
     exec(program, {})
     assert capsys.readouterr().out == printed
 

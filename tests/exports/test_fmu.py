@@ -9,7 +9,6 @@ import pytest
 import omniroll
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.fmu import to_fmu
-from omniroll.exchange.units import powers
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed: make test-exports installs it")
 for module in ("validation", "fmi2", "fmi3"):
@@ -205,8 +204,3 @@ def test_what_is_not_exported(effects, options, said, tmp_path):
     with pytest.raises(InvalidValueError, match=said):
         to_fmu(VEHICLE, tmp_path / "no.fmu", effects=effects, **options)
     assert not (tmp_path / "no.fmu").exists()
-
-
-def test_units_are_powers_of_base_units():
-    assert powers("1/(kg m^2 s)") == {"kg": -1, "m": -2, "s": -1}
-    assert powers("N m/A") == {"kg": 1, "m": 2, "s": -2, "A": -1} and powers("ohm")["A"] == -2 and powers("1") == {}

@@ -5,16 +5,14 @@ import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from pages import ROOT, blocks, page
 
 pytest.importorskip("fmpy", reason="fmpy is not installed: make test-exports installs it")
 pytest.importorskip("casadi", reason="casadi is not installed: make test-exports installs it")
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs/walk-control-engineer.md").read_text()
-BLOCKS = re.findall(r"^```sh\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+BLOCKS = blocks("sh", page("docs/walk-control-engineer.md"))
 SETS_UP = re.compile(r"^(make build|.*pip install.*)\n", re.MULTILINE)  # which has been done where this test runs
 
 

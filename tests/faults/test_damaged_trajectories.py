@@ -131,11 +131,6 @@ class Push(omniroll.Torque):
     """A torque that somebody has made an effect of."""
 
 
-@dataclass(frozen=True)
-class Held(omniroll.Torque):
-    memory: object = None
-
-
 @pytest.fixture
 def registry():
     before = dict(KINDS)
@@ -157,11 +152,3 @@ def test_an_effect_of_ones_own_is_kept_under_its_name_or_refused_when_it_is_save
     del KINDS["a push"]
     with pytest.raises(omniroll.InvalidValueError, match="'a push'.*register_effect"):
         omniroll.Trajectory.load(path)
-
-
-def test_an_effect_that_no_file_can_keep_is_refused_when_it_is_saved(registry, tmp_path):
-    omniroll.register_effect("held")(Held)
-    run = omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.1, effects=[Held(1e-3, memory={1j})], control=False)
-    with pytest.raises(omniroll.InvalidValueError, match="cannot be kept in a file"):
-        run.save(tmp_path / "a.npz")
-    assert not any(tmp_path.iterdir())

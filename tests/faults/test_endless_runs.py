@@ -13,7 +13,6 @@ from omniroll.commands import explain
 from omniroll.engine.control import made
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stiffness import sharpest
-from omniroll.scenes import allowance as allowances
 from omniroll.scenes import costs, explanation
 
 PAPER = omniroll.Vehicle.paper()
@@ -190,13 +189,3 @@ def test_explain_says_which_term_is_too_fast(explained_scene):
     assert "all estimates, since the motion itself stopped" in left_out and "roller_speed = 1e-15" in left_out
     assert found["prices"][0]["operations"] > 0  # counted, not timed
     assert left_out in explain.text(found)
-
-
-def test_a_price_is_counted_for_a_run_without_end(explained_scene, monkeypatch):
-    """The Python engine follows a stiff motor in millions of steps, which memory would hold."""
-    monkeypatch.setattr(allowances, "LONGEST", 0.1)
-    motor = "[drive]\nvoltage = 2.0\ntorque_constant = 12\nresistance = 2.0\n"
-    found = explained_scene(f"engine = 'python'\n{motor}")
-    assert [price["effect"] for price in found["prices"]] == ["Motor", "Contact"]
-    assert all(price["operations"] > 0 for price in found["prices"])
-    assert "it takes more than 0.1 s: Motor has a time constant of" in found["left_out"][0]

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from omniroll import Vehicle
-from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building, sets
 from omniroll.kernels.kernel import CompiledKernel, kept_kernel, kernel
 
@@ -173,14 +172,3 @@ def test_what_killed_processes_left_is_removed_after_an_hour(fresh_cache):
     os.utime(old, (0, time.time() - 2 * sets.LEFT))
     sloped("python")
     assert not old.exists() and new.exists()
-
-
-def test_what_is_compiled_needs_no_compiler_any_more(fresh_cache, monkeypatch):
-    """A new process finds it; what is not compiled is refused with the reason."""
-    place = sets.c_folder("locked", ("slope",))
-    (place / "kept.so").write_bytes(b"compiled")
-    monkeypatch.setattr(sets.building, "is_whole", Path.exists)
-    monkeypatch.setattr(shutil, "which", lambda _: None)
-    assert sets._made("locked", ("slope",), ["kept.so"], lambda _: pytest.fail("it is compiled")) == (place, "kept.so")
-    with pytest.raises(KernelsMissingError, match="no C compiler"):
-        sets._made("locked", ("slope",), ["other.so"], lambda _: pytest.fail("it is compiled"))

@@ -15,7 +15,7 @@ import omniroll
 from omniroll import cli
 from omniroll.commands import run as run_command
 from omniroll.scenes import load_scene
-from omniroll.scenes.outcome import FILES, result_folder, run_scene, write
+from omniroll.scenes.outcome import result_folder, run_scene, write
 from omniroll.scenes.result_folder import DamagedResultsError, Parts, load_results, unfinished
 
 
@@ -184,14 +184,6 @@ def test_a_folder_that_takes_no_files_is_known_before_the_run(two_scenes, tmp_pa
 
 def read_only(path, *_, **__):
     raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
-
-
-def test_files_of_others_stay(two_scenes, tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
-    with result_folder(tmp_path) as folder:
-        summary = write(run_scene(load_scene(two_scenes[0])), folder)
-    there = {path.name for path in tmp_path.iterdir()} - {".lock"}
-    assert there == {"notes.txt", "summary.json", *summary["files"]} and there - {"notes.txt"} < set(FILES)
 
 
 def test_saving_a_trajectory_leaves_the_file_before_where_it_fails(tmp_path, monkeypatch):

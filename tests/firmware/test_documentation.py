@@ -10,20 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pages import ROOT, blocks, page
 from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete
 
 import omniroll.cli
 from firmware.files import NUMBER_TYPES, STRICT, run, tool
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs/c-interface.md").read_text(encoding="utf-8")
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-LINEARISING = (ROOT / "docs/linearising.md").read_text(encoding="utf-8")
-
-
-def blocks(text, language):
-    return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+PAGE, README, LINEARISING = map(page, ("docs/c-interface.md", "README.md", "docs/linearising.md"))
 
 
 def shell(text, folder):
@@ -37,9 +31,9 @@ def shell(text, folder):
 @pytest.mark.long
 def test_the_commands_and_the_program_of_the_page(tmp_path):
     tool("cc")
-    for block in blocks(PAGE, "sh"):
+    for block in blocks("sh", PAGE):
         shell(block, tmp_path)
-    (program,) = blocks(PAGE, "c")
+    (program,) = blocks("c", PAGE)
     main = tmp_path / "firmware" / "main.c"
     main.write_text(program)
     for flags in NUMBER_TYPES.values():
@@ -70,7 +64,7 @@ def test_the_program_of_the_page_drives_motors_without_a_limit_of_their_current(
 @pytest.mark.long
 def test_the_commands_of_the_readme(tmp_path):
     tool("cc")
-    (block,) = (block for block in blocks(README, "sh") if "omniroll kernel" in block)
+    (block,) = (block for block in blocks("sh", README) if "omniroll kernel" in block)
     shell(block, tmp_path)
     assert (tmp_path / "out/firmware/omniroll.o").exists() and (tmp_path / "out/free/omniroll.h").exists()
 
@@ -78,12 +72,12 @@ def test_the_commands_of_the_readme(tmp_path):
 @pytest.mark.long
 def test_the_regulator_and_the_filter_of_the_page_on_derivatives(tmp_path):
     """The gain against SciPy's from omniroll.linearise; the filter against its readings and its own bounds."""
-    (scene,) = blocks(LINEARISING, "toml")
+    (scene,) = blocks("toml", LINEARISING)
     (tmp_path / "robot.toml").write_text(scene)
-    (command,) = blocks(LINEARISING, "sh")
+    (command,) = blocks("sh", LINEARISING)
     shell(command, tmp_path)
     printed = {kind: printed_on_board(tmp_path / "firmware", NUMBER_TYPES[kind]) for kind in ("double", "float")}
-    assert printed["double"] == blocks(LINEARISING, "console")
+    assert printed["double"] == blocks("console", LINEARISING)
     regulator, known = map(numbers, printed["double"])
     assert [*regulator, *known] == pytest.approx(numbers("".join(printed["float"])), abs=1e-4)
     model = omniroll.linearise(omniroll.load_scene(tmp_path / "robot.toml"), nu=(1, 0, 0.5), chi=0)

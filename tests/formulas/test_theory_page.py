@@ -6,20 +6,18 @@ A formula is checked where the line before it says <!-- checked: name -->.
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from latex_value import Evaluator
 from oracle.bridge import project_vehicle
 from oracle.states import ordinary_vehicle, random_state
+from pages import ROOT, blocks, page
 
 from codegen.mathtext import Reader, text_of
 from omniroll.kernels.kernel import kernel
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGES = ROOT / "docs/theory.md", ROOT / "docs/theory-motions.md"
-PAGE = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+PAGE = page("docs/theory.md") + page("docs/theory-motions.md")
 EQUATIONS = json.loads((ROOT / "generated/data/equations.json").read_text(encoding="utf-8"))["equations"]
 CLOSE = 1e-11
 
@@ -169,8 +167,6 @@ def test_impulse(case):
 
 
 def test_the_example_prints_what_the_page_says(capsys):
-    example, printed = (
-        re.search(rf"^```{language}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)[1] for language in ("python", "text")
-    )
+    example, printed = (blocks(language, PAGE)[0] for language in ("python", "text"))
     exec(example, {})
     assert capsys.readouterr().out == printed

@@ -187,23 +187,3 @@ def test_any_command_line_ends_in_an_exit_code(first, others):
             code = end.code
     assert code in (0, 1, 2, 3), (first, others)
     assert "Traceback" not in silent.getvalue()
-
-
-@pytest.mark.long
-@settings(max_examples=150, deadline=None)
-@given(data=st.data())
-def test_any_csv_is_a_trajectory_or_refused(data, tmp_path_factory):
-    path = tmp_path_factory.getbasetemp() / "run.csv"
-    run().save(path, dense=False)
-    lines = path.read_text(encoding="utf-8").splitlines()
-    for _ in range(data.draw(st.integers(1, 3))):
-        place = data.draw(st.integers(0, len(lines) - 1))
-        start = data.draw(st.integers(0, len(lines[place])))
-        length = data.draw(st.integers(0, 6))
-        new = data.draw(st.one_of(st.text(alphabet='0123456789.,-e"{}[]:naif#', max_size=6), st.text(max_size=3)))
-        lines[place] = lines[place][:start] + new + lines[place][start + length :]
-    path.write_text("\n".join(lines), encoding="utf-8", errors="replace")
-    try:
-        omniroll.Trajectory.load(path)
-    except (omniroll.InvalidValueError, OSError) as error:
-        assert str(error)

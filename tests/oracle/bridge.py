@@ -18,6 +18,15 @@ def project_vehicle(vehicle):
     return omniroll.Vehicle(**vehicle.fields())
 
 
+def simulated(vehicle, nu, chi, spins, model, law="impact", **options):
+    """The motion of omniroll.Vehicle from a start of the oracle's; spins are those of free rollers."""
+    import omniroll
+
+    if model == "free":
+        options["spins"] = spins
+    return omniroll.simulate(project_vehicle(vehicle), nu=nu, chi=chi, roller_model=model, switching=law, **options)
+
+
 def oracle_vehicle(vehicle):
     """OracleVehicle with the floats of an omniroll.Vehicle."""
     fields = {name: float(getattr(vehicle, name)) for name in SCALARS}

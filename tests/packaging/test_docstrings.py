@@ -65,22 +65,8 @@ def raised_by(thing: object) -> set[str]:
 
 
 @pytest.mark.parametrize("name", THINGS)
-def test_there_is_a_docstring(name):
-    assert THINGS[name][1].strip()
-
-
-@pytest.mark.parametrize("name", THINGS)
-def test_each_parameter_is_described(name):
+def test_it_describes_each_parameter_and_names_each_error(name):
     thing, text = THINGS[name]
+    assert text.strip() and "{entries}" not in text
     assert [parameter for parameter in parameters_of(thing) if not re.search(rf"\b{parameter}\b", text)] == []
-
-
-@pytest.mark.parametrize("name", THINGS)
-def test_each_error_is_named(name):
-    thing, text = THINGS[name]
     assert [error for error in raised_by(thing) if error not in text] == []
-
-
-@pytest.mark.parametrize("name", THINGS)
-def test_no_field_of_the_table_is_left_open(name):
-    assert "{entries}" not in THINGS[name][1]

@@ -4,28 +4,20 @@ import re
 import shlex
 import subprocess
 import sys
-from pathlib import Path
+
+from pages import ROOT, blocks, page
 
 from omniroll import cli
 
-ROOT = Path(__file__).resolve().parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-
-TUTORIAL = (ROOT / "docs/tutorials/first-vehicle.md").read_text(encoding="utf-8")
-ARCHITECTURE = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
-
-
-def blocks(language: str, page: str = README) -> list[str]:
-    """The fenced code blocks of one language, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
+README, TUTORIAL, ARCHITECTURE = map(page, ("README.md", "docs/tutorials/first-vehicle.md", "docs/architecture.md"))
 
 
 def test_the_example_has_ten_lines_and_runs_as_printed(tmp_path):
-    example = blocks("python")[0]
+    example = blocks("python", README)[0]
     assert len(example.splitlines()) <= 10
     done = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.rstrip("\n") == blocks("text")[0].rstrip("\n")
+    assert done.stdout.rstrip("\n") == blocks("text", README)[0].rstrip("\n")
 
 
 def test_the_commands_of_the_first_tutorial_do_what_it_says(tmp_path, monkeypatch):
@@ -37,7 +29,7 @@ def test_the_commands_of_the_first_tutorial_do_what_it_says(tmp_path, monkeypatc
 
 def test_the_command_is_on_the_path_before_it_is_used():
     """make puts it into .venv, which a shell must be told of."""
-    lines = [line for block in blocks("sh") for line in block.splitlines()]
+    lines = [line for block in blocks("sh", README) for line in block.splitlines()]
     first = next(number for number, line in enumerate(lines) if line.startswith("omniroll "))
     assert any(line.startswith("source .venv/bin/activate") for line in lines[:first])
 

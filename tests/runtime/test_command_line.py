@@ -39,25 +39,6 @@ def test_shells_complete_every_command(shell, wanted, capsys):
     assert wanted in script and all(name in script for name in MODULES)
 
 
-def completed(words: str, folder) -> list[str]:
-    """What bash offers at the end of these words."""
-    script = f"""
-source <({sys.executable} -m omniroll completion bash)
-COMP_WORDS=({words} "$1"); COMP_CWORD=$(( ${{#COMP_WORDS[@]}} - 1 ))
-$(complete -p omniroll | sed 's/.*-F \\([^ ]*\\).*/\\1/') omniroll "$1" ""
-printf '%s\\n' "${{COMPREPLY[@]}}"
-"""
-    done = subprocess.run(["bash", "-c", script, "bash", ""], capture_output=True, text=True, cwd=folder, check=True)
-    return done.stdout.split()
-
-
-@pytest.mark.long
-def test_bash_offers_commands_and_files(tmp_path):
-    (tmp_path / "robot.toml").touch()
-    assert set(MODULES) <= set(completed("omniroll", tmp_path))
-    assert "robot.toml" in completed("omniroll run", tmp_path)
-
-
 def test_an_interruption_while_commands_are_imported_is_one_line(monkeypatch, capsys):
     def parser():
         raise KeyboardInterrupt

@@ -47,12 +47,3 @@ def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
     assert "2/2 s" in shown()
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)  # as if it were not installed
     assert shown() == ""
-
-
-def test_a_function_or_nothing(capsys):
-    seen = []
-    with progress.reporting(lambda *done: seen.append(done), 2, "runs") as report:
-        report(1, 2)
-    with progress.reporting(False, 2, "runs") as report:
-        report(2, 2)
-    assert seen == [(1, 2)] and capsys.readouterr().err == ""

@@ -2,7 +2,6 @@
 
 import math
 import warnings
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 import omniroll
 from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Vehicle, simulate
 from omniroll.engine.integrate import PhaseIntegrator, StepTooSmallError
-from omniroll.engine.switching import SwitchingModel
 
 PAPER = Vehicle.paper()
 JOINT = np.pi / 5
@@ -61,14 +59,7 @@ def test_a_late_clock_does_not_coarsen_the_motion():
     np.testing.assert_allclose(late.elapsed, early.elapsed, rtol=1e-12)
 
 
-def test_the_watchdog_stops_a_run_and_keeps_it(monkeypatch):
-    """A law that sends every wheel back to where it came from: endless switches at one instant."""
-    apply = SwitchingModel.apply
-
-    def bounce(model, state, directions):
-        return replace(apply(model, state, directions), nu=-state.nu)
-
-    monkeypatch.setattr(SwitchingModel, "apply", bounce)
+def test_the_watchdog_stops_a_run_and_keeps_it(bouncing):
     with pytest.raises(SimulationStopped, match="without progress") as raised:
         simulate(PAPER, nu=(0, 0, 1), duration=10, roller_model="locked", control=False, engine="python")
     stopped = raised.value

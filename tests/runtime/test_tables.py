@@ -35,15 +35,6 @@ def test_rows_of_the_run_are_rows_of_the_table(run):
     assert (frame["slope_work"] == work["slope_work"]).all()
 
 
-@pytest.mark.long
-def test_every_column_has_a_unit(run):
-    units = run.to_pandas(TIMES, INSTRUMENTS).attrs["units"]
-    assert set(units) == {"t", *run.to_pandas(TIMES, INSTRUMENTS).columns}
-    wanted = {"t": "s", "y": "m", "theta": "rad", "nu_3": "1/s", "spins_1_5": "rad/s", "energy": "J", "torque_1": "N m"}
-    wanted |= {"damping_2": "N m s", "drive_work": "J", "gyro": "rad/s", "accelerometer_2": "m/s^2"}
-    assert {name: units[name] for name in wanted} == wanted
-
-
 def test_at_given_times_the_account_closes(run):
     """What the effects have brought, between rows, and what switches took are the whole change."""
     frame = run.to_pandas(TIMES)
@@ -61,14 +52,6 @@ def test_a_dataset_has_dimensions_and_units(run):
         assert data[name].attrs["units"] and data[name].attrs["long_name"], name
     assert data.attrs["roller_model"] == "free"
     assert isinstance(data, xarray.Dataset)
-
-
-def test_slip_has_directions():
-    ground = omniroll.Contact(coefficient=50.0)
-    run = omniroll.simulate(VEHICLE, nu=(1, 0, 0.5), duration=0.1, effects=[ground])
-    data = run.to_xarray()
-    assert (data["slip"].sel(wheel=3, direction="along_rolling") == run.slip[:, 2, 1]).all()
-    assert "slip_1_along_axle" in run.to_pandas().columns
 
 
 def test_parquet_keeps_numbers_and_units(run, tmp_path):

@@ -12,7 +12,6 @@ from omniroll import cli, generated_data
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import RollingWarning
 from omniroll.scenes import SceneError, load_scene
-from omniroll.scenes.estimates import estimates
 from omniroll.scenes.explanation import called_by, effects_on, events_of
 
 pytestmark = [pytest.mark.long, pytest.mark.usefixtures("quick_timing")]
@@ -135,16 +134,6 @@ def test_what_two_rows_refuse_is_said_of_its_table(more, table, words, tmp_path)
     (problem,) = refused.value.problems
     assert problem.table == table and problem.key is None and problem.line is not None
     assert "does not go with two rows of rollers" in problem.expected and words in problem.expected
-
-
-def test_effects_that_are_off_are_estimated(tmp_path):
-    """A slope gives a vehicle at most the speed g sin(0.01) t, and the wheels' inertia leaves more than a third."""
-    duration, found = estimates(scene_of(tmp_path, "[rollers]\nmodel = 'massless'\n"))
-    by_effect = {estimate.effect: estimate for estimate in found}
-    fall = 9.80665 * np.sin(0.01) * duration / 0.15 / np.sqrt(2)  # over R |nu(0)|
-    assert fall / 3 < by_effect["slope"].distance < fall and by_effect["slope"].percent.endswith("rad")
-    assert {"locked", "free", "layout", "drive", "axle_viscous", "axle_coulomb", "reactions"} <= set(by_effect)
-    assert [estimate.effect for estimate in found if estimate.distance is None] == ["contact"]  # see its laws
 
 
 def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys):

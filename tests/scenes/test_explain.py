@@ -54,12 +54,6 @@ def test_every_shipped_scene_is_explained(scene, shortened, capsys):
         assert price["operations"] is None or price["operations"] >= 0  # a controller adds none
 
 
-def test_a_motor_that_a_controller_needs_has_no_price(shortened, capsys):
-    assert cli.main(["explain", str(shortened(Path("scenes/tracked.toml")))]) == 0
-    said = capsys.readouterr().out
-    assert "Motor          not known: the scene does not run without it" in said and "Controller" in said
-
-
 @pytest.mark.usefixtures("quick_timing")
 def test_operations_add_up(tmp_path):
     """The paper's table of counts, on the kernel's own numbers: constant + per wheel N, nothing per roller."""

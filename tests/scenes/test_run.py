@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,7 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.engine.switching import SwitchingModel
 from omniroll.scenes import load_scene
-from omniroll.scenes.outcome import run_scene
 
 SCENES = sorted(Path("scenes").glob("*.toml"))
 
@@ -73,19 +70,7 @@ def test_a_run_without_samples_leaves_none_of_an_earlier_run(shortened, tmp_path
     assert not (tmp_path / "out/samples.csv").exists()
 
 
-def test_the_picture(shortened, tmp_path):
-    pytest.importorskip("matplotlib")
-    path = shortened(Path("scenes/motion-3.toml"))
-    assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--plot"]) == 0
-    assert (tmp_path / "out/picture.png").stat().st_size > 10_000
-
-
-def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, monkeypatch):
-    """A law that sends every wheel back to where it came from: endless switches at one instant."""
-    apply = SwitchingModel.apply
-    monkeypatch.setattr(
-        SwitchingModel, "apply", lambda model, state, moves: replace(apply(model, state, moves), nu=-state.nu)
-    )
+def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, bouncing):
     path = tmp_path / "bouncing.toml"
     path.write_text(Path("scenes/motion-1.toml").read_text().replace("[run]", "[run]\nengine = 'python'"))
     assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--json"]) == 3
@@ -94,13 +79,6 @@ def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, monkeypat
     assert "without progress" in captured.err and "wheel" in captured.err
     assert summary["stopped"]["t"] == summary["t"][1] < 20 and "without progress" in summary["stopped"]["reason"]
     assert omniroll.Trajectory.load(tmp_path / "out/trajectory.npz").t[-1] == summary["t"][1]
-
-
-def test_the_coarser_run_tells_its_progress_too():
-    told = []
-    run_scene(load_scene("scenes/motion-3.toml"), lambda done, total: told.append((done, total)))
-    starts = [k for k in range(1, len(told)) if told[k][0] < told[k - 1][0]]
-    assert len(starts) == 1 and told[-1] == told[starts[0] - 1] == (20.0, 20.0)
 
 
 def test_a_reader_that_closes_the_output_is_no_error():

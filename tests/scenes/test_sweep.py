@@ -8,7 +8,6 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.scenes.sweep_picture import sheet
 from omniroll.scenes.sweeping import Axis, SceneSweep
 
 SCENE = """
@@ -48,18 +47,9 @@ def test_a_run_is_that_of_a_file_with_its_numbers(scene, tmp_path, capsys):
     assert (tmp_path / "out/sweep.png").stat().st_size > 10_000
 
 
-def test_the_picture_has_lines_or_maps_and_crosses_where_runs_stopped(scene):
-    sweep = SceneSweep.of(scene, [Axis.read("start.nu.1=0.5:1:3"), Axis.read("vehicle.mass=1,2")])
-    many = sweep.run()
-    assert [len(axis.lines) for axis in sheet(sweep, many).axes] == [4] * 6  # two lines, and crosses of each
-    many.stopped[1, 0] = True
-    assert sheet(sweep, many).axes[0].lines[1].get_xdata().tolist() == [0.75]
-    wide = SceneSweep.of(scene, [Axis.read("vehicle.mass=1,2"), Axis.read("start.nu.1=0.5:1:7")])
-    assert len(sheet(wide, wide.run()).axes) == 12  # six maps with their scales
+def test_an_entry_that_is_varied_has_its_own_unit():
     units = [Axis.read(f"controller.twist{entry}=1").unit for entry in ("", ".1", ".3")]
     assert units == ["m/s, m/s, rad/s", "m/s", "rad/s"]
-    three = [Axis.read("vehicle.mass=1"), Axis.read("start.nu.1=1"), Axis.read("run.duration=0.1")]
-    assert sheet(SceneSweep.of(scene, three), many) is None
 
 
 @pytest.mark.parametrize("vary, sentence", [

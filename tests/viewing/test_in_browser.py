@@ -182,22 +182,6 @@ def test_keys_and_ticks_jump_to_switches(opened):
     assert page.evaluate(time) in switches
 
 
-def test_the_picture_turns_by_keys_and_by_the_mouse(opened):
-    page = opened("kit")
-    camera = "omniroll.page.stage.eye.camera.position.toArray()"
-    places = [page.evaluate(camera)]
-    page.locator("#stage").focus()
-    page.keyboard.press("ArrowLeft")
-    places.append(page.evaluate(camera))
-    page.mouse.move(300, 300)
-    page.mouse.down()
-    page.mouse.move(380, 330)
-    page.mouse.up()
-    places.append(page.evaluate(camera))
-    for one, other in zip(places, places[1:], strict=False):
-        assert np.linalg.norm(np.subtract(one, other)) > 1e-3
-
-
 @pytest.mark.parametrize("graphics", ["WebGL", "flat"])
 def test_the_picture_is_not_blank(opened, graphics):
     """The roller in contact has its colour, and there are many others."""

@@ -13,7 +13,7 @@ import omniroll
 from omniroll.cli import main
 from omniroll.commands import BAD_CALL, FAILED
 from omniroll.scenes.result_folder import load_results
-from viewing.runs import KIT, ROOT, locked, massless, soccer_kit
+from viewing.runs import KIT, ROOT, locked, soccer_kit
 from viewing.unpacking import unpacked
 
 LARGEST = 1_500_000  # bytes of the page for 20 s of the soccer kit
@@ -52,23 +52,6 @@ def test_what_makes_no_sense_is_refused(arguments, options, field):
     with pytest.raises(omniroll.InvalidValueError) as caught:
         omniroll.view(*runs, **options)
     assert caught.value.field == field
-
-
-def test_reactions_of_another_run_are_refused():
-    with pytest.raises(omniroll.InvalidValueError, match="must be those of the run"):
-        omniroll.view(locked(), reactions=omniroll.reactions(massless(), height=0.1))
-
-
-def test_a_run_without_polynomials_is_refused(tmp_path):
-    locked().save(tmp_path / "run.npz", dense=False)
-    with pytest.raises(omniroll.InvalidValueError, match="without its polynomials"):
-        omniroll.view(omniroll.Trajectory.load(tmp_path / "run.npz"))
-
-
-def test_a_run_of_no_duration_is_a_picture():
-    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=0)
-    _, arrays = unpacked(omniroll.view(run).html)
-    assert arrays["0/start"].tolist() == [0.0] and arrays["0/coefficients"].shape == (12, 1)
 
 
 # The commands
