@@ -185,19 +185,3 @@ def test_a_call_with_effects_makes_what_it_needs_once(monkeypatch):
     for _ in range(3):
         omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1e-3, effects=effects)
         assert (len(runs), len(checks), len(bound), len(laws)) == (1, 1, 0, 1)
-
-
-def test_a_sample_of_a_python_function_calls_nothing_else(monkeypatch):
-    """The engine knows the motors and their limits; it leaves the function's samples alone to Python."""
-    times = []
-    controller = omniroll.FunctionController(lambda time, state: times.append(time) or 3.0, 0.125, output="voltage")
-    session = omniroll.Session(
-        omniroll.Vehicle.paper(), nu=(1, 0, 1), driven=False,
-        effects=[Motor(voltage=0, torque_constant=0.02, resistance=1.5, current_limit=0.5), controller],
-    )  # fmt: skip
-    times.clear()
-    others = [counted(monkeypatch, EffectRun, name) for name in ("__init__", "begin_phase", "pass_time", "pass_guards")]
-    for _ in range(9):
-        session.step(0.125)
-    assert times == [0.125 * k for k in range(9)] and others == [[], [], [], []]
-    assert (session.outputs["currents"] == 0.5).all()

@@ -152,27 +152,6 @@ def test_a_scene_takes_data_sheets_and_marks_them(tmp_path):
     assert marks["resistance"].value == pytest.approx(24 / (0.9 / (24 / 650)), rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    "change, to, said",
-    [
-        ("mass = 12.0\n", "", ["platform_mass: is missing; give it, or mass, beside which", "hub_mass: is missing",
-                               "roller_mass: is missing"]),
-        ("wheel_diameter = 0.1\n", "", ["wheel_radius: is missing; give it, or wheel_diameter"]),
-        ("roller_length = 0.025\n", "", ["roller_length: is missing"]),
-        ("stall_torque = 0.9\n", "", ["[drive] stall_torque: is missing; a motor's voltage needs it"]),
-        ("stall_torque = 0.9\n", "stall_torque = 0.9\nresistance = 1.0\n",
-         ["[drive] resistance: cannot stand beside free_speed, from which it follows"]),
-    ],
-)  # fmt: skip
-def test_what_a_scene_lacks_of_a_data_sheet(change, to, said, tmp_path):
-    path = Path(tmp_path, "sheet.toml")
-    path.write_text(SCENE.replace(change, to))
-    with pytest.raises(omniroll.SceneError) as refused:
-        omniroll.load_scene(path)
-    found = "\n".join(str(problem) for problem in refused.value.problems)
-    assert all(part in found for part in said), found
-
-
 @pytest.mark.parametrize("key, wrong", [("mass", -12.0), ("wheel_diameter", 0), ("roller_length", -1)])
 def test_a_wrong_number_of_a_data_sheet_is_not_missing(key, wrong, tmp_path):
     """One message, of the number: nothing else follows from it."""

@@ -213,14 +213,3 @@ def test_what_looks_wrong_with_the_youbots_wheels(tmp_path):
     assert "0.085 m, with all signs changed it were 0.385 m" in str(lint) and "make an O" in str(lint)
     _, (lint,) = said_of(tmp_path, r=0.033)
     assert lint.key == "roller_axis_radius" and "mm thick" in lint.text
-
-
-def test_rollers_that_are_too_short():
-    vehicle = MECANUM.replace(wheel_radius=0.05, roller_axis_radius=0.041, rollers_per_wheel=9, wheel_inertia=1e-3)
-    chi = 0.8 * math.pi / 9
-    length = 2 * distance_along(0.041, 0.05, ANGLE, chi)
-    (lint,) = of_wheels({"roller_length": length}, vehicle)
-    least = 2 * distance_along(0.041, 0.05, ANGLE, math.pi / 9)
-    assert f"a gap of {math.degrees(2 * (math.pi / 9 - chi)):.3g} degrees" in lint.text
-    assert f"{1e3 * (least - length):.3g} mm too short" in lint.text
-    assert list(of_wheels({"roller_length": least}, vehicle)) == []

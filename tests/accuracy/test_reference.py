@@ -8,11 +8,10 @@ from oracle.bridge import project_vehicle
 from omniroll import Bearings, Controller, FunctionController, Motor, Slope, Torque, TorqueTable, Vehicle
 from omniroll.effects import effect
 from omniroll.engine.simulate import checked_task, one_run
-from omniroll.errors import OmnirollError, SimulationStopped
+from omniroll.errors import OmnirollError
 from omniroll.studies.accuracy.deviation import deviation
-from omniroll.studies.accuracy.mechanics import Mechanics
 from omniroll.studies.accuracy.peers import outcome_of
-from omniroll.studies.accuracy.reference import Extrapolated, Reference, Taylor, confirmed, digits, extended, follow
+from omniroll.studies.accuracy.reference import Extrapolated, Taylor, confirmed, digits, extended, follow
 
 pytestmark = pytest.mark.long
 
@@ -111,42 +110,3 @@ def test_the_second_solution_says_how_fine_the_first_is(monkeypatch):
     monkeypatch.setattr("omniroll.studies.accuracy.reference.TAYLOR_ERROR", 1e-9)
     coarse = confirmed(task, times)
     assert 1e-14 < deviation(coarse, found, task)["trajectory"] < 2 * coarse.confirmed
-
-
-def test_each_deviation_is_that_of_its_quantity():
-    task, times = checked_task(Vehicle.paper(), **MOTION), np.linspace(0, 0.6, 5)
-    with digits():
-        found = follow(Taylor(task), task, times)
-    radius, speed = task.kernel.vehicle.platform_radius, np.sqrt(2)
-    assert len(found.switches) > 1
-
-    def moved(row, column, by):
-        y = found.y.copy()
-        y[row, column] += by
-        return deviation(Reference(times, y, found.contact, found.energy, found.switches), found, task)
-
-    exact = dict.fromkeys(("end", "trajectory", "switch_times", "energy"), 0.0)
-    assert moved(0, 0, 0) == exact
-    assert moved(2, -3, 3e-3) == exact | {"trajectory": pytest.approx(3e-3 / radius)}
-    assert moved(-1, -1, -2e-3) == exact | {"trajectory": pytest.approx(2e-3), "end": pytest.approx(2e-3)}
-    assert moved(1, 1, 1e-3) == exact | {"trajectory": pytest.approx(1e-3 / speed)}
-    late = [(t + 1e-4 * (k == 1), i, d) for k, (t, i, d) in enumerate(found.switches)]
-    for switches, wanted in ((late, pytest.approx(1e-4)), (late[1:], pytest.approx(np.nan, nan_ok=True))):
-        other = Reference(times, found.y, found.contact, found.energy * (1 + 1e-5), switches)
-        shown = deviation(other, found, task)
-        assert shown["switch_times"] == wanted and shown["energy"] == pytest.approx(1e-5)
-
-
-def test_a_reference_that_makes_no_progress_stops(monkeypatch):
-    """A law that sends every wheel back to where it came from."""
-    task, switched = checked_task(Vehicle.paper(), **MOTION), Mechanics.switched
-
-    def sent_back(mechanics, y, axial, moves):
-        after, axial = switched(mechanics, y, axial, moves)
-        return [*(-value for value in after[:3]), *after[3:]], axial
-
-    monkeypatch.setattr(Mechanics, "switched", sent_back)
-    monkeypatch.setattr("omniroll.studies.accuracy.reference.SWITCHES_WITHOUT_PROGRESS", 2)
-    with pytest.raises(SimulationStopped, match="without progress") as raised:
-        follow(Extrapolated(task), task, np.array([0.6]))
-    assert 0 < raised.value.t < 0.6

@@ -133,20 +133,6 @@ def test_every_public_name_has_the_prefix(pair):
     assert max(map(len, texts(pair).header.splitlines())) <= 120
 
 
-@pairs
-def test_what_a_header_speaks_of_is_there(pair):
-    """Names in its comments, statuses and macros above all, are names that it or its source defines; its contents are
-    all of its functions."""
-    text = texts(pair)
-    comments = "\n".join(re.findall(r"/\*.*?\*/", text.header, re.DOTALL))
-    code = re.sub(r"/\*.*?\*/", "", text.header, flags=re.DOTALL)
-    files = {"omniroll_kernel"}  # a word of the command's
-    assert set(re.findall(r"\b(?:omniroll|OMNIROLL)_\w+", comments)) - files <= set(re.findall(r"\w+", code))
-    functions = set(re.findall(r"^(?:void|int|omniroll_real) (\w+)\(", code, re.MULTILINE))
-    contents = comments[comments.index(" * What there is:") : comments.index(" * Conventions.")]
-    assert functions == set(re.findall(r"\bomniroll_\w+", contents))
-
-
 def test_two_pairs_in_one_program(tmp_path):
     for pair, prefix in (("free", "first"), ("locked", "second")):
         write(pair, tmp_path, prefix)

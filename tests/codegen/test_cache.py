@@ -1,8 +1,5 @@
 """The folder of what is kept, and its lock."""
 
-import threading
-import time
-from pathlib import Path
 
 import pytest
 
@@ -15,23 +12,6 @@ def test_a_folder_that_cannot_be_written_gives_way_to_one_of_the_process(tmp_pat
     with pytest.warns(RuntimeWarning, match="OMNIROLL_CACHE"):
         kept = cache.folder()
     assert kept.is_dir() and kept == cache.folder() and not kept.is_relative_to(tmp_path)
-
-
-def test_one_at_a_time(tmp_path: Path):
-    order = []
-
-    def work(name: str) -> None:
-        with cache.lock(tmp_path / "deep/thing"):
-            order.append(name)
-            time.sleep(0.05)
-            order.append(name)
-
-    threads = [threading.Thread(target=work, args=(name,)) for name in "abc"]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert order[0::2] == order[1::2] and sorted(order[0::2]) == ["a", "b", "c"]
 
 
 def test_the_lock_goes_with_an_error(tmp_path):

@@ -1,6 +1,5 @@
 """Each generated function stands once, and what is made of it has it as it stands there."""
 
-import ast
 import re
 from collections import defaultdict
 from pathlib import Path
@@ -45,17 +44,6 @@ def test_no_function_twice_in_c():
     files = {path.name: c_functions(path.read_text(encoding="utf-8")) for path in (GENERATED / "c").glob("*.c")}
     bodies = [(f"{file}: {name}", without_names(*text)) for file, own in files.items() for name, text in own.items()]
     assert len(bodies) > 50, "the functions of generated/c were not found"
-    assert twice(bodies) == []
-
-
-def test_no_function_twice_in_python():
-    bodies = []
-    for path in (GENERATED / "python").glob("*.py"):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef):
-                code = node.body[1:] if ast.get_docstring(node) else node.body
-                bodies.append((f"{path.name}: {node.name}", "\n".join(map(ast.dump, code))))
-    assert len(bodies) > 50, "the functions of generated/python were not found"
     assert twice(bodies) == []
 
 

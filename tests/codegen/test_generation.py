@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from toy import derivation
 
-from codegen import last_screen
 from codegen.__main__ import main
 from codegen.derivation import Derivation
 from codegen.programs import ContractError
@@ -105,10 +104,3 @@ def test_emitted_data_can_be_derived_from_again(folder):
     data = {"format": 3, "sets": derivation()["sets"]} | {key: value for part in parts for key, value in part.items()}
     again = render(Derivation(data))
     assert all(again[path] == (folder / path).read_bytes() for path in again)
-
-
-def test_the_last_screen_of_make_is_short_and_names_what_is_there():
-    shown = last_screen.screen({"setup": 1, "build": 71}).strip().splitlines()
-    assert shown[0] == "==> all done in 1 min 12 s: setup 1 s, build 1 min 11 s" and len(shown) <= 14
-    places = [place for line in shown if line.startswith("          ") for place in line.strip().split(", ")]
-    assert len(places) == 6 and all((ROOT / place).exists() for place in places if not place.startswith("out/"))

@@ -7,9 +7,8 @@ import pytest
 from test_expressions import random_expression
 from toy import ARGUMENTS, FIELDS, GROUPS, array, function, let, put, random_data, run
 
-from codegen.expressions import Symbol
 from codegen.operations import count_operations
-from codegen.programs import ContractError, Loop, read_array, read_function, without_dead_steps
+from codegen.programs import ContractError, Loop, read_array, read_function
 from codegen.sharing import share
 from codegen.tangents import Rules
 
@@ -19,17 +18,6 @@ MODEL = tuple(read_array(name, FIELDS, "field", "toy") for name in FIELDS)
 def read(data, arguments=ARGUMENTS, rules=None):
     (name,) = data["sets"]
     return read_function(data, MODEL if name == "toy" else (), name, arguments, GROUPS, (rules or Rules()).reads)
-
-
-def test_what_a_slope_reads_stays_where_its_step_does():
-    body = [let("v", ["*", "nu_1", "nu_2"]), let("w", ["*", "nu_1", "nu_3"]), let("u", ["*", "nu_2", "w"]),
-            let("s", ["^", "nu_3", 2]), put(["energy"], "s")]  # fmt: skip
-    data = function("f", "F.", "nu", "energy", body)
-    rules = Rules({"s": {"nu_3": Symbol("u")}, "v": {"nu_1": Symbol("nu_2")}})  # u reads w, v is not there
-    assert [step.name for step in read(data).body] == ["s", "energy"]
-    kept = read(data, rules=rules)
-    assert [step.name for step in kept.body] == ["w", "u", "s", "energy"]
-    assert [step.name for step in without_dead_steps(kept).body] == ["s", "energy"]
 
 
 def random_program(rng):

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll.commands import conventions
 from omniroll.conventions import mecanum, wpilib
-from omniroll.conventions.shown import facts
 
 EXACT = 1e-15  # of the largest entry
 X, Y, RADIUS = 0.235, 0.15, 0.05
@@ -100,14 +98,3 @@ def test_the_odometry_turns_first():
     assert x == pytest.approx(1.0 + 0.05 * math.cos(0.38) + 0.02 * math.sin(0.38), rel=1e-15)
     assert y == pytest.approx(2.0 + 0.05 * math.sin(0.38) - 0.02 * math.cos(0.38), rel=1e-15)
     assert mecanum.moved([1.0, 2.0, 0.3], [0.5, -0.2, 0.8], 9e-5).tolist() == [1.0, 2.0, 0.3]
-
-
-def test_the_drawing_is_an_x():
-    """The rollers on top of the front left and of the rear right wheel point along (1, 1), from above, x upward."""
-    lines = mecanum.drawing(vehicle_of())
-    front, rear = next(line for line in lines if "1" in line), next(line for line in lines if "3" in line)
-    assert lines.index(front) < lines.index(rear)
-    assert front.split() == ["1\\\\\\", "2///"] and rear.split() == ["3///", "4\\\\\\"]
-    swapped = mecanum.drawing(vehicle_of(hands=(-1, 1, 1, -1)))
-    assert next(line for line in swapped if "1" in line).split() == ["1///", "2\\\\\\"]
-    assert "1\\\\\\" in conventions.text(facts(vehicle_of()))

@@ -120,12 +120,3 @@ def test_every_picture_is_drawn_by_a_script_or_where_it_is_measured(sources):
     named = {name for text in sources.values() for name in re.findall(r"!\[[^\]]*\]\(([\w-]+\.png)\)", text)}
     assert named == made == {path.name for path in (ROOT / "docs").glob("*.png")}
     assert all((ROOT / "docs" / f"{name}.py").exists() for name in pictures.NAMES)
-
-
-def test_pictures_of_the_build_take_the_places_of_those_in_docs(tmp_path):
-    (tmp_path / "drawn").mkdir()
-    (tmp_path / "drawn/conventions.png").write_bytes(b"new")
-    assemble.main(tmp_path / "site", tmp_path / "drawn")
-    assert (tmp_path / "site/conventions.png").read_bytes() == b"new"
-    kept = ROOT / "docs/robots.png"
-    assert (tmp_path / "site/robots.png").read_bytes() == kept.read_bytes()

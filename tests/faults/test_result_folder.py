@@ -184,17 +184,3 @@ def test_a_folder_that_takes_no_files_is_known_before_the_run(two_scenes, tmp_pa
 
 def read_only(path, *_, **__):
     raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
-
-
-def test_saving_a_trajectory_leaves_the_file_before_where_it_fails(tmp_path, monkeypatch):
-    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=0.1)
-    for ending in ("npz", "csv"):
-        path = tmp_path / f"run.{ending}"
-        run.save(path)
-        before = path.read_bytes()
-        with monkeypatch.context() as patched:
-            patched.setattr(os, "fsync", read_only)
-            with pytest.raises(OSError, match="Read-only"):
-                run.save(path)
-        assert path.read_bytes() == before
-    assert len(list(tmp_path.iterdir())) == 2

@@ -256,19 +256,6 @@ def test_a_call_ends_behind_the_joint_that_is_one_too_many(joints, number_type):
     assert is_valid(vehicle) and vehicle.lib.omniroll_start(vehicle.model, vehicle.state) == OK
 
 
-@models
-@laws
-def test_a_call_that_is_cut_leaves_a_valid_state_that_goes_on(model, law):
-    vehicle = firmware(model, law, "motor, slope, viscous")
-    assert vehicle.start((3, -20, 100), START["chi"]) == OK
-    left, statuses = 2.0, []
-    while not statuses or (statuses[-1] == UNFINISHED and len(statuses) < 200):
-        statuses.append(vehicle.step(left))
-        assert vehicle.state.left < left and is_valid(vehicle)
-        left = vehicle.state.left
-    assert statuses.count(UNFINISHED) > 3 and statuses[-1] == OK and left == 0
-
-
 # Refusals
 
 

@@ -1,6 +1,4 @@
-"""The comparison can fail: one change in the transcription of a formula that agrees, in the derivation or in a claim
-turns the verdict.
-"""
+"""The comparison can fail: one change in the transcription of a formula that agrees turns the verdict."""
 
 import json
 from collections import defaultdict
@@ -12,9 +10,6 @@ from transcription import KINDS, mutants, printed_statements, table_entries
 RECORDS = json.loads((ROOT / "generated/formulas/formulas.json").read_text())["formulas"]
 VERDICTS = {r["id"]: r["verdict"] for r in RECORDS if r["kind"] == "formula"}
 RIGHT = [name for name, verdict in VERDICTS.items() if verdict in ("agrees", "agrees-if", "undefined")]
-
-# Changes of one sign in the derivation: file, what stands there, what is put there; the formulas that each must turn,
-# at least.
 
 
 @pytest.mark.long

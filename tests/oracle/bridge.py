@@ -53,13 +53,8 @@ def row_speeds(vehicle, trajectory, row, model):
 
 def switch_table(trajectory):
     """The switches of a Trajectory as a list of (t, wheel, direction, energy_jump), one for each wheel."""
-    table = trajectory.switches
     names = ("t", "wheel", "direction", "energy_jump")
-    if isinstance(table, np.ndarray) and table.dtype.names:
-        return [tuple(row[name].item() for name in names) for row in table]
-    if hasattr(table, "energy_jump"):
-        return list(zip(*(np.asarray(getattr(table, name)).tolist() for name in names), strict=True))
-    return [tuple(getattr(row, name) for name in names) if hasattr(row, "wheel") else tuple(row) for row in table]
+    return [tuple(row[name].item() for name in names) for row in trajectory.switches]
 
 
 def switch_rows(trajectory):

@@ -25,14 +25,6 @@ def slopes(f, x, which=None):
     return total if total is not None else [0.0] * len(f(x))
 
 
-@working_precision
-def cond(f, x):
-    """The condition of each output of f at x; infinite where f is zero and its inputs matter."""
-    values = [abs(float(v)) for v in f([exact(v) for v in x])]
-    infinite = lambda s: float("inf") if s else 0.0  # noqa: E731
-    return [s / v if v else infinite(s) for s, v in zip(slopes(f, x), values, strict=True)]
-
-
 def allowed(value, slope, relative=1e-12, units=100):
     """Allowed absolute error: `relative` of the value, or `units` eps of sum |df/dx_k| |x_k| where that is
     larger.

@@ -222,16 +222,3 @@ def test_the_pages_table_is_the_one_table():
     page = (Path(__file__).parents[2] / "docs/measurements.md").read_text(encoding="utf-8")
     rows = [line for line in page.splitlines() if line.startswith("| `")]
     assert rows == [f"| `{e.name}` | {e.unit} | {e.kind.shown()} | {e.meaning} |" for e in MEASUREMENTS]
-
-
-@pytest.mark.parametrize("speed", [None, 0.5])
-def test_net_torques_have_friction_that_goes_with_the_rate(speed):
-    """Drive and bearings together, whatever the bearings' law is."""
-    coulomb = {} if speed is None else {"wheel_coulomb": 0.02, "wheel_speed": speed}
-    effects = [omniroll.Torque(0.05), omniroll.Bearings(wheel_viscous=0.01, **coulomb)]
-    options = {"engine": "python", "roller_model": "massless", "effects": effects}
-    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 0), duration=0.1, **options)
-    read = run.measure([0.05, 0.07], names=("wheel_rate", "net_torque"))
-    rate = read["wheel_rate"]
-    wanted = 0.05 - 0.01 * rate - (0.02 * rate / np.hypot(rate, speed) if speed else 0)
-    assert read["net_torque"] == pytest.approx(wanted, rel=1e-14)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Torque, Trajectory, Vehicle, simulate
+from omniroll import Trajectory, Vehicle, simulate
 
 PAPER = Vehicle.paper()
 ROWS = ("t", "nu", "chi", "contact", "contact_spin", "spins", "pose", "energy")
@@ -50,26 +50,6 @@ def test_sampling_at_rows_gives_the_rows_after_switches(run):
     last = np.searchsorted(run.t, run.t, side="right") - 1
     for name in ("nu", "chi", "contact", "contact_spin", "spins", "pose", "energy"):
         assert (getattr(found, name) == getattr(run, name)[last]).all(), name
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("engine", "effects"),
-    [("compiled", ()), ("compiled", (Torque(0.01), Bearings(roller_viscous=1e-6))), ("python", ())],
-)
-def test_few_samples_are_computed_alone(effects, engine):
-    """What few samples need is a part of the whole, to the bit, and the whole is not made."""
-    run, whole = (
-        simulate(PAPER, nu=(1, 0, 1), duration=4, effects=effects, engine=engine, control=False) for _ in range(2)
-    )
-    times = np.append(whole.t[[0, 10]], [0.321, 2.65])
-    arrays = [getattr(whole, name) for name in ("dense", "spins", "energy", "contact_spin")]
-    assert len(arrays[0]) > 12
-    found, wanted = run.sample(times), whole.sample(times)
-    for name in ("nu", "chi", "contact", "contact_spin", "spins", "pose", "energy"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name), err_msg=name)
-    assert not {"dense", "spins", "energy", "contact_spin"} & set(vars(run))
-    assert not {"spins", "energy", "contact_spin"} & set(vars(whole.sample(times)))
 
 
 @pytest.mark.parametrize("time", [2.4999, 5.5001])

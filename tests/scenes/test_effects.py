@@ -136,16 +136,6 @@ def test_what_two_rows_refuse_is_said_of_its_table(more, table, words, tmp_path)
     assert "does not go with two rows of rollers" in problem.expected and words in problem.expected
 
 
-def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys):
-    assert cli.main(["explain", "scenes/tracked.toml", "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    called = {effect["name"]: effect["called_by"] for effect in said["effects"] if effect["on"]}
-    assert called == {
-        "free": ["rollers"], "impact": ["switching"], "drive": ["drive", "controller"], "motor": ["drive"]
-    }  # fmt: skip
-    assert any("every 0.01 s" in event for event in said["events"])
-
-
 @pytest.mark.parametrize("more, words", [
     ("", ["joints"]),
     ("[drive]\ntimes = [0, 1]\ntorque = [[0, 0, 0], [1, 0, 0]]\n", ["joints", "knots of the torques, 2"]),

@@ -12,6 +12,7 @@ import math
 from pathlib import Path
 
 import pytest
+from fuzz.keys import written
 
 import omniroll
 from omniroll import cli
@@ -44,10 +45,8 @@ LAYOUT = [[0.15, 0.0], [-0.075, 0.13], [-0.075, -0.13]]
 
 
 def text_of(vehicle: dict, tables: dict) -> str:
-    tables = {"start": {"nu": [0.5, 0, 0]}, "run": {"duration": 0.1}} | tables
-    shown = {name: "\n".join(f"{key} = {value!r}" for key, value in table.items()) for name, table in tables.items()}
-    written = "\n".join(f"{key} = {value!r}" for key, value in vehicle.items() if value is not None)
-    return f"[vehicle]\n{written}\n" + "\n".join(f"[{name}]\n{text}" for name, text in shown.items())
+    given = {key: value for key, value in vehicle.items() if value is not None}
+    return written({"vehicle": given, "start": {"nu": [0.5, 0, 0]}, "run": {"duration": 0.1}} | tables)
 
 
 def wrong_in(folder: Path, vehicle: dict, tables: dict) -> list[str]:

@@ -61,15 +61,6 @@ def test_impulses_are_kept_under_impact_and_only_there(shortened, tmp_path):
     assert np.atleast_1d(rows["along_rolling_2"]).tolist() == found.contact[:, 1, 1].tolist()
 
 
-def test_a_run_without_samples_leaves_none_of_an_earlier_run(shortened, tmp_path):
-    path = shortened(Path("scenes/motion-3.toml"), "times = [0.1]")
-    assert cli.main(["run", str(path), "--output", str(tmp_path / "out")]) == 0
-    path = shortened(Path("scenes/motion-3.toml"))
-    assert (tmp_path / "out/samples.csv").exists()
-    assert cli.main(["run", str(path), "--output", str(tmp_path / "out")]) == 0
-    assert not (tmp_path / "out/samples.csv").exists()
-
-
 def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, bouncing):
     path = tmp_path / "bouncing.toml"
     path.write_text(Path("scenes/motion-1.toml").read_text().replace("[run]", "[run]\nengine = 'python'"))
