@@ -114,6 +114,11 @@ WRONG = {
     "[stands = 1, turns = 0]), [next_share, both_axle, both_rolling, beside_axle, beside_rolling])",
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
+# Names that a later chapter takes for something else, as the chapter's own questions have them.
+AS_THERE = {
+    "effects/mecanum_wheels": "one_row: [second(wheels_of_the_paper)]",
+    "effects/contact_mecanum": "one_row: [second(wheels_of_the_paper)]",
+}
 # What they ask takes long: one vehicle is asked.
 WITHOUT_THEIR_LOOPS = ("machinery/write_data", "paper/brute_force", "paper/brute_force_wheels")
 OMNI_WHEELS = "paper/omni_wheels"  # from there on wheels are the paper's
@@ -215,7 +220,8 @@ def questions(read: list[str]) -> list[tuple[str, list[str]]]:
                     mutants = [in_place_of(f"({mutant}, {call})", statement) for mutant in mutants]
                 else:
                     mutants += upstream(before, statement)
-                asked.append((name, mutants))
+                there = AS_THERE.get(chapter, "")
+                asked.append((name, [f"block([{there}], {mutant})" if there else mutant for mutant in mutants]))
             before.append((statement, cover))
     return asked
 
