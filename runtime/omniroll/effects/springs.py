@@ -71,7 +71,7 @@ class Springs(Effect):
             raise InvalidValueError("spin_inertia", None, bound)
         for effect in others:
             if isinstance(effect, Bearings) and not OF_BEARINGS.issuperset(effect.kernel_effects()):
-                bound = "on springs axles have friction and rollers none: leave roller_... out; wheel_coulomb needs a wheel_speed"
+                bound = "on springs rollers have no friction: leave roller_... out; wheel_coulomb needs a wheel_speed"
                 raise InvalidValueError("effects", "Bearings", bound)
 
     def kernel_effects(self) -> tuple[str, ...]:
