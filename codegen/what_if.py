@@ -74,7 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only-paper", action="store_true", help="run the steps of maxima/paper/ alone")
     parser.add_argument("--output", type=Path, default=ROOT / "out/what-if/equations.tex", metavar="FILE")
     parser.add_argument("--run", type=Path, metavar="SCENE", help="simulate the scene's bare vehicle by both equations")
-    parser.add_argument("--number", type=number, action="append", default=[], metavar="NAME=VALUE", help="a new symbol's")
+    parser.add_argument("--number", type=number, action="append", default=[], metavar="NAME=VALUE", help="of a symbol")
     options = parser.parse_args(arguments)
     if options.run and not options.run.is_file():
         parser.error(f"argument --run: {options.run}: no such file; give a scene, for instance scenes/motion-3.toml")
