@@ -1,38 +1,22 @@
 /* Deviations followed along a run, from row to row: through its steps and its switches. A library by itself, with the
  * set's functions and their slopes; a run that is asked for no derivatives does not load it.
- *
- * variations.c   a step
- * slipping.c     forces on contacts that slip under Coulomb's friction
- * pieces.c       pieces of steps in which deviations are fast
- * turning.c      contacts that slip and stick, in its equations
- * node_equations.c  its equations at its nodes, in blocks
- * blockwise.c    linear equations in blocks
- * spins.c        free rollers that stick on their disks, in its equations
- * spin_nodes.c   the same at its nodes, once it is solved
- * passages.c     a switch
- * small.c        small systems of equations
- * responses.c    what forces on contacts and torques of bearings do where something comes to rest
- * ways.c         how a point moves with time, and as deviations do
- * own_modes.c    axles and rollers that stick where wheels may slip
- * changes.c      what happens to these and to contacts
- * standing.c     wheels that stand by contacts and bearings that stick
- * rests.c        slips and rates of bearings that come to rest
- * holding.c      what holds wheels that stand
- * letting_go.c   contacts that let go, and bearings that break away
- * saltations.c   how deviations pass all of that */
-#include "deviations/variations.c"
+ */
+#include "set_in_lanes.h"
 
+#include "linear.c"
+#include "along_set.h"
+#include "gauss.h"
+#include "deviations/variations_calls.h"
+
+#include "deviations/variations.c"
 #include "deviations/passages.c"
-#if SET_CHANGES
 #include "deviations/small.c"
 #include "deviations/ways.c"
 #include "deviations/responses.c"
 #include "deviations/changes.c"
 #include "deviations/rests.c"
-#include "deviations/holding.c"
 #include "deviations/letting_go.c"
 #include "deviations/saltations.c"
-#endif
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -42,55 +26,40 @@ ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
     return found;
 }
 
-#if SET_CHANGES
-static void lay_out_own_bearings(variations_t *w, long long *size, char *base)
+/* What contacts and bearings take up. */
+static void lay_out_elements(variations_t *w, long long *size, char *base)
 {
-    const long long wheels = w->wheels*(long long)sizeof(lanes_t);
-    w->bearings.sticks = part(base, size, 2*wheels);
-    w->bearings.holding = part(base, size, 4*wheels);
-    w->bearings.spin_dot = part(base, size, 2*w->rollers*wheels);
-    w->bearings.yaw_mass = part(base, size, 2*(long long)sizeof(lanes_t));
-    w->bearings.nu_dot = part(base, size, 6*(long long)sizeof(lanes_t));
-}
-#endif
-
-#if SET_GATHERS
-static void lay_out_spins(variations_t *w, long long *size, char *base)
-{
-    const long long count = FREE(w)*(long long)sizeof(lanes_t);
+    const int wheels = w->wheels, groups = w->groups, gathers = SET_GATHERS;
+    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t), count = gathers*FREE(w)*lane;
+    w->contacts.pushed = part(base, size, SET_GRIPS*12*wheels*lane);
+    w->contacts.yielding = part(base, size, 2*SET_STRIPS*wheels*lane);
+    w->contacts.towards = part(base, size, SET_GRIPS*2*wheels*lane);
+    w->contacts.slipping = part(base, size, SET_GRIPS*wheels*lane);
+    w->contacts.turned = part(base, size, SET_GRIPS*2*wheels*lane);
+    w->contacts.towards_at = part(base, size, SET_GRIPS*2*wheels*nodes);
+    w->contacts.slipping_at = part(base, size, SET_GRIPS*wheels*nodes);
+    w->contacts.slip_slope = part(base, size, SET_GRIPS*2*wheels*slip_directions(w)*nodes);
+    w->contacts.aimed = part(base, size, wheels*(long long)sizeof *w->contacts.aimed);
+    w->bearings.sticks = part(base, size, 2*wheels*lane);
+    w->bearings.holding = part(base, size, 4*wheels*lane);
+    w->bearings.spin_dot = part(base, size, 2*w->rollers*wheels*lane);
+    w->bearings.yaw_mass = part(base, size, 2*lane);
     w->spins.sticks = part(base, size, count);
     w->spins.bearing = part(base, size, count);
     w->spins.holding = part(base, size, 2*count);
     w->spins.bearing_along = part(base, size, count);
     w->spins.response = part(base, size, count*w->run->models);
     w->spins.fading = part(base, size, count*w->run->models);
-    w->spins.response_moved = part(base, size, count*w->groups);
-    w->spins.fading_moved = part(base, size, count*w->groups);
-    w->spins.torque_moved = part(base, size, count*w->groups);
-    w->spins.momenta_moved = part(base, size, SUMS(w)*w->groups*(long long)sizeof(lanes_t));
-    w->spins.axial_moved = part(base, size, count*w->groups);
-    w->spins.axial_nodes = part(base, size, NODES*count*w->groups);
-    w->spins.axial_at = part(base, size, count);
-    w->spins.basis = part(base, size, SUMS(w)*(long long)sizeof *w->spins.basis);
+    w->spins.response_moved = part(base, size, count*groups);
+    w->spins.fading_moved = part(base, size, count*groups);
+    w->spins.torque_moved = part(base, size, count*groups);
+    w->spins.momenta_moved = part(base, size, gathers*SUMS(w)*groups*lane);
+    w->spins.axial_moved = part(base, size, count*groups);
+    w->spins.axial_nodes = part(base, size, NODES*count*groups);
+    w->spins.disks = part(base, size, count);
+    w->spins.disks_moved = part(base, size, count);
+    w->spins.basis = part(base, size, gathers*SUMS(w)*(long long)sizeof *w->spins.basis);
 }
-#endif
-
-#if SET_GRIPS
-/* What contacts take up. */
-static void lay_out_ground(variations_t *w, long long *size, char *base)
-{
-    const int wheels = w->wheels;
-    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t);
-    w->contacts.pushed = part(base, size, 12*wheels*lane);
-    w->contacts.yielding = part(base, size, 2*SET_STRIPS*wheels*lane);
-    w->contacts.towards = part(base, size, 2*wheels*lane);
-    w->contacts.slipping = part(base, size, wheels*lane);
-    w->contacts.turned = part(base, size, 2*wheels*lane);
-    w->contacts.towards_at = part(base, size, 2*wheels*nodes);
-    w->contacts.slipping_at = part(base, size, wheels*nodes);
-    w->contacts.slip_slope = part(base, size, 2*wheels*slip_directions(w)*nodes);
-}
-#endif
 
 /* Points, slopes and columns along a piece of the run. */
 static void lay_out_points(variations_t *w, long long *size, char *base)
@@ -113,7 +82,6 @@ static void lay_out_points(variations_t *w, long long *size, char *base)
     w->weight_in_piece = part(base, size, (w->run->degree + 1)*NODES*(long long)sizeof(double));
     w->solving.row = part(base, size, NODES*equations*(long long)sizeof *w->solving.row);
     w->is_still = part(base, size, equations*w->directions*(long long)sizeof(int));
-    w->contacts.aimed = part(base, size, wheels*(long long)sizeof *w->contacts.aimed);
     w->is_given = part(base, size, w->inputs*(long long)sizeof *w->is_given);
     w->numbered_column = part(base, size, w->run->columns*(long long)sizeof(int));
     w->number_of = part(base, size, w->run->columns*(long long)sizeof(int));
@@ -145,21 +113,13 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->moved = part(base, &size, w->size*groups*lane);
     w->began = part(base, &size, w->size*groups*lane);
     w->given = part(base, &size, (w->inputs + SET_MOVING*wheels)*groups*lane);
-#if SET_GRIPS
-    lay_out_ground(w, &size, base);
-#endif
     w->solving.kind = part(base, &size, equations*equations*(long long)sizeof *w->solving.kind);
     w->solving.block = part(base, &size, equations*equations*NODES*(long long)sizeof(nodes_t));
     w->solving.right = part(base, &size, unknowns*groups*lane);
     w->solving.pivot_row = part(base, &size, 3*NODES*(long long)sizeof *w->solving.pivot_row);
     w->solving.memory = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
     lay_out_points(w, &size, base);
-#if SET_GATHERS
-    lay_out_spins(w, &size, base);
-#endif
-#if SET_CHANGES
-    lay_out_own_bearings(w, &size, base);
-#endif
+    lay_out_elements(w, &size, base);
     return size;
 }
 
@@ -196,16 +156,13 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
-#if SET_GRIPS
-    memset(w->contacts.pushed, 0, 12*w->wheels*sizeof *w->contacts.pushed);
+    memset(w->contacts.pushed, 0, SET_GRIPS*12*w->wheels*sizeof *w->contacts.pushed);
     memset(w->contacts.yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->contacts.yielding);
-#endif
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
     if (SET_SLIPS)
         put_own_rates(w);
-#if SET_GATHERS
-    prepare_spins(w);
-#endif
+    if (SET_GATHERS)
+        prepare_spins(w);
     const int nodes = w->nodes;
     const double *const integral = run->gauss_integral;
     take_step(w);
@@ -250,45 +207,11 @@ static void exchange_given(variations_t *w, long long step)
     double *const own = w->run->given + step*w->run->given_size*w->columns;
     into_lanes(w, own, drives, w->given);
     const int held = held_inputs(w);
-#if SET_GATHERS
-    into_lanes(w, own + inputs*w->columns, held, w->spins.torque_moved);
-#else
-    out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
-#endif
+    if (SET_GATHERS)
+        into_lanes(w, own + inputs*w->columns, held, w->spins.torque_moved);
+    else
+        out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
     into_lanes(w, own + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
-}
-
-void omniroll_deviate(const omniroll_variations_t *run, const double *spins)
-{
-    if (!SET_HAS_ROLLERS)
-        return;
-    variations_t own, *const w = &own;
-    prepare(w, run);
-    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w), points = point_size(w);
-    lanes_t axial[count], moved_axial[count], spin[count], moved_spin[count], at[points], moved[points];
-    into_lanes(w, run->moved, w->size, w->moved);
-    put_state(w, 0, at);
-    for (int g = 0; g < w->groups; g++) {
-        memset(moved, 0, sizeof moved);
-        put_moved(w, w->moved, g, moved);
-        for (int k = 0; k < count; k++) {
-            spin[k] = lanes_of(run->spins[k]), moved_spin[k] = lanes_of(0);
-            for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++)
-                moved_spin[k][p%LANES] = spins[p*count + k];
-        }
-        set_axial_speeds_along(wheels, &w->column[g], at, at + point_chi(w), spin, moved, moved + point_chi(w),
-                               moved_spin, axial, moved_axial);
-        take_free(w, run->contact, g, moved_axial);
-        start_core_along(wheels, &w->column[g], at, at + point_chi(w), axial, moved, moved + point_chi(w), moved_axial,
-                         at + POINT_CORE, moved + POINT_CORE);
-        for (int k = 0; k < w->known - 3 && SET_CORE_PARTS; k++)
-            w->moved[(6 + wheels + k)*w->groups + g] = moved[POINT_CORE + k];
-    }
-    for (int i = 0; i < wheels; i++)
-        for (int g = 0; g < w->groups; g++)
-            w->axial[(i*w->rollers + (int)run->contact[i])*w->groups + g] = lanes_of(0);
-    out_of_lanes(w, w->moved, w->size, run->moved);
-    exchange_axial(w, 0, 1);
 }
 
 /* Whether a wheel that switches after a row grazes its joint. */
@@ -307,14 +230,12 @@ static int grazes(const variations_t *w, long long row, const int *direction)
     return 0;
 }
 
-#if SET_OWN_BEARINGS
 /* A step begins in a row with other modes than the one before it had: pass what happens there. Returns whether it was
  * known how; else nothing has been done. */
 static int enter_step(variations_t *w, long long row)
 {
     return pass_change(w, &(change_t){row, row - 1, row, 0, 0});
 }
-#endif
 
 /* Whether more happens at a switch behind a row than that one wheel passes its joint. */
 static int is_not_plain(const variations_t *w, long long row, const int *direction, int switching)
@@ -326,14 +247,12 @@ static int is_not_plain(const variations_t *w, long long row, const int *directi
  * at which drives jump there, or null. Returns whether it was known how; else nothing has been done. */
 static int pass_others(variations_t *w, long long row, const double *knot)
 {
-#if SET_CHANGES
     double still[w->columns];
     memset(still, 0, sizeof still);
     if (changes_modes(w, row)) {
         const double *const jump = knot ? knot : drives_jump(w, row) ? still : 0;
         return pass_change(w, &(change_t){row, row, row + 1, jump, 0});
     }
-#endif
     if (knot) {
         lanes_t before[w->size], after[w->size];
         rates_in_row(w, row, before);
@@ -343,7 +262,6 @@ static int pass_others(variations_t *w, long long row, const double *knot)
     return 1;
 }
 
-#if SET_OWN_BEARINGS
 /* A step begins in a row: pass what happens there, where that is known. */
 static void enter_at(variations_t *w, long long row)
 {
@@ -352,7 +270,6 @@ static void enter_at(variations_t *w, long long row)
     w->run->enters[row] = 0;
     out_of_lanes(w, w->moved, w->size, row_of(w, row));
 }
-#endif
 
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                                    int as_one)
@@ -363,45 +280,36 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     enter_phase(w, phase);
     into_lanes(w, row_of(w, first), w->size, w->moved);
     refuse(w, UNKNOWN, 0);
-#if SET_OWN_BEARINGS
-    if (run->enters[first])
+    if (SET_OWN_BEARINGS && run->enters[first])
         return first;
-#endif
     for (long long row = first; row < last; row++) {
         if (run->step_of[row] >= 0) {
             exchange_given(w, run->step_of[row]);
-#if SET_GRIPS
             aim_rests(w, row + 1);
-#endif
             if (!vary_along(w, run->step_of[row], row))
                 return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
             if (switching && !(as_one && row == first) && is_not_plain(w, row, direction, switching))
                 return row;
-#if SET_OWN_BEARINGS
             if (switching && rests_at_switch(w, row))
                 return row;
-#endif
             if (!switching && !pass_others(w, row, row == first ? run->knot : 0))
                 return row;
             if (switching) {
                 pass_switch(w, phase++, row, direction);
-#if SET_HOLDS
-                take_what_sticks(w, row + 1);       /* also what goes on to stick through an impact */
-#endif
+                if (SET_HOLDS)
+                    take_what_sticks(w, row + 1);       /* also what goes on to stick through an impact */
                 memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);
                 if (SET_HAS_ROLLERS)
                     exchange_axial(w, phase, 1);
             }
         }
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
-#if SET_OWN_BEARINGS
-        if (run->enters[row + 1])
+        if (SET_OWN_BEARINGS && run->enters[row + 1])
             enter_at(w, row + 1);
-        if (run->enters[row + 1])
+        if (SET_OWN_BEARINGS && run->enters[row + 1])
             return row + 1;
-#endif
     }
     return last;
 }
@@ -414,9 +322,7 @@ static long long enter_step_of(variations_t *w, long long step, long long own, l
         enter_phase(w, *phase = own);
     into_lanes(w, row_of(w, row), w->size, w->moved);
     exchange_given(w, step);
-#if SET_GRIPS
     aim_rests(w, row + 1);
-#endif
     return row;
 }
 
@@ -449,16 +355,14 @@ void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, 
 
 void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase)
 {
-#if SET_HOLDS
     variations_t own, *const w = &own;
+    if (!SET_HOLDS)
+        return;
     prepare(w, run);
     enter_phase(w, phase);
     into_lanes(w, row_of(w, row), w->size, w->moved);
     take_what_sticks(w, row);
     out_of_lanes(w, w->moved, w->size, row_of(w, row));
-#else
-    (void)run, (void)row, (void)phase;
-#endif
 }
 
 int omniroll_variations_nodes(int nodes)

@@ -47,7 +47,7 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
 static void put_rates_of_changes(variations_t *w, double h, lanes_t *value)
 {
     const long long size = w->nodes*w->groups*(long long)sizeof *value;
-    lanes_t *const rate = w->carried_at;
+    lanes_t *const rate = w->felt_at;          /* not needed any more */
     memset(rate, 0, size);
     add_product_of(w, w->inverse, 1/h, value, rate);
     memcpy(value, rate, size);

@@ -46,40 +46,22 @@ NEVER_INLINE void rates_at_point(const variations_t *w, long long row, lanes_t *
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
     lanes_t moved[MOST_WHEELS + 3];
     const lanes_t still[3] = {{0}};
-#if SET_GRIPS
-    put_directions(w, row, &at, &along);
-    put_pushes(w, row, 0, &at, &along);
-#endif
-    (void)row;
+    if (SET_GRIPS)
+        put_forces_on_contacts(w, row);
     rates_along(wheels, &at, &along, rate, moved);
-#if SET_HOLDS
-    memcpy(w->bearings.nu_dot, rate, 3*sizeof *rate);
-#endif
     wheel_rates_at(w, w->point, rate + 3);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
     for (int k = 0; k < w->known - 3; k++)
         rate[6 + wheels + k] = at.core_dot[k];
 }
 
-/* The rates in a row of all that deviates, where what sticks is as in another one: one number in all lanes. The row's
- * state is left in w->point. */
-static void rates_in_modes(const variations_t *w, long long row, long long of_modes, lanes_t *rate)
-{
-    put_state(w, row, w->point);
-    put_held(w, of_modes, -1);
-#if SET_OWN_BEARINGS
-    put_own_modes(w, of_modes);
-#endif
-#if SET_GATHERS
-    put_spin_modes(w, of_modes);
-#endif
-    rates_at_point(w, row, rate);
-}
-
-/* The same where it is as in the row. */
+/* The rates in a row of all that deviates: one number in all lanes. The row's state is left in w->point. */
 static void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
 {
-    rates_in_modes(w, row, row, rate);
+    put_state(w, row, w->point);
+    put_held(w, row, -1);
+    put_own_modes(w, row);
+    rates_at_point(w, row, rate);
 }
 
 /* Why a row is not passed. */
@@ -121,12 +103,10 @@ ALWAYS_INLINE void take_free(variations_t *w, const long long *contact, int grou
             w->axial[(i*w->rollers + roller_at(w, contact, i, s))*w->groups + group] = free[i*(w->rollers - 1) + s];
 }
 
-#define MOST_FREE(w) ((w)->wheels*((w)->rollers - 1))
-
 /* The free rollers' axial speeds in a row, by place. */
 static void axial_in_row(const variations_t *w, long long row, lanes_t *axial)
 {
-    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w);
+    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
     lanes_t spins[count], still[count];
     for (int k = 0; k < count; k++)
         spins[k] = lanes_of(w->run->spins[row*count + k]), still[k] = lanes_of(0);
@@ -141,7 +121,7 @@ static void begin_phase(variations_t *w, long long phase)
 {
     if (!SET_HAS_ROLLERS)
         return;
-    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w);
+    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
     const long long row = w->run->phase_start[phase];
     lanes_t axial[count], moved[count], momenta[2*MOST_WHEELS], momenta_moved[2*MOST_WHEELS];
     axial_in_row(w, row, axial);
@@ -175,7 +155,7 @@ static void follow_axial(variations_t *w, int group, const long long *contact, c
                          const lanes_t *before_moved, const lanes_t *after, const lanes_t *after_moved,
                          double elapsed, lanes_t elapsed_moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w);
+    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
     lanes_t axial[count], moved[count], later[count], later_moved[count];
     for (int k = 0; k < count; k++)
         axial[k] = lanes_of(w->free_axial[k]);
@@ -214,7 +194,7 @@ static void strike(const variations_t *w, int group, const int *direction, lanes
 static void exchange_rollers(variations_t *w, int group, long long row, const int *direction, const lanes_t *at,
                              const lanes_t *moved, lanes_t *spin, lanes_t *spin_moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), count = MOST_FREE(w), places = w->rollers - 1;
+    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), count = FREE(w), places = w->rollers - 1;
     const long long *const contact = w->run->contact + row*wheels;
     const vehicle_t *const v = &w->column[group];
     lanes_t axial[count], axial_moved[count], spins[count], spins_moved[count];
@@ -274,14 +254,14 @@ ALWAYS_INLINE void come_to_switch(variations_t *w, int group, long long phase, l
         w->moved[k*w->groups + group] += rate[k]*time;
     put_state(w, row, at);
     memset(moved, 0, point_size(w)*sizeof *moved);
-    put_moved(w, w->moved, group, moved);
+    put_moved(w, w->moved, w->groups, group, moved);
     if (!AXIAL_FOLLOWS)
         return;
     const long long first = w->run->phase_start[phase];
     lanes_t start[point_size(w)], start_moved[point_size(w)];
     memset(start_moved, 0, sizeof start_moved);
     put_state(w, first, start);
-    put_moved(w, w->began, group, start_moved);
+    put_moved(w, w->began, w->groups, group, start_moved);
     follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, at, moved,
                  w->run->elapsed[row] - w->run->elapsed[first], time);
 }
@@ -291,7 +271,7 @@ ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lane
 {
     const int wheels = OWN_WHEELS(w->wheels), groups = w->groups;
     if (SET_HAS_ROLLERS && SET_CORE_PARTS) {
-        const int count = MOST_FREE(w);
+        const int count = FREE(w);
         lanes_t axial[count], axial_moved[count];
         axial_in_row(w, row + 1, axial);
         put_free(w, w->run->contact + (row + 1)*wheels, group, axial_moved);
@@ -312,12 +292,12 @@ ALWAYS_INLINE void come_back(variations_t *w, int group, long long row, const la
         memset(start_moved, 0, sizeof start_moved);
         memset(moved, 0, sizeof moved);
         put_state(w, row, start);
-        put_moved(w, w->moved, group, start_moved);
+        put_moved(w, w->moved, w->groups, group, start_moved);
     }
     for (int k = 0; k < w->size; k++)
         w->moved[k*w->groups + group] -= rate[k]*time;
     if (AXIAL_FOLLOWS) {
-        put_moved(w, w->moved, group, moved);
+        put_moved(w, w->moved, w->groups, group, moved);
         follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, start, moved, 0, -time);
     }
 }

@@ -1,54 +1,82 @@
-/* What unit forces on contacts and unit torques of bearings do, where something comes to rest.
+/* Speeds of what may stick, and what unit forces on contacts and unit torques of bearings do to them, where something
+ * comes to rest.
  *
- * A unit is a component of a contact's slip, 2*wheel + component, or 2*wheels + the place of a bearing. */
+ * A unit is a component of a contact's slip, 2*wheel + component, or 2*wheels + the place of a bearing. The speed of a
+ * massless roller beside contacts that stick is that of its wheel along the axle, over the distance of its axis from the
+ * ground in its middle. */
+#define UNITS(w) (2*(w)->wheels + MOST_OWN(w))
 
-/* Let the force or the torque of a unit be 1 in a lane. */
-ALWAYS_INLINE void push_unit(const variations_t *w, const point_t *along, int unit, int lane)
+/* How the speeds of all units move (UNITS) where the state in w->point moves like `own`, with the numbers of a vehicle or
+ * with none. */
+static void put_speeds_moved(const variations_t *w, const vehicle_t *vehicle, lanes_t *own, lanes_t *to)
 {
-#if SET_GRIPS
-    if (unit < 2*w->wheels)
-        along->ground_push[unit][lane] = 1;
+    const int wheels = OWN_WHEELS(w->wheels), axial = first_momentum(w);
+    const point_t at = point_of(w, vehicle, w->point);
+    point_t along = point_of(w, vehicle, w->along);
+    lanes_t rate[2][MOST_WHEELS], rate_moved[2][MOST_WHEELS], *axles = own + POINT_CORE, *free = own + POINT_CORE;
+    lanes_t slip[2*MOST_WHEELS], spins[FREE(w)], spins_moved[FREE(w)];
+    (void)axial, (void)spins, (void)spins_moved;
+    along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
+    slips_of(w, &at, &along, slip, to);
+    if (SET_HOLDS) {
+        set_wheel_rates_along(wheels, vehicle, at.nu, at.chi, along.nu, along.chi, rate[0], rate[1], rate_moved[0],
+                              rate_moved[1]);
+        axles = rate_moved[0];
+    }
+#if SET_DISKS_STICK                     /* where spins have these arguments */
+    set_slip_spins_along(wheels, vehicle, at.nu, at.chi, at.core + wheels, along.nu, along.chi, along.core + wheels,
+                         rate[1], rate_moved[1]);
+    set_spins_from_axial_along(wheels, vehicle, at.nu, at.chi, w->point + axial, along.nu, along.chi, own + axial,
+                               spins, spins_moved);
+    free = spins_moved;
 #endif
-    if (unit >= 2*w->wheels)
-        (*own_torque(w, w->along, unit - 2*w->wheels))[lane] = 1;
-    (void)along;
+    for (int i = 0; i < wheels && SET_STRIPS; i++)
+        rate_moved[1][i] = to[2*i]/w->run->standing[1];
+    for (int i = 0; i < wheels && SET_SERIES_ALONE; i++)        /* no speed comes to rest: changes.c */
+        rate_moved[1][i] = lanes_of(0);
+    for (int k = 0; k < MOST_OWN(w); k++)
+        to[2*wheels + k] = *of_bearing(w, k, axles, rate_moved[1], free);
 }
 
-/* How the rate of a unit's slip, or of its bearing's own rate, moves. */
-ALWAYS_INLINE double dot_of_unit(const variations_t *w, const point_t *along, int unit, int lane)
+/* The same for the deviations in a row, which w->point has: UNITS x groups. */
+static void put_speeds_of_columns(const variations_t *w, lanes_t *to)
 {
-#if SET_GRIPS
-    if (unit < 2*w->wheels)
-        return along->slip_dot[unit][lane];
-#endif
-    return own_dot(w, along, unit - 2*w->wheels, lane);
-}
-
-/* What units do where the rates have been computed last: to the rates of all that is known, R (known x count), and to
- * the slips and the bearings' rates, W (count x count). */
-static void put_responses(const variations_t *w, const int *unit, int count, double *to_known, double *to_own)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    for (int first = 0; first < count; first += LANES) {
-        lanes_t nu_dot[3], moved[3];
-        for (int k = first; k < count && k < first + LANES; k++)
-            push_unit(w, &along, unit[k], k - first);
-        rates_along(wheels, &at, &along, nu_dot, moved);
-#if SET_HOLDS
-        memcpy(w->bearings.nu_dot + 3, moved, sizeof moved);
-#endif
-        for (int k = first; k < count && k < first + LANES; k++) {
-            for (int a = 0; a < w->known; a++)
-                to_known[a*count + k] = (a < 3 ? moved[a] : along.core_dot[a - 3])[k - first];
-            for (int i = 0; i < count; i++)
-                to_own[i*count + k] = dot_of_unit(w, &along, unit[i], k - first);
-        }
-        take_way_back(w);
+    lanes_t own[point_size(w)], moved[UNITS(w)];
+    memset(own, 0, sizeof own);
+    for (int g = 0; g < w->groups; g++) {
+        put_moved(w, w->moved, w->groups, g, own);
+        put_speeds_moved(w, &w->column[g], own, moved);
+        for (int k = 0; k < UNITS(w); k++)
+            to[k*w->groups + g] = moved[k];
     }
 }
 
-/* Take from the deviations what forces and torques (count x groups) do to the rates. */
+/* What units do where the rates have been computed last: to the rates of all that is known, R (known x count), and to
+ * the speeds of the units, W (count x count). */
+static void put_responses(const variations_t *w, const int *unit, int count, double *to_known, double *to_own)
+{
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    lanes_t nu_dot[3], own[point_size(w)], moved[UNITS(w)];
+    memset(own, 0, sizeof own);
+    for (int first = 0; first < count; first += LANES) {
+        for (int k = first; k < count && k < first + LANES; k++) {
+            const int bearing = unit[k] - 2*w->wheels;
+            (bearing < 0 ? along.ground_push + unit[k] : own_torque(w, w->along, bearing))[0][k - first] = 1;
+        }
+        rates_along(OWN_WHEELS(w->wheels), &at, &along, nu_dot, own);
+        memcpy(own + POINT_CORE, along.core_dot, (w->known - 3)*sizeof *own);
+        take_way_back(w);
+        put_speeds_moved(w, w->vehicle, own, moved);
+        for (int k = first; k < count && k < first + LANES; k++) {
+            for (int a = 0; a < w->known; a++)
+                to_known[a*count + k] = own[a][k - first];
+            for (int i = 0; i < count; i++)
+                to_own[i*count + k] = moved[unit[i]][k - first];
+        }
+    }
+}
+
+/* Take from the deviations what forces and torques (count x groups) do to the rates of all that is known. */
 static void take_responses(variations_t *w, const double *to_known, int count, const lanes_t *force)
 {
     const int groups = w->groups;

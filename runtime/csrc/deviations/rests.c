@@ -3,13 +3,18 @@
  * What comes to rest does so by its own force or torque alone, and so does its deviation. With what these do to the
  * rates, R, and to the slips and the bearings' rates, W, all that is left of a deviation is
  *
- *     d* = d- - R W^-1 ds                              (ds: of the slips and rates that have come to rest)
+ *     d* = d- - R W^+ ds                              (ds: of the slips and rates that have come to rest)
  *
  * A slip comes to rest along a direction. On the way there the directions turn without end, so that nodes and roundings
  * would decide what is left across them. Forces that turn take it away, F' = dF/dheading. So the row of the rest is put
  * right first,
  *
  *     d- := d- - R F' l                                (l: 0 = slips of the new d- across their directions) */
+#define MOST_AIMS 8                                     /* rounds of Newton's rule */
+#define AIMED 1e-13                                     /* rad: directions are found that turn by no more */
+#define IDLE 1e-12              /* of the largest: turns that are no more are rounding */
+#define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
+                                 * rad does not turn */
 
 /* What comes to rest in a change, as units (responses.c): components of slips, then bearings. */
 typedef struct {
@@ -17,69 +22,31 @@ typedef struct {
     int *unit;
 } resting_t;
 
-#if SET_GRIPS
-#define MOST_COMPONENTS (2*MOST_WHEELS)
-#define MOST_AIMS 8                                     /* rounds of Newton's rule */
-#define AIMED 1e-13                                     /* rad: directions are found that turn by no more */
-#define IDLE 1e-12              /* of the largest: turns that are no more are rounding */
-#define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
-                                 * rad does not turn */
-
 /* List the components of the slips that come to rest behind a row: contacts of massless rollers slip one way alone,
- * where these turn. Returns how many. */
-static int list_rests(const variations_t *w, long long row, int *component)
+ * where these turn. Of all, or of those whose directions turn. Returns how many. */
+static int list_rests(const variations_t *w, long long row, int turning, int *unit)
 {
     int count = 0;
-    for (int i = 0; i < w->wheels; i++) {
-        const int first = SET_STRIPS ? !turns_in(w, row, i) : !SET_HAS_CONTACT_SPEEDS;
-        for (int c = first; rests_behind(w, row, i) && c < 2; c++)
-            component[count++] = 2*i + c;
+    for (int i = 0; i < SET_GRIPS*w->wheels; i++) {
+        const int turns = turns_in(w, row, i);
+        for (int c = SET_STRIPS ? !turns : !SET_HAS_CONTACT_SPEEDS; c < 2; c++)
+            if ((turns || !turning) && rests_behind(w, row, i))
+                unit[count++] = 2*i + c;
     }
     return count;
 }
 
-/* Whether a slip comes to rest only just in a row, whose rates have been computed last. */
-static int grazes_rest(const variations_t *w, const int *component, int count)
+/* List what comes to rest. */
+static resting_t list_resting(const variations_t *w, const change_t *e, int *unit)
 {
-    const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
-    for (int k = 0; k < count; k++) {
-        const int i = component[k]/2;
-        const lanes_t along = slip_dot[2*i]*w->contacts.towards[2*i] + slip_dot[2*i + 1]*w->contacts.towards[2*i + 1];
-        if (-along[0] <= w->run->grazes)
-            return 1;
-    }
-    return 0;
-}
-
-/* The deviations of the slips in a row, which w->point has: count x groups. */
-static void put_slips_moved(const variations_t *w, const int *component, int count, lanes_t *to)
-{
-    lanes_t slip[MOST_COMPONENTS], moved[MOST_COMPONENTS], own[point_size(w)];
-    memset(own, 0, sizeof own);
-    for (int g = 0; g < w->groups; g++) {
-        put_moved(w, w->moved, g, own);
-        const point_t at = point_of(w, &w->column[g], w->point);
-        point_t along = point_of(w, &w->column[g], w->along);
-        along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
-        slips_of(w, &at, &along, slip, moved);
-        for (int k = 0; k < count; k++)
-            to[k*w->groups + g] = moved[component[k]];
-    }
-}
-
-/* Keep of a list of components those of slips whose directions turn. Returns how many. */
-static int keep_turns(const variations_t *w, long long row, int *component, int count)
-{
-#if SET_STRIPS
-    int kept = 0;
-    for (int k = 0; k < count; k++)
-        if (turns_in(w, row, component[k]/2))
-            component[kept++] = component[k];
-    return kept;
-#else
-    (void)w, (void)row, (void)component;
-    return count;
-#endif
+    resting_t found = {.unit = unit};
+    if (e->after > e->row)
+        found.contacts = list_rests(w, e->row, 0, unit);
+    found.count = found.contacts;
+    for (int k = 0; k < MOST_OWN(w); k++)
+        if (stops(w, e, k))
+            unit[found.count++] = 2*w->wheels + k;
+    return found;
 }
 
 /* What lies across the direction of contact i. */
@@ -104,7 +71,6 @@ static void put_turns(const variations_t *w, const int *component, int count, co
         }
 }
 
-#if SET_STRIPS
 /* A slip that neither falls nor turns, since what stands holds the vehicle there, goes where it goes. */
 static void keep_idle(double *turns, int count)
 {
@@ -118,7 +84,6 @@ static void keep_idle(double *turns, int count)
         turns[k*count + k] += idle;
     }
 }
-#endif
 
 /* The turns that bring these slips against their rates, which have been computed last, by Newton's rule. Returns the
  * largest one; 0 where they are not determinate. */
@@ -133,10 +98,9 @@ static double find_turns(const variations_t *w, const int *component, int count,
         turns[k*rests + k] -= (1 - TURNS_NOT)*(rate[0][0]*towards[0][0] + rate[1][0]*towards[1][0]);
         turn[k] = lanes_of(-across(w, component[2*k]/2, rate[0][0], rate[1][0]));
     }
-#if SET_STRIPS
-    keep_idle(turns, rests);
-#endif
-    if (!solve_small(turns, rests, turn, 1))
+    if (SET_STRIPS)
+        keep_idle(turns, rests);
+    if (solve_small(turns, rests, turn, 1, 0) < rests)
         return 0;
     for (int k = 0; k < rests; k++)
         most = fmax(most, fabs(turn[k][0]));
@@ -163,8 +127,8 @@ static void aim_rests(variations_t *w, long long row)
 {
     if (!SET_TURNS || row == w->contacts.aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
         return;
-    int component[MOST_COMPONENTS];
-    const int count = keep_turns(w, row, component, list_rests(w, row, component));
+    int component[2*MOST_WHEELS];
+    const int count = list_rests(w, row, 1, component);
     if (!count)
         return;
     double to_known[w->known*count], to_slip[count*count], most = INFINITY;
@@ -183,139 +147,52 @@ static void aim_rests(variations_t *w, long long row)
 
 /* Put deviations right in a row behind which slips come to rest, whose rates have been computed last: take away what
  * they have across their directions, by forces that turn. Returns whether that is determinate. */
-static int put_rests_right(const variations_t *w, long long row, const int *component, int count,
-                           const double *to_known, const double *to_slip)
+static int put_directions_right(variations_t *w, const change_t *e)
 {
-    const int groups = w->groups, rests = count/2;
-    double turns[rests*rests];
-    lanes_t slip[count*groups], turn[rests*groups];
+    int component[2*MOST_WHEELS];
+    const int groups = w->groups, count = SET_TURNS && e->after > e->row ? list_rests(w, e->row, 1, component) : 0;
+    const int rests = count/2;
+    double turns[rests*rests + 1], to_known[w->known*count + 1], to_slip[count*count + 1];
+    lanes_t speed[UNITS(w)*groups], force[count*groups + 1];
+    if (!count)
+        return 1;
+    put_responses(w, component, count, to_known, to_slip);
     put_turns(w, component, count, to_slip, turns);
-    put_slips_moved(w, component, count, slip);
+    put_speeds_of_columns(w, speed);
     for (int k = 0; k < rests; k++) {
-        const lanes_t *const towards = w->contacts.towards + component[2*k];
+        const int c = component[2*k];
+        const lanes_t *const towards = w->contacts.towards + c;
         for (int g = 0; g < groups; g++)
-            turn[k*groups + g] = slip[(2*k + 1)*groups + g]*towards[0] - slip[2*k*groups + g]*towards[1];
+            force[k*groups + g] = speed[(c + 1)*groups + g]*towards[0] - speed[c*groups + g]*towards[1];
     }
-    if (!solve_small(turns, rests, turn, groups))
-        return 0;
-#if SET_STRIPS                      /* where other wheels hold the vehicle along an axle no slip there turns */
-    for (int k = 0; k < rests; k++)
+    for (int k = 0; k < rests && SET_STRIPS; k++)   /* where other wheels hold the vehicle along an axle no slip turns */
         if (fabs(turns[k*rests + k]) <= SAME/w->run->only_just*w->run->grazes)
             return 0;
-#endif
-    for (int a = 0; a < w->known; a++)
-        for (int k = 0; k < rests; k++) {
-            const double *const response = to_known + a*count + 2*k;
-            const lanes_t *const turned = w->contacts.turned + component[2*k];
-            const lanes_t rate = response[0]*turned[0] + response[1]*turned[1];
-            for (int g = 0; g < groups; g++)
-                w->moved[place_of_core(w, a)*groups + g] -= rate*turn[k*groups + g];
-        }
-    out_of_lanes(w, w->moved, w->size, row_of(w, row));
+    if (solve_small(turns, rests, force, groups, SET_STRIPS ? SAME : 0) < rests)
+        return 0;
+    for (int k = count - 1; k >= 0; k--)            /* turns become forces, the last one first */
+        for (int g = 0; g < groups; g++)
+            force[k*groups + g] = w->contacts.turned[component[k]]*force[k/2*groups + g];
+    take_responses(w, to_known, count, force);
+    out_of_lanes(w, w->moved, w->size, row_of(w, e->row));
     return 1;
-}
-#else
-#define MOST_COMPONENTS 0
-#endif
-
-#if SET_STRIPS
-/* How speeds of wheels along their axles move, over the distance of the rollers' axes from the ground in their middles,
- * as a vector of columns does. */
-static void put_axle_speeds_moved(const variations_t *w, int group, lanes_t *own, lanes_t *moved)
-{
-    lanes_t slip[2*MOST_WHEELS], slip_moved[2*MOST_WHEELS];
-    const point_t at = point_of(w, &w->column[group], w->point);
-    point_t along = point_of(w, &w->column[group], w->along);
-    along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
-    slips_of(w, &at, &along, slip, slip_moved);
-    for (int i = 0; i < w->wheels; i++)
-        moved[i] = slip_moved[2*i]/w->run->standing[1];
-}
-#endif
-
-/* How the rate of a row for nu moves, as a vector of columns does. */
-static lanes_t rate_moved(const variations_t *w, int row, const lanes_t *own, int group)
-{
-    lanes_t sum = lanes_of(0);
-    for (int c = 0; c < 3 && SET_HOLDS; c++) {
-        sum += w->run->hold_row[3*row + c]*own[POINT_NU + c];
-        for (int p = group*LANES; p < w->columns && p < (group + 1)*LANES; p++)
-            sum[p%LANES] += w->run->hold_row_moved[p*3*MOST_ROWS(w) + 3*row + c]*w->point[POINT_NU + c][0];
-    }
-    return sum;
-}
-
-/* The deviations of the rates of some bearings in a row, which w->point has: count x groups. */
-static void put_turning(const variations_t *w, const int *of, int count, lanes_t *to)
-{
-    lanes_t own[point_size(w)];
-    memset(own, 0, sizeof own);
-    for (int g = 0; g < w->groups; g++) {
-        put_moved(w, w->moved, g, own);
-        lanes_t *contact = 0, *free = 0;
-#if SET_DISKS_STICK
-        const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), axial = first_momentum(w);
-        lanes_t spin[MOST_WHEELS], moved[MOST_WHEELS], spins[FREE(w)], spins_moved[FREE(w)];
-        const lanes_t *const at = w->point;
-        set_slip_spins_along(wheels, &w->column[g], at, at + chi, at + POINT_CORE + wheels, own, own + chi,
-                             own + POINT_CORE + wheels, spin, moved);
-        set_spins_from_axial_along(wheels, &w->column[g], at, at + chi, at + axial, own, own + chi, own + axial, spins,
-                                   spins_moved);
-        contact = moved, free = spins_moved;
-#elif SET_STRIPS
-        lanes_t axle[MOST_WHEELS];
-        put_axle_speeds_moved(w, g, own, axle);
-        contact = axle;
-#endif
-        if (SET_SPINS_STICK)
-            free = own + POINT_CORE;
-        for (int j = 0; j < count; j++)
-            to[j*w->groups + g] = row_of_bearing(w, of[j]) >= 0 ? rate_moved(w, row_of_bearing(w, of[j]), own, g)
-                                                                : *of_bearing(w, of[j], own + POINT_CORE, contact, free);
-    }
-}
-
-/* List what comes to rest. */
-static resting_t list_resting(const variations_t *w, const change_t *e, int *unit)
-{
-    resting_t found = {.unit = unit};
-#if SET_GRIPS
-    if (e->after > e->row)
-        found.contacts = list_rests(w, e->row, unit);
-#endif
-    found.count = found.contacts;
-    for (int k = 0; k < MOST_OWN(w); k++)
-        if (stops(w, e, k))
-            unit[found.count++] = 2*w->wheels + k;
-    return found;
 }
 
 /* Whether something comes to rest only just, where the rates before have been computed last. */
 static int rest_grazes(const variations_t *w, const resting_t *rests, const double *dot, const double *asked)
 {
-#if SET_GRIPS
-    if (grazes_rest(w, rests->unit, rests->contacts))
-        return !refuse(w, RESTS_ONLY_JUST, 0);
-#endif
-    for (int j = rests->contacts; j < rests->count; j++) {
-        const int k = rests->unit[j] - 2*w->wheels;
-        const double possible = fabs(dot[k]) + (fabs(asked[k]) + w->run->own_most[k])/w->run->own_inertia[k];
-        if (fabs(dot[k]) <= w->run->only_just*possible)
-            return !refuse(w, RESTS_ONLY_JUST, 0);
+    int found = 0;
+    for (int j = 0; j < rests->count; j++) {
+        const int unit = rests->unit[j], k = unit - 2*w->wheels;
+        const lanes_t *const towards = w->contacts.towards + unit/2*2;
+        if (k < 0)
+            found |= -(dot[unit/2*2]*towards[0][0] + dot[unit/2*2 + 1]*towards[1][0]) <= w->run->grazes;
+        else {
+            const double possible = fabs(dot[unit]) + (fabs(asked[k]) + w->run->own_most[k])/w->run->own_inertia[k];
+            found |= fabs(dot[unit]) <= w->run->only_just*possible;
+        }
     }
-    return 0;
-}
-
-/* The deviations of what comes to rest, in a row that w->point has: count x groups. */
-static void put_rests_moved(const variations_t *w, const resting_t *rests, lanes_t *to)
-{
-    int of[MOST_OWN(w) + 1];
-    for (int j = rests->contacts; j < rests->count; j++)
-        of[j - rests->contacts] = rests->unit[j] - 2*w->wheels;
-#if SET_GRIPS
-    put_slips_moved(w, rests->unit, rests->contacts, to);
-#endif
-    put_turning(w, of, rests->count - rests->contacts, to + rests->contacts*w->groups);
+    return found && !refuse(w, RESTS_ONLY_JUST, 0);
 }
 
 /* By how much the times deviate (columns) at which slips, along their directions, and rates of bearings come to zero.
@@ -323,55 +200,24 @@ static void put_rests_moved(const variations_t *w, const resting_t *rests, lanes
 static int put_times_of_stops(const variations_t *w, const resting_t *rests, const double *dot, double *time)
 {
     const int groups = w->groups;
-    lanes_t moved[rests->count*groups];
+    lanes_t speed[UNITS(w)*groups], moved[rests->count*groups];
     double rate[rests->count];
     int count = 0;
-    put_rests_moved(w, rests, moved);
-    for (int j = 0; j < rests->count; j++, count++) {
-        const int goes = j < rests->contacts, both = goes && j + 1 < rests->contacts
-            && rests->unit[j + 1] == rests->unit[j] + 1 && rests->unit[j]%2 == 0;
-        rate[count] = goes ? 0 : dot[rests->unit[j] - 2*w->wheels];
-        lanes_t sum[groups];
-        memset(sum, 0, sizeof sum);
-#if SET_GRIPS
-        const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
-        for (int c = j; goes && c <= j + both; c++) {
-            const lanes_t towards = w->contacts.towards[rests->unit[c]];
-            rate[count] += towards[0]*slip_dot[rests->unit[c]][0];
-            for (int g = 0; g < groups; g++)
-                sum[g] += towards*moved[c*groups + g];
+    put_speeds_of_columns(w, speed);
+    for (int j = 0; j < rests->count; j++) {
+        const int unit = rests->unit[j], slips = j < rests->contacts;
+        const lanes_t by = slips ? w->contacts.towards[unit] : lanes_of(1);
+        if (!slips || j == 0 || unit/2 != rests->unit[j - 1]/2) {       /* a contact has one time for both components */
+            memset(moved + count*groups, 0, groups*sizeof *moved);
+            rate[count++] = 0;
         }
-#endif
-        memcpy(moved + count*groups, goes ? sum : moved + j*groups, sizeof sum);
-        j += both;
+        rate[count - 1] += by[0]*dot[unit];
+        for (int g = 0; g < groups; g++)
+            moved[(count - 1)*groups + g] += by*speed[unit*groups + g];
     }
     return put_times_of_zeros(w, moved, rate, count, time);
 }
 
-/* Take from rates that have come to rest what rounding has left; and from nu, where the vehicle stands. */
-static void take_roundings(variations_t *w, const change_t *e, const resting_t *rests, lanes_t *left)
-{
-    const int groups = w->groups, wheels = w->wheels;
-    if (rests->count > rests->contacts)
-        put_rests_moved(w, rests, left);
-    for (int j = rests->contacts; j < rests->count; j++) {
-        const int roller = rests->unit[j] - 2*wheels - AXLES(w), places = OF_A_WHEEL(w);
-        if ((SET_STRIPS && roller >= 0) || row_of_bearing(w, rests->unit[j] - 2*wheels) >= 0)
-            continue;                               /* which have no rates of their own */
-        const int a = roller < 0 ? 3 + rests->unit[j] - 2*wheels
-            : roller%places == 0 ? 3 + wheels + roller/places
-                                 : first_momentum(w) + roller/places*(places - 1) + roller%places - 1;
-        for (int g = 0; g < groups; g++)
-            w->moved[place_of_core(w, a)*groups + g] -= left[j*groups + g];
-    }
-#if SET_DIRECTIONS
-    if (is_still_in(w, e->after))
-        memset(w->moved, 0, 3*groups*sizeof *w->moved);
-#endif
-    (void)e;
-}
-
-#if SET_STRIPS
 /* A slip that its own force does not move is no speed of its own: other wheels hold the vehicle there. */
 static void forget_what_is_held(const variations_t *w, const resting_t *rests, double *to_own)
 {
@@ -380,46 +226,27 @@ static void forget_what_is_held(const variations_t *w, const resting_t *rests, d
     for (int j = 0; j < count; j++) {
         const double size = j < rests->contacts ? inertia[roller_bearing(w, 0, 0)]/(arm*arm)
                                                 : inertia[rests->unit[j] - 2*w->wheels];
-        if (fabs(to_own[j*count + j])*size > SAME)
-            continue;
-        for (int k = 0; k < count; k++)
+        for (int k = 0; k < count && fabs(to_own[j*count + j])*size <= SAME; k++)
             to_own[j*count + k] = to_own[k*count + j] = 0;
     }
 }
-#endif
 
-/* Put slips right that come to rest in directions that turn. Returns whether that is determinate. */
-static int put_directions_right(variations_t *w, const change_t *e, const resting_t *rests)
-{
-#if SET_GRIPS
-    int turning[MOST_COMPONENTS];
-    memcpy(turning, rests->unit, rests->contacts*sizeof *turning);
-    const int turns = SET_TURNS ? keep_turns(w, e->row, turning, rests->contacts) : 0;
-    double to_known[w->known*(turns + 1)], to_own[(turns + 1)*(turns + 1)];
-    if (turns) {
-        put_responses(w, turning, turns, to_known, to_own);
-        return put_rests_right(w, e->row, turning, turns, to_known, to_own);
-    }
-#endif
-    (void)w, (void)e, (void)rests;
-    return 1;
-}
-
-/* Let slips and rates come to rest, where the rates before have been computed last. */
-static int take_rests(variations_t *w, const change_t *e, const resting_t *rests)
+/* Let slips and rates come to rest, where the rates before have been computed last; where the vehicle stands afterwards
+ * nothing is left of nu. */
+static void take_rests(variations_t *w, const change_t *e, const resting_t *rests)
 {
     const int count = rests->count, groups = w->groups;
     double to_known[w->known*count], to_own[count*count];
-    lanes_t force[count*groups];
-    if (!put_directions_right(w, e, rests))
-        return 0;
+    lanes_t force[count*groups], speed[UNITS(w)*groups];
     put_responses(w, rests->unit, count, to_known, to_own);
-    put_rests_moved(w, rests, force);
-#if SET_STRIPS
-    forget_what_is_held(w, rests, to_own);
-#endif
-    solve_dependent(to_own, count, force, groups);
+    put_speeds_of_columns(w, speed);
+    for (int j = 0; j < count; j++)
+        memcpy(force + j*groups, speed + rests->unit[j]*groups, groups*sizeof *force);
+    if (SET_STRIPS)
+        forget_what_is_held(w, rests, to_own);
+    solve_small(to_own, count, force, groups, SAME);
     take_responses(w, to_known, count, force);
-    take_roundings(w, e, rests, force);
-    return 1;
+    put_held(w, e->after, -1);
+    if (w->held[ABSENT][0]*w->held[ABSENT + 1][0]*w->held[ABSENT + 2][0] != 0)
+        memset(w->moved, 0, 3*groups*sizeof *w->moved);
 }

@@ -5,57 +5,51 @@
 /* The number of the core that is a speed of a wheel, by which the slip of its contact goes. */
 ALWAYS_INLINE int contact_speed(const variations_t *w, int i, int k) { return 3 + k*w->wheels + i; }
 
-#if !SET_GRIPS
-ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i) { return (void)w, (void)row, (void)i, 0; }
-ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i) { return (void)w, (void)row, (void)i, 0; }
-#else
 ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
 {
-    return w->run->drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
+    return SET_GRIPS && w->run->drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
 }
 
 /* Whether a contact slips under a load. */
 ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
 {
-    return !sticks_in(w, row, i) && w->run->grip[i] > 0;
+    return SET_GRIPS && !sticks_in(w, row, i) && w->run->grip[i] > 0;
 }
 
 /* The same in a direction that turns. */
 ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
 {
-#if SET_STRIPS
-    return slides_in(w, row, i) && own_mode(w, row, roller_bearing(w, i, 0)) == 0;
-#else
-    return SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i);
-#endif
+    const int may = SET_STRIPS ? own_mode(w, row, roller_bearing(w, i, 0)) == 0 : SET_HAS_CONTACT_SPEEDS;
+    return may && slides_in(w, row, i);
 }
 
 /* Whether a contact slips both ways at a point, if it slips there. */
 ALWAYS_INLINE int slips_both_ways(const point_t *at, int i)
 {
-#if SET_STRIPS
-    return at->contact_sticks[i][0] > 0.5;
-#else
-    (void)at, (void)i;
-    return SET_HAS_CONTACT_SPEEDS;
-#endif
+    return SET_STRIPS ? at->contact_sticks[i][0] > 0.5 : SET_HAS_CONTACT_SPEEDS;
 }
+
+#if !SET_GRIPS
+/* Stands for the function that the set does not have: slips that nothing asks for. */
+static void slips_along(int wheels, const point_t *at, const point_t *along, lanes_t *slip, lanes_t *moved)
+{
+    (void)at, (void)along;
+    memset(slip, 0, 2*wheels*sizeof *slip), memset(moved, 0, 2*wheels*sizeof *moved);
+}
+#endif
 
 /* The slip velocities of contacts, and how they move; where massless rollers may stick, of wheels whose rollers do. */
 ALWAYS_INLINE void slips_of(const variations_t *w, const point_t *at, const point_t *along, lanes_t *slip,
                             lanes_t *moved)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-#if SET_STRIPS
     lanes_t rigid[MOST_WHEELS], none[MOST_WHEELS];
     point_t own = *at, way = *along;
-    for (int i = 0; i < wheels; i++)
+    for (int i = 0; i < SET_STRIPS*wheels; i++)
         rigid[i] = lanes_of(1), none[i] = lanes_of(0);
-    own.contact_sticks = rigid, way.contact_sticks = own.ground_yield = way.ground_yield = none;
+    if (SET_STRIPS)
+        own.contact_sticks = rigid, way.contact_sticks = own.ground_yield = way.ground_yield = none;
     slips_along(wheels, &own, &way, slip, moved);
-#else
-    slips_along(wheels, at, along, slip, moved);
-#endif
 }
 
 /* Where a contact slips: by its slip, where this is not rounding, else as the point is given. */
@@ -85,7 +79,6 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
     }
 }
 
-#if SET_STRIPS
 /* Of contacts that slip and whose rollers turn: the forces along the rolling direction, which are what their bearings
  * leave, and what their slips along the axles go with; and how these move. */
 static void put_corners(const variations_t *w, const point_t *at, const point_t *along, const lanes_t *load,
@@ -111,7 +104,6 @@ static void put_corners(const variations_t *w, const point_t *at, const point_t 
         else
             yield[i] = yield_moved[i] = lanes_of(0);
 }
-#endif
 
 /* The forces in these directions, into a point, and how they move with one of the numbers, or with none. */
 NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
@@ -132,13 +124,10 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
                              friction_moved, at->ground_push, slope, along->ground_push, slope_moved);
     for (int k = 0; k < 2*wheels; k++)      /* by the angle of the direction */
         w->contacts.turned[k] = slope[2*k + 1]*w->contacts.towards[k/2*2] - slope[2*k]*w->contacts.towards[k/2*2 + 1];
-#if SET_STRIPS
-    put_corners(w, at, along, load, load_moved, friction, friction_moved);
-#endif
+    if (SET_STRIPS)
+        put_corners(w, at, along, load, load_moved, friction, friction_moved);
 }
-#endif
 
-#if SET_GRIPS
 /* The numbers whose slopes the slips have: those of the core and what it feels, then those of the vehicle. */
 ALWAYS_INLINE int slip_directions(const variations_t *w) { return w->core + w->felt + w->run->models - 1; }
 ALWAYS_INLINE nodes_t *slope_of_slip(const variations_t *w, int i, int component)
@@ -220,30 +209,6 @@ static void put_forces_on_contacts(const variations_t *w, long long row)
     put_pushes(w, row, 0, &at, &along);
 }
 
-#if SET_GATHERS
-/* How the forces on contacts move at a node in a vector of columns, once the step is solved: with the turns of their
- * directions, which stand behind the rates of the core, and with the numbers. */
-static void put_pushes_of_columns(const variations_t *w, long long row, int j, int g)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    const point_t along = point_of(w, w->vehicle, w->along);
-    lanes_t found[2*MOST_WHEELS];
-    for (int k = 0; k < 2*wheels; k++)
-        found[k] = turns_in(w, row, k/2) ? w->contacts.turned[k]*w->solving.row[(w->core + k/2)*w->nodes + j][g]
-                                         : lanes_of(0);
-    for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++) {
-        const int model = w->run->number[p];
-        const point_t at = point_of(w, &w->vehicle[model], w->point);
-        if (!model)
-            continue;
-        put_pushes(w, row, model, &at, &along);
-        for (int k = 0; k < 2*wheels; k++)
-            found[k][p%LANES] += along.ground_push[k][0];
-    }
-    memcpy(along.ground_push, found, 2*wheels*sizeof *found);
-}
-#endif
-
 /* The forces on contacts at a block of nodes, and the slopes of the slips there. */
 static void put_ground(const variations_t *w, long long row, int b)
 {
@@ -267,12 +232,8 @@ static void put_ground_along(const variations_t *w, long long row, int d, int b,
     else if (turning >= 0) {
         memset(along->ground_push, 0, 2*wheels*sizeof *along->ground_push);
         memcpy(along->ground_push + 2*turning, w->contacts.turned + 2*turning, 2*sizeof *w->contacts.turned);
-#if SET_STRIPS
-        memset(w->contacts.yielding + wheels, 0, wheels*sizeof *w->contacts.yielding);
-    } else if (d >= w->core) {
+        memset(w->contacts.yielding + wheels, 0, SET_STRIPS*wheels*sizeof *w->contacts.yielding);
+    } else if (SET_STRIPS && d >= w->core)
         put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings                 */
-#endif
-    }
     let_speeds_follow(w, row, number >= 0 ? felt + number : d < felt ? d : -1, b);
 }
-#endif

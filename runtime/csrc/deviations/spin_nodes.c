@@ -1,7 +1,6 @@
 /* Free rollers that may stick (spins.c) at the nodes of a step, once the rates of nu are known there: their axial
  * speeds, which fade where there is viscous friction, and for those who look between rows the rates of their spins. */
 
-#if SET_GATHERS
 /* The state at a node of the step that starts in a row into w->point; `block` keeps that of all nodes of a vector. */
 static void put_node(variations_t *w, long long step, long long row, int j, lanes_t *block)
 {
@@ -54,16 +53,13 @@ ALWAYS_INLINE lanes_t rate_by_torque(const variations_t *w, int k, int g)
 /* The rates of the axial speeds' deviations at a node, but for what these do to themselves since the step's start. */
 static void put_axial_rates(variations_t *w, int j, int g)
 {
-    const int count = FREE(w), groups = w->groups;
-    lanes_t axial[count], unused[count], still[count], spins[count], own[count];
-    memset(still, 0, sizeof still);
-    put_axial(w, g, w->point, w->along, axial, unused);
-    put_spins(w, &w->column[g], own, unused);
-    put_spins_along(w, &w->column[g], w->point, w->along, axial, still, spins);
-    for (int k = 0; k < count; k++) {
-        const lanes_t by_spin = w->spins.fading[k]*(w->spins.axial_moved[k*groups + g] + spins[k]);
-        const lanes_t fading = (1 - w->spins.sticks[k])*w->spins.fading_moved[k*groups + g]*own[k];
-        w->spins.axial_nodes[(k*NODES + j)*groups + g] = by_spin + fading + rate_by_torque(w, k, g);
+    const int groups = w->groups;
+    const spins_t *const s = &w->spins;
+    put_disks(w, &w->column[g], w->point, w->along);
+    for (int k = 0; k < FREE(w); k++) {
+        const int own = k*groups + g;
+        const lanes_t fading = s->fading[k]*(s->axial_moved[own] - s->disks_moved[k]) + s->fading_moved[own]*spin_of(w, k);
+        s->axial_nodes[(k*NODES + j)*groups + g] = (1 - s->sticks[k])*fading + rate_by_torque(w, k, g);
     }
 }
 
@@ -128,56 +124,27 @@ static void end_axial_moved(variations_t *w, double h)
             w->spins.axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
 }
 
-#if SET_DIRECTIONS
-/* What sticks in a row, and how that moves in a vector of columns. */
-static void put_held_of_columns(const variations_t *w, long long row, int group)
-{
-    const double *const own = w->run->allowed + w->run->hold[row]*(12 + 9*(w->run->models - 1));
-    put_held(w, row, -1);
-    for (int p = group*LANES; p < w->columns && p < (group + 1)*LANES; p++)
-        for (int k = 0; w->run->number[p] && k < 9; k++)
-            w->held[HELD_SIZE + k][p%LANES] = own[12 + 9*(w->run->number[p] - 1) + k];
-}
-#endif
-
-/* The rates of the spins' deviations at the nodes, as the rates of everything there ask for. */
+/* The rates of the spins' deviations at the nodes: those of the polynomials that go through what they have come to there. */
 static void put_rates_of_spins(variations_t *w, long long step, long long row, double h, double *rates)
 {
-    const int count = FREE(w), first = first_momentum(w);
+    const int count = FREE(w), groups = w->groups, first = 3 + w->wheels + first_momentum(w);
     const lanes_t *const carried = carried_to_nodes(w, h);
-    lanes_t block[point_size(w)], nu_dot[3], nu_dot_along[3], axial[count], axial_moved[count];
+    lanes_t block[point_size(w)], axial_moved[count], own[count], *const found = w->spins.axial_nodes;
     for (int j = 0; j < w->nodes; j++) {
         put_node(w, step, row, j, block);
-#if SET_GRIPS
-        memset(w->along, 0, point_size(w)*sizeof *w->along);
-        memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
-        put_held(w, row, -1);
-        put_forces_on_contacts(w, row);
-#endif
-        for (int g = 0; g < w->groups; g++) {
-#if SET_DIRECTIONS
-            put_held_of_columns(w, row, g);
-#endif
+        for (int g = 0; g < groups; g++) {
             put_moved_at_node(w, j, g, carried);
-            put_axial(w, g, w->point, w->along, axial, axial_moved);
             for (int k = 0; k < count; k++)
-                axial_moved[k] = w->spins.axial_nodes[(k*NODES + j)*w->groups + g];
-#if SET_DISKS_STICK
-            put_stuck_axial(w, &w->column[g], w->point, w->along, axial_moved);
-            memcpy(w->along + first_momentum(w), axial_moved, sizeof axial_moved);
-#else
-            put_spins_along(w, &w->column[g], w->point, w->along, axial, axial_moved, w->along + POINT_CORE);
-#endif
-            const point_t at = point_of(w, &w->column[g], w->point), along = point_of(w, at.vehicle, w->along);
-#if SET_GRIPS
-            put_pushes_of_columns(w, row, j, g);
-#endif
-            rates_at(w, &at, &along, nu_dot, nu_dot_along);
-            const int last = w->columns - g*LANES, width = last < LANES ? last : LANES;
+                axial_moved[k] = found[(k*NODES + j)*groups + g];
+            put_state_of_spins(w, g, w->along, axial_moved, own);
             for (int k = 0; k < count; k++)
-                memcpy(rates + (j*w->size + 3 + w->wheels + first + k)*w->columns + g*LANES,
-                       &along.core_dot[first - 3 + k], width*sizeof *rates);
+                found[(k*NODES + j)*groups + g] = own[k] - w->moved[(first + k)*groups + g];
         }
+    }
+    for (int k = 0; k < count; k++) {
+        put_rates_of_changes(w, h, found + k*NODES*groups);
+        for (int j = 0; j < w->nodes; j++)
+            memcpy(rates + (j*w->size + first + k)*w->columns, found + (k*NODES + j)*groups, w->columns*sizeof *rates);
     }
 }
 
@@ -191,11 +158,5 @@ static void finish_spins(variations_t *w, long long step, long long row, double 
     put_axial_moved(w, step, row, h);
     if (rates)
         put_rates_of_spins(w, step, row, h, rates);
-    memset(w->along, 0, point_size(w)*sizeof *w->along);
-    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
-    memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
-#if SET_GRIPS
-    memset(w->contacts.pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->contacts.pushed);
-#endif
+    take_way_back(w);
 }
-#endif

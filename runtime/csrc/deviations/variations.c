@@ -10,12 +10,6 @@
  * one linear system a step, whose right sides are the columns. The slopes are those of the generated functions, which
  * are called with directions: the nodes in the lanes. The columns stand in the lanes of everything else. Where free
  * rollers stick on their disks, the core of a step is less than that of the state (spins.c). */
-#include "set_in_lanes.h"
-
-#include "along_set.h"
-#include "gauss.h"
-#include "deviations/variations_calls.h"
-
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 #define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
 #define WHEEL_SPEEDS (SET_SLIPS*(1 + SET_HAS_CONTACT_SPEEDS))   /* numbers of the core that are speeds of one wheel */
@@ -24,7 +18,6 @@
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
 #define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES || SET_HOLDS)     /* bearings may stick */
-#define SET_CHANGES (SET_GRIPS || SET_OWN_BEARINGS)     /* or contacts: saltations.c */
 
 /* Contacts at a point of a step, in a row, and at its nodes. */
 typedef struct {
@@ -43,7 +36,6 @@ typedef struct {
     lanes_t *sticks, *holding;  /* 2*wheels: of axles, of rollers in contact; 4*wheels: the same at a point, and how
                                  * these move */
     lanes_t *spin_dot, *yaw_mass;       /* at a point, and how they move: 2*wheels*rollers, 2   */
-    lanes_t *nu_dot;            /* 6: at a point, where wheels roll, and how it moves                */
 } bearing_modes_t;
 
 /* Free rollers that may stick on their disks. */
@@ -56,7 +48,7 @@ typedef struct {
     lanes_t *torque_moved;      /* rollers x groups: deviations of `bearing` in a step       */
     lanes_t *momenta_moved;     /* 2*wheels x groups: of the momenta at its start               */
     lanes_t *axial_moved, *axial_nodes; /* rollers x groups: of axial speeds there; x NODES in between */
-    lanes_t *axial_at;          /* axial speeds at a block of nodes                             */
+    lanes_t *disks, *disks_moved;       /* axial speeds of the disks there, and how these move      */
     double (*basis)[2];         /* of each momentum of a wheel                                  */
 } spins_t;
 
@@ -143,10 +135,8 @@ ALWAYS_INLINE int place_of_core(const variations_t *w, int a) { return a < 3 ? a
 /* Its deviations at the start of a step. */
 ALWAYS_INLINE const lanes_t *start_of_core(const variations_t *w, int a)
 {
-#if SET_GATHERS
-    if (a >= first_momentum(w))
+    if (SET_GATHERS && a >= first_momentum(w))
         return w->spins.momenta_moved + (a - first_momentum(w))*w->groups;
-#endif
     return w->moved + place_of_core(w, a)*w->groups;
 }
 
@@ -180,9 +170,10 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
 #define HELD_SIZE 15
 enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
 
-#if SET_CHANGES
+/* Rollers that are not in contact. */
+#define FREE(w) ((w)->wheels*((w)->rollers - 1))
+
 #include "deviations/own_modes.c"
-#endif
 
 ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *own)
 {
@@ -190,55 +181,37 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
                      .heading = own[point_heading(w)], .inputs = own + point_inputs(w),
                      .momenta = own + point_momenta(w), .still = own + point_still(w),
                      .core_dot = own + point_rates(w) + POINT_CORE};
-#if SET_DIRECTIONS
-    lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
+    const int moves = own == w->along;
+    lanes_t *const held = w->held + HELD_SIZE*moves;
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
-#endif
-#if SET_CHANGES
     put_own_bearings(w, own, &point);
-#endif
-#if SET_GATHERS
-    const int count = w->wheels*(w->rollers - 1), moves = own == w->along;
     point.free_sticks = moves ? own + point_still(w) : w->spins.sticks;
     point.free_bearing = moves ? w->spins.bearing_along : w->spins.bearing;
-    point.free_holding = w->spins.holding + (moves ? count : 0);
-#endif
-#if SET_GRIPS
-    point.ground_push = w->contacts.pushed + (own == w->along ? 6*w->wheels : 0);
+    point.free_holding = w->spins.holding + FREE(w)*moves;
+    point.ground_push = w->contacts.pushed + 6*w->wheels*moves;
     point.ground_force = point.ground_push + 2*w->wheels, point.slip_dot = point.ground_force + 2*w->wheels;
-#endif
-#if SET_STRIPS
-    point.ground_yield = w->contacts.yielding + (own == w->along ? w->wheels : 0);
-#endif
+    point.ground_yield = w->contacts.yielding + w->wheels*moves;
     return point;
 }
 
 /* What sticks in a row: at a point, where one of the numbers of the vehicle grows or none. */
 ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 {
-#if SET_DIRECTIONS
     const int numbers = w->run->models - 1;
-    const double *const own = w->run->allowed + w->run->hold[row]*(12 + 9*numbers);
-    for (int k = 0; k < 12; k++)
+    const double *const own = SET_DIRECTIONS ? w->run->allowed + w->run->hold[row]*(12 + 9*numbers) : 0;
+    for (int k = 0; k < 12*SET_DIRECTIONS; k++)
         w->held[k] = lanes_of(own[k]);
-    for (int k = 0; k < 9; k++)
+    for (int k = 0; k < 9*SET_DIRECTIONS; k++)
         w->held[HELD_SIZE + k] = lanes_of(number < 0 ? 0 : own[12 + 9*number + k]);
-#else
-    (void)w, (void)row, (void)number;
-#endif
 }
 
 /* Where contacts slip whose slip is rounding, at a point of the phase of a row. */
 ALWAYS_INLINE void put_headings(const variations_t *w, long long row, lanes_t *point)
 {
-#if SET_GRIPS
     const double *const own = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels;
     const double *const heading = row == w->contacts.aimed_row ? w->contacts.aimed : own;
-    for (int i = 0; i < w->wheels; i++)
+    for (int i = 0; i < SET_GRIPS*w->wheels; i++)
         point[point_inputs(w) + SET_HEADINGS_INPUT*w->wheels + i] = lanes_of(heading[i]);
-#else
-    (void)w, (void)row, (void)point;
-#endif
 }
 
 /* The state and the inputs in a row. */
@@ -257,14 +230,23 @@ static void put_state(const variations_t *w, long long row, lanes_t *point)
         point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
 
-/* One vector of columns of the deviations of what a point has. */
-ALWAYS_INLINE void put_moved(const variations_t *w, const lanes_t *moved, int group, lanes_t *point)
+/* One of some vectors of each of the deviations of what a point has. */
+ALWAYS_INLINE void put_moved(const variations_t *w, const lanes_t *moved, int vectors, int one, lanes_t *point)
 {
     for (int k = 0; k < w->size; k++) {
         const int place = point_of_place(w, k);
         if (place >= 0)
-            point[place] = moved[k*w->groups + group];
+            point[place] = moved[k*vectors + one];
     }
+}
+
+/* Nothing moves any more. */
+static void take_way_back(const variations_t *w)
+{
+    memset(w->along, 0, point_size(w)*sizeof *w->along);
+    memset(w->spins.bearing_along, 0, SET_GATHERS*FREE(w)*sizeof *w->spins.bearing_along);
+    memset(w->contacts.pushed + 6*w->wheels, 0, SET_GRIPS*2*w->wheels*sizeof *w->contacts.pushed);
+    memset(w->contacts.yielding + w->wheels, 0, SET_STRIPS*w->wheels*sizeof *w->contacts.yielding);
 }
 
 /* Whether vectors are zero. */
@@ -301,12 +283,7 @@ ALWAYS_INLINE int is_not_given(const variations_t *w, int d)
 /* Whether nothing moves in a direction by itself, or nothing deviates along it, so that no slope by it is needed. */
 ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
 {
-    int found = is_not_given(w, d);
-#if SET_GRIPS
-    found |= is_bound_to_ground(w, row, d);
-#endif
-    (void)row;
-    return found;
+    return is_not_given(w, d) || (SET_GRIPS && is_bound_to_ground(w, row, d));
 }
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
@@ -314,12 +291,8 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
     put_held(w, row, -1);
-#if SET_GRIPS
-    put_ground(w, row, b);
-#elif SET_GATHERS
-    if (SET_SPINS_STICK)
-        put_axial_at_nodes(w);
-#endif
+    if (SET_GRIPS)
+        put_ground(w, row, b);
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
         lanes_t *const way = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
@@ -337,27 +310,19 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];
-#if SET_GRIPS
-        put_ground_along(w, row, d, b, &at, &along);
-#endif
-#if SET_GATHERS
-        put_spins_of_direction(w, d, at.vehicle);
-#endif
+        if (SET_GRIPS)
+            put_ground_along(w, row, d, b, &at, &along);
+        if (SET_GATHERS)
+            put_spins_of_direction(w, d, at.vehicle);
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
-#if SET_GATHERS
-        put_momenta_along(w, d, at.vehicle, along.core_dot + first_momentum(w) - 3);
-#endif
+        if (SET_GATHERS)
+            put_momenta_along(w, d, along.core_dot + first_momentum(w) - 3);
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
         if (way)
             *way = lanes_of(0);
     }
-#if SET_GRIPS
-    let_speeds_follow(w, row, -1, b);
-#endif
-#if SET_GATHERS
-    take_spins_back(w);
-#endif
+    take_way_back(w);
 }
 
 /* The wheels' rates are numbers of the core, whatever the vehicle's are. */
@@ -369,45 +334,29 @@ static void put_own_rates(variations_t *w)
         w->carries[i][3 + i] = 1;
 }
 
-/* The same of wheels that roll, whose rates are linear in nu, with constants. */
-static void slopes_of_wheels(variations_t *w, int b)
+/* The same of the rates of the pose, and of wheels that roll: which are linear in nu, with constants. */
+NEVER_INLINE void slopes_of_followers(variations_t *w, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t chi_dot[MOST_WHEELS], chi_dot_along[MOST_WHEELS];
-    for (int d = 0; d < 3 + w->run->models - 1; d++) {
-        const int number = d - 3;
-        lanes_t nu[3] = {{0}};
-        if (number < 0)
-            nu[d] = lanes_of(1);
-        set_wheel_speeds_along(wheels, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point, nu, chi_dot,
-                               chi_dot_along);
-        for (int i = 0; i < wheels; i++) {
-            if (number < 0)
-                w->carries[i][d] = chi_dot_along[i][0];
-            else
-                w->chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
-        }
-    }
-}
-
-/* The same of the rates of the pose. */
-NEVER_INLINE void slopes_of_pose(variations_t *w, int b)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t rate[3], rate_along[3];
+    lanes_t rate[3], rate_along[3], chi_dot[MOST_WHEELS], chi_dot_along[MOST_WHEELS];
     for (int d = 0; d < 4 + w->run->models - 1; d++) {
         const int number = d - 4;
         const vehicle_t *const v = &w->vehicle[number < 0 ? 0 : number + 1];
-        lanes_t nu[3] = {{0}}, heading = {0};
-        if (d < 3)
+        lanes_t nu[4] = {{0}};                      /* and the heading */
+        if (number < 0)
             nu[d] = lanes_of(1);
-        else if (d == 3)
-            heading = lanes_of(1);
-        set_pose_rates_along(wheels, v, w->point, w->point[point_heading(w)], nu, heading, rate, rate_along);
+        set_pose_rates_along(wheels, v, w->point, w->point[point_heading(w)], nu, nu[3], rate, rate_along);
         for (int c = 0; c < 3; c++)
             *(number < 0 ? &w->pose_slope[c][d].lanes[b] : &w->pose_by[3*number + c].lanes[b]) = rate_along[c];
         if (d < 3)
             w->carries[wheels][d] = rate_along[2][0];
+        if (!SET_SLIPS)
+            set_wheel_speeds_along(wheels, v, w->point, nu, chi_dot, chi_dot_along);
+        for (int i = 0; i < wheels && !SET_SLIPS && d != 3; i++)
+            if (number < 0)
+                w->carries[i][d] = chi_dot_along[i][0];
+            else
+                w->chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
     }
 }
 
@@ -432,10 +381,7 @@ static void put_point(const variations_t *w, long long step, long long row, int 
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->node.lanes[b]*(then[k] - first[k])
                                                                  : lanes_of(first[k]);
-#if SET_CHANGES
-    if (SET_IN_SERIES)
-        put_modes_in_contact(w, row);       /* of the step: in its last row may be those of the next one */
-#endif
+    put_own_modes(w, row);      /* of the step: in its last row may be those of the next one */
     put_headings(w, SET_TURNS ? row + 1 : row, w->point);   /* a slip's rest knows where it went */
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
@@ -671,22 +617,17 @@ NEVER_INLINE void solve(const equations_t *e)
 
 #include "deviations/node_equations.c"
 #include "deviations/spin_nodes.c"
-#if SET_GRIPS
 #include "deviations/turning.c"
-#endif
 
 static void put_slopes(variations_t *w, long long step, long long row)
 {
     for (int b = 0; b < w->blocks; b++) {
         put_point(w, step, row, b);
         slopes_of_core(w, row, b);
-        if (!SET_SLIPS)
-            slopes_of_wheels(w, b);
-        slopes_of_pose(w, b);
+        slopes_of_followers(w, b);
     }
-#if SET_GRIPS
-    put_contacts(w, row);
-#endif
+    if (SET_GRIPS)
+        put_contacts(w, row);
     put_still(w);
 }
 
@@ -789,9 +730,8 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
         return 0;
     put_core(w, h);
     put_carried_rates(w, h);
-#if SET_GATHERS
-    finish_spins(w, step, row, h, rates);
-#endif
+    if (SET_GATHERS)
+        finish_spins(w, step, row, h, rates);
     for (int place = 0; place < places; place++)
         for (int j = 0; j < w->nodes; j++) {
             const lanes_t *const rate = rate_at_node(w, place, j);
@@ -807,12 +747,8 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
 static void begin_step(variations_t *w, long long row)
 {
     w->length = w->run->elapsed[row + 1] - w->run->elapsed[row];
-#if SET_OWN_BEARINGS
-    put_own_modes(w, row);
-#endif
-#if SET_GATHERS
-    begin_spins(w, row);
-#endif
+    if (SET_GATHERS)
+        begin_spins(w, row);
     find_given(w);
 }
 
@@ -824,10 +760,8 @@ static void vary_in_pieces(variations_t *w, long long step, long long row, doubl
     for (int halved = 1; halved > 0;) {
         const double part = ldexp(up_to, -halved);
         take_piece(w, part*(double)piece, part);
-#if SET_GATHERS
-        if (piece > 0)
+        if (SET_GATHERS && piece > 0)
             put_momenta_moved(w);
-#endif
         if (!vary_piece(w, step, row, part*w->length, 0)) {
             halved++, piece *= 2;
             continue;
@@ -848,10 +782,10 @@ static int vary_along(variations_t *w, long long step, long long row)
             return 0;
         vary_in_pieces(w, step, row, 1);
     }
-#if SET_GATHERS
-    put_state(w, row + 1, w->point);
-    put_spins_at_end(w);
-#endif
+    if (SET_GATHERS) {
+        put_state(w, row + 1, w->point);
+        put_spins_at_end(w);
+    }
     return 1;
 }
 
@@ -860,10 +794,10 @@ static void vary_up_to(variations_t *w, long long step, long long row, double x)
 {
     begin_step(w, row);
     vary_in_pieces(w, step, row, x);
-#if SET_GATHERS
-    take_piece(w, x, 0);
-    put_point(w, step, row, 0);
-    put_spins_at_end(w);
-    take_step(w);
-#endif
+    if (SET_GATHERS) {
+        take_piece(w, x, 0);
+        put_point(w, step, row, 0);
+        put_spins_at_end(w);
+        take_step(w);
+    }
 }

@@ -36,12 +36,8 @@ typedef struct {
                                              * contact; or null */
     const double *own_sliding, *own_most, *own_most_moved, *own_inertia;    /* B, of these: torques of those that turn;
                                              * the largest at rest; P x B, how these move; B, inertias */
-    const double *free_torque;              /* T x N x (n-1): torques of the free rollers' bearings that turn; or null */
     int *enters;                            /* T: not 0 where something happens as a step begins, until it is passed; or
                                              * null */
-    const double *hold_row;                 /* B x 3: of wheels that roll, the rates of axles and then of rollers in
-                                             * contact for each of nu; or null */
-    const double *hold_row_moved;           /* P x B x 3: how these move; or null */
     const double *knot;                     /* P: by how much the time deviates at which drives jump at `first`; or null */
     int *why;                               /* 2: why a row has not been passed, and by which column: why_t in ways.c */
     const double *grip;                     /* models x N x 3: loads of the contacts, their friction along
@@ -51,9 +47,8 @@ typedef struct {
                                              * behind the first how they move. Or null */
     const double *slip_rounding;            /* T x N: slips within these do not say where they go; or null */
     const double *standing;                 /* where wheels may stand: radius, distance of the rollers' axes from the
-                                             * ground in their middles; N x 2 x 3: what wheels take from nu that stand
-                                             * along the axle, and along the rolling direction. Or null */
-    const double *standing_moved;           /* P x 2 + 6 N: how radius, distance and rows move. Or null */
+                                             * ground in their middles. Or null */
+    const double *standing_moved;           /* P: how the radius moves. Or null */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
                                              * how fast a slip comes to rest that only just does        */
     double only_just;                       /* of what is used up, how much more in the time of the modes: with less a
@@ -69,10 +64,6 @@ typedef struct {
 } omniroll_variations_t;
 
 long long omniroll_variations_work_size(const omniroll_variations_t *run);
-
-/* The deviations of what the start is made into: of the rest of the core and of the axial speeds, from those of nu and
- * chi in the first row and of the free rollers' spins, P x N x (n-1). */
-void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one

@@ -31,10 +31,8 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
             if (SET_HOLDS && SET_BEARING_INPUT >= 0)
                 to[SET_BEARING_INPUT*w->wheels + i] = lanes_of(0);
         }
-#if SET_GATHERS
-        for (int k = 0; k < FREE(w) && column >= 0; k++)
+        for (int k = 0; k < SET_GATHERS*FREE(w) && column >= 0; k++)
             w->spins.bearing_along[k] = lanes_of(own[(all + k)*columns]);
-#endif
     }
     for (int k = 0; k < HELD_MOMENTA(w->wheels) && column >= 0; k++)
         w->along[point_momenta(w) + k] = lanes_of(w->given[(moving + k)*w->groups + column/LANES][column%LANES]);
@@ -43,11 +41,9 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
 /* Let a point move as a column's deviations do, or with time at these rates. */
 static void put_way(const variations_t *w, long long row, int column, const lanes_t *rate)
 {
-    for (int k = 0; k < w->size; k++) {
-        const int place = point_of_place(w, k);
-        if (place >= 0)
-            w->along[place] = column < 0 ? rate[k] : lanes_of(w->moved[k*w->groups + column/LANES][column%LANES]);
-    }
+    put_moved(w, column < 0 ? rate : w->moved, column < 0 ? 1 : w->groups, column < 0 ? 0 : column/LANES, w->along);
+    for (int k = 0; k < point_inputs(w) && column >= 0; k++)
+        w->along[k] = lanes_of(w->along[k][column%LANES]);
     put_inputs_along(w, row, column);
 }
 
@@ -61,23 +57,8 @@ static int put_times_of_zeros(const variations_t *w, const lanes_t *moved, const
             time[p] = -moved[j*w->groups + p/LANES][p%LANES]/rate[j];
             least = fmin(least, time[p]), most = fmax(most, time[p]);
         }
-        if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
+        if (!(most - least <= LETS_GO_TOGETHER*fmax(fabs(least), fabs(most))))
             return refuse(w, HAPPENS_APART, p);
     }
     return 1;
-}
-
-/* No way any more. */
-static void take_way_back(const variations_t *w)
-{
-    memset(w->along, 0, point_size(w)*sizeof *w->along);
-#if SET_GATHERS
-    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *w->spins.bearing_along);
-#endif
-#if SET_GRIPS
-    memset(w->contacts.pushed + 6*w->wheels, 0, 2*w->wheels*sizeof *w->contacts.pushed);
-#endif
-#if SET_STRIPS
-    memset(w->contacts.yielding + w->wheels, 0, w->wheels*sizeof *w->contacts.yielding);
-#endif
 }

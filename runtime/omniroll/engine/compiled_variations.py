@@ -177,10 +177,6 @@ class CompiledVariations:
         self._why = np.zeros(2, np.int32)
         self._fill(sticking)
 
-    def deviate(self, spins: np.ndarray) -> None:
-        """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
-        self.module.lib.omniroll_deviate(self.struct, self._pointer(spins, "double"))
-
     def begin(self, phase: int) -> None:
         """Let what sticks where a phase begins, of wheels that roll, take what it does from the deviations there."""
         self.module.lib.omniroll_begin(self.struct, int(self.motion.phases[phase]), phase)
@@ -299,9 +295,6 @@ class CompiledVariations:
         self.turns[:] = bearings.alone
         self._point(own_mode=bearings.modes, enters=self.turns, own_inertia=sticking.inertias)
         self._point(own_sliding=bearings.sliding, own_most=bearings.holding, own_most_moved=sticking.torques[1])
-        turning = bearings.given(bearings.torques)
-        if FREE in turning:
-            self._point(free_torque=turning[FREE])
 
     def _fill_held(self, held: Directions, sticking: Sticking) -> None:
         """What C takes of rates that are held together."""
@@ -310,8 +303,6 @@ class CompiledVariations:
         if self.motion.stands:
             numbers, moved = sticking.numbers
             self._point(standing=numbers, standing_moved=moved)
-        else:
-            self._point(hold_row=held.rows, hold_row_moved=sticking.turning_rows)
 
     def _drive(self) -> np.ndarray:
         """(T, F, N) what drives give, and modes; of bearings that may stick the torques of those that turn."""

@@ -226,18 +226,9 @@ class Sweep:
         return set(self.motion.switched.tolist())
 
     def _put_start(self) -> None:
-        places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
-        if plain.slips:
-            self.rows[0], axial = self._start()
-            if axial is not None:
-                self.axial[0] = axial
-            return
-        for name in ("nu", "chi", "pose"):
-            if name in given:
-                self.rows[0, places[name]] = given[name].T
-        if plain.has_spins:
-            still = np.zeros((len(self.columns), plain.wheels, plain.rollers_per_wheel - 1))
-            self.compiled.deviate(given.get("spins", still))
+        self.rows[0], axial = self._start()
+        if axial is not None:
+            self.axial[0] = axial.T.reshape(self.axial.shape[1:])
         self.compiled.begin(0)
 
     def _pass_together(self, row: int) -> None:
@@ -266,8 +257,9 @@ class Sweep:
             state = state.with_free_axial(kernel.axial_speeds(nu, chi, spins))
         state = self._begun(state)
         moved = self.passage.deviation(self.passage.whole(self.motion.y[0], state, kernel)).T
-        moved = moved if self.sticking is None else self.sticking.began(moved)
-        return moved, None if spins is None else tangent_of(state.axial)
+        own = None if spins is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
+        begins = self.sticking is not None and self.motion.plain.slips  # C does that where wheels roll
+        return self.sticking.began(moved) if begins else moved, own
 
     def _begun(self, state: State) -> State:
         """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""

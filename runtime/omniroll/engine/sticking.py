@@ -117,15 +117,12 @@ class Sticking:
 
     @cached_property
     def numbers(self) -> tuple[np.ndarray, np.ndarray]:
-        """(2 + 6 N,) what C takes of the wheels that may stand: radius; distance from the axes of rollers to the ground
-        in their middles, if these stick; rows. And (P, 2 + 6 N) how these move."""
-        kernel = self.columns.kernel
-        carried = [np.ravel(kernel.constant("wheel_radius"))] * 2
+        """(2,) what C takes of the wheels that may stand: radius; distance from the axes of rollers to the ground in
+        their middles, if these stick. And (P,) how the radius moves."""
+        radius = reach = np.ravel(self.columns.kernel.constant("wheel_radius"))
         if self._has("roller"):
-            carried[1] = kernel.call("contact_reaches", np.zeros(self.wheels))[..., 0]
-        given = [own[0].real for own in carried]
-        moved = [tangent_of(own)[:, None] for own in carried] + [self.turning_rows.reshape(len(self.columns), -1)]
-        return np.concatenate([given, self.held.rows.ravel()]), np.concatenate(moved, axis=1)
+            reach = self.columns.kernel.call("contact_reaches", np.zeros(self.wheels))[..., 0]
+        return np.array([radius[0].real, reach[0].real]), tangent_of(radius)
 
     def carried(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take in rows (...), by name, carrying the tangents of all columns."""
