@@ -52,18 +52,6 @@ static void make_full(const blockwise_t *e, int row, int column)
         own[j].node[j] = diagonal.node[j];
 }
 
-/* Take from a full block the product of two, the first of which is full or diagonal. */
-static void subtract_full(const blockwise_t *e, const nodes_t *left, int left_kind, const nodes_t *right, nodes_t *to)
-{
-    if (left_kind == DIAGONAL) {
-        for (int j = 0; j < e->nodes; j++)
-            for (int b = 0; b < e->blocks; b++)
-                to[j].lanes[b] -= left->node[j]*right[j].lanes[b];
-        return;
-    }
-    add_product(e->nodes, e->blocks, NODES/LANES, left, -1, right->lanes, to->lanes);
-}
-
 /* Take from the block (row, column) that of (row, pivot) times that of (pivot, column). */
 static void subtract_product(const blockwise_t *e, int row, int pivot, int column)
 {
@@ -73,22 +61,19 @@ static void subtract_product(const blockwise_t *e, int row, int pivot, int colum
     nodes_t *const to = block_of(e, row, column);
     if (left == NO_BLOCK || right == NO_BLOCK)
         return;
-    if (left == FULL || right == FULL)
-        make_full(e, row, column);
-    if (right == FULL)
-        subtract_full(e, one, left, other, to);
-    else if (left == FULL)
+    if (left == DIAGONAL && right == DIAGONAL) {
+        if (*kind == NO_BLOCK)
+            memset(to, 0, sizeof *to), *kind = DIAGONAL;
         for (int j = 0; j < e->nodes; j++)
-            for (int b = 0; b < e->blocks; b++)
-                to[j].lanes[b] -= one[j].lanes[b]*other->lanes[b];
-    else if (*kind == FULL)
-        for (int j = 0; j < e->nodes; j++)
-            to[j].node[j] -= one->node[j]*other->node[j];
-    else {
-        for (int b = 0; b < e->blocks; b++)
-            to->lanes[b] = (*kind == DIAGONAL ? to->lanes[b] : lanes_of(0)) - one->lanes[b]*other->lanes[b];
-        *kind = DIAGONAL;
+            (*kind == FULL ? to + j : to)->node[j] -= one->node[j]*other->node[j];
+        return;
     }
+    make_full(e, row, column);
+    if (left == FULL && right == FULL)
+        add_product(e->nodes, e->blocks, NODES/LANES, one, -1, other->lanes, to->lanes);
+    for (int j = 0; j < e->nodes && left != right; j++)
+        for (int b = 0; b < e->blocks; b++)
+            to[j].lanes[b] -= left == FULL ? one[j].lanes[b]*other->lanes[b] : one->node[j]*other[j].lanes[b];
 }
 
 /* Take from the right side of a row a block of it times values at the nodes. */
@@ -105,30 +90,31 @@ static void subtract_values(const blockwise_t *e, int row, int column, const lan
         add_product(e->nodes, groups, groups, own, -1, value, to);
 }
 
-/* Divide the equations of an unknown by its own block, which is full. */
-static void divide_by_full(const blockwise_t *e, int p)
+/* Divide the equations of some unknowns, from p on, by their own blocks; of one the blocks behind it go along. */
+static void divide(const blockwise_t *e, int p, int some)
 {
-    const int blocks = e->blocks;
-    int width = blocks;
-    for (int c = p + 1; c < e->count; c++)
+    const int blocks = e->blocks, rows = some*e->nodes, behind = p + some;
+    int width = 0;
+    for (int c = behind; c < e->count; c++)
         width += *kind_of(e, p, c) == NO_BLOCK ? 0 : blocks;
-    for (int j = 0; j < e->nodes; j++) {
-        lanes_t *to = e->row[j] = e->memory + j*(width + e->groups);
-        copy_row(e, p, p, j, to);
-        for (int c = p + 1; c < e->count; c++)
-            if (*kind_of(e, p, c) != NO_BLOCK)
-                copy_row(e, p, c, j, to += blocks);
-        memcpy(to + blocks, right_of(e, p) + j*e->groups, e->groups*sizeof *to);
+    for (int k = 0; k < rows; k++) {
+        const int row = p + k/e->nodes, j = k%e->nodes;
+        lanes_t *to = e->row[k] = e->memory + k*(some*blocks + width + e->groups);
+        for (int c = p; c < e->count; c++)
+            if (c < behind || *kind_of(e, p, c) != NO_BLOCK)
+                copy_row(e, row, c, j, to), to += blocks;
+        memcpy(to, right_of(e, row) + j*e->groups, e->groups*sizeof *to);
     }
-    solve(&(equations_t){e->row, e->nodes, blocks, width - blocks + e->groups});
-    for (int j = 0; j < e->nodes; j++) {
-        const lanes_t *from = e->row[j];
-        for (int c = p + 1; c < e->count; c++)
+    solve(&(equations_t){e->row, rows, some*blocks, width + e->groups});
+    for (int k = 0; k < rows; k++) {
+        const int row = p + k/e->nodes, j = k%e->nodes;
+        const lanes_t *from = e->row[k] + some*blocks;
+        for (int c = behind; c < e->count; c++)
             if (*kind_of(e, p, c) != NO_BLOCK)
-                memcpy(block_of(e, p, c)[j].lanes, from += blocks, blocks*sizeof *from);
-        memcpy(right_of(e, p) + j*e->groups, from + blocks, e->groups*sizeof *from);
+                memcpy(block_of(e, p, c)[j].lanes, from, blocks*sizeof *from), from += blocks;
+        memcpy(right_of(e, row) + j*e->groups, from, e->groups*sizeof *from);
     }
-    for (int c = p + 1; c < e->count; c++)
+    for (int c = behind; c < e->count; c++)
         if (*kind_of(e, p, c) != NO_BLOCK)
             *kind_of(e, p, c) = FULL;
 }
@@ -157,7 +143,7 @@ static void divide_by_diagonal(const blockwise_t *e, int p)
 static void eliminate_unknown(const blockwise_t *e, int p)
 {
     if (*kind_of(e, p, p) == FULL)
-        divide_by_full(e, p);
+        divide(e, p, 1);
     else
         divide_by_diagonal(e, p);
     for (int row = p + 1; row < e->count; row++) {
@@ -169,29 +155,13 @@ static void eliminate_unknown(const blockwise_t *e, int p)
     }
 }
 
-/* The last unknowns, at once. */
-static void solve_last(const blockwise_t *e)
-{
-    const int first = e->count - e->last, width = e->last*e->blocks;
-    for (int k = 0; k < e->last*e->nodes; k++) {
-        lanes_t *const to = e->row[k] = e->memory + k*(width + e->groups);
-        const int row = first + k/e->nodes, j = k%e->nodes;
-        for (int c = 0; c < e->last; c++)
-            copy_row(e, row, first + c, j, to + c*e->blocks);
-        memcpy(to + width, right_of(e, row) + j*e->groups, e->groups*sizeof *to);
-    }
-    solve(&(equations_t){e->row, e->last*e->nodes, width, e->groups});
-    for (int k = 0; k < e->last*e->nodes; k++)
-        memcpy(right_of(e, first + k/e->nodes) + k%e->nodes*e->groups, e->row[k] + width, e->groups*sizeof(lanes_t));
-}
-
 /* The right sides become the solution. */
 NEVER_INLINE void solve_blockwise(const blockwise_t *e)
 {
     const int first = e->count - e->last;
     for (int p = 0; p < first; p++)
         eliminate_unknown(e, p);
-    solve_last(e);
+    divide(e, first, e->last);
     for (int p = first - 1; p >= 0; p--)
         for (int c = p + 1; c < e->count; c++)
             subtract_values(e, p, c, right_of(e, c));

@@ -146,18 +146,12 @@ static void rates_of_change(const variations_t *w, const change_t *e, int which,
         asked[k] = own_asked(w, &at, k);
 }
 
-/* Whether contacts, or bearings, have other modes in another row. */
-static int contacts_differ(const variations_t *w, long long row, long long other)
+/* Whether contacts or bearings have other modes in another row. */
+static int modes_differ(const variations_t *w, long long row, long long other)
 {
     int found = 0;
     for (int i = 0; i < w->wheels; i++)
         found |= sticks_in(w, row, i) != sticks_in(w, other, i);
-    return found;
-}
-
-static int bearings_differ(const variations_t *w, long long row, long long other)
-{
-    int found = 0;
     for (int k = 0; k < MOST_OWN(w); k++)
         found |= own_mode(w, row, k) != own_mode(w, other, k);
     return found;
@@ -169,7 +163,7 @@ static double time_of_modes(const variations_t *w, long long row)
 {
     const double *const elapsed = w->run->elapsed, whole = elapsed[w->run->rows - 1];
     long long first = row;
-    while (first > 0 && !contacts_differ(w, first - 1, row) && !bearings_differ(w, first - 1, row))
+    while (first > 0 && !modes_differ(w, first - 1, row))
         first--;
     return first > 0 || SET_HOLDS ? elapsed[row] - elapsed[first] : whole;
 }
@@ -195,7 +189,7 @@ static int some_turn_on(const variations_t *w, const change_t *e)
 static int changes_modes(const variations_t *w, long long row)
 {
     const change_t e = {row, row, row + 1, 0, 0};
-    return contacts_differ(w, row, row + 1) || bearings_differ(w, row, row + 1) || some_go_on(w, &e);
+    return modes_differ(w, row, row + 1) || some_go_on(w, &e);
 }
 
 /* Whether a drive jumps between a row and the next. */

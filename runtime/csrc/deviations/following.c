@@ -4,6 +4,7 @@
 #include "set_in_lanes.h"
 
 #include "linear.c"
+#include "parts.c"
 #include "along_set.h"
 #include "gauss.h"
 #include "deviations/variations_calls.h"
@@ -18,80 +19,76 @@
 #include "deviations/letting_go.c"
 #include "deviations/saltations.c"
 
-/* Memory laid out part by part, each aligned; without a base its size. */
-ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
+/* Arrays of what contacts, bearings and points take up: their sizes in lanes, or in nodes. */
+typedef struct {
+    lanes_t **array;
+    long long lanes;
+} lanes_part_t;
+
+typedef struct {
+    nodes_t **array;
+    long long nodes;
+} nodes_part_t;
+
+static void lay_out_lanes(variations_t *w, parts_t *parts)
 {
-    void *const found = base ? base + *size : 0;
-    *size += (bytes + 127)/128*128;
-    return found;
+    const int groups = w->groups, wheels = w->wheels, ground = SET_GRIPS*wheels;
+    const long long free = SET_GATHERS*FREE(w), in_columns = free*groups, at_nodes = NODES*groups;
+    const lanes_part_t part[] = {
+        {&w->moved, w->size*groups}, {&w->began, w->size*groups}, {&w->given, (w->inputs + SET_MOVING*wheels)*groups},
+        {&w->axial, wheels*w->rollers*groups}, {&w->held, 2*HELD_SIZE}, {&w->point, point_size(w)},
+        {&w->along, point_size(w) + groups}, {&w->felt_at, (w->felt + 1)*at_nodes}, {&w->core_at, w->core*at_nodes},
+        {&w->carried_at, (wheels + 3)*at_nodes}, {&w->solving.right, w->equations*at_nodes},
+        {&w->solving.memory, blockwise_memory(w->equations, 3, NODES/LANES, groups)},
+        {&w->contacts.pushed, 12*ground}, {&w->contacts.yielding, 2*ground}, {&w->contacts.towards, 2*ground},
+        {&w->contacts.slipping, ground}, {&w->contacts.turned, 2*ground}, {&w->bearings.sticks, 2*wheels},
+        {&w->bearings.holding, 4*wheels}, {&w->bearings.spin_dot, 2*w->rollers*wheels}, {&w->bearings.yaw_mass, 2},
+        {&w->spins.sticks, free}, {&w->spins.bearing, free}, {&w->spins.holding, 2*free},
+        {&w->spins.bearing_along, free}, {&w->spins.response, free*w->run->models},
+        {&w->spins.fading, free*w->run->models}, {&w->spins.response_moved, in_columns},
+        {&w->spins.fading_moved, in_columns}, {&w->spins.torque_moved, in_columns},
+        {&w->spins.momenta_moved, SET_GATHERS*SUMS(w)*groups}, {&w->spins.axial_moved, in_columns},
+        {&w->spins.axial_nodes, free*at_nodes}, {&w->spins.disks, free}, {&w->spins.disks_moved, free},
+    };
+    for (int k = 0; k < (int)(sizeof part/sizeof *part); k++)
+        *part[k].array = lanes_part(parts, part[k].lanes);
 }
 
-/* What contacts and bearings take up. */
-static void lay_out_elements(variations_t *w, long long *size, char *base)
+static void lay_out_nodes(variations_t *w, parts_t *parts)
 {
-    const int wheels = w->wheels, groups = w->groups, gathers = SET_GATHERS;
-    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t), count = gathers*FREE(w)*lane;
-    w->contacts.pushed = part(base, size, SET_GRIPS*12*wheels*lane);
-    w->contacts.yielding = part(base, size, 2*SET_STRIPS*wheels*lane);
-    w->contacts.towards = part(base, size, SET_GRIPS*2*wheels*lane);
-    w->contacts.slipping = part(base, size, SET_GRIPS*wheels*lane);
-    w->contacts.turned = part(base, size, SET_GRIPS*2*wheels*lane);
-    w->contacts.towards_at = part(base, size, SET_GRIPS*2*wheels*nodes);
-    w->contacts.slipping_at = part(base, size, SET_GRIPS*wheels*nodes);
-    w->contacts.slip_slope = part(base, size, SET_GRIPS*2*wheels*slip_directions(w)*nodes);
-    w->contacts.aimed = part(base, size, wheels*(long long)sizeof *w->contacts.aimed);
-    w->bearings.sticks = part(base, size, 2*wheels*lane);
-    w->bearings.holding = part(base, size, 4*wheels*lane);
-    w->bearings.spin_dot = part(base, size, 2*w->rollers*wheels*lane);
-    w->bearings.yaw_mass = part(base, size, 2*lane);
-    w->spins.sticks = part(base, size, count);
-    w->spins.bearing = part(base, size, count);
-    w->spins.holding = part(base, size, 2*count);
-    w->spins.bearing_along = part(base, size, count);
-    w->spins.response = part(base, size, count*w->run->models);
-    w->spins.fading = part(base, size, count*w->run->models);
-    w->spins.response_moved = part(base, size, count*groups);
-    w->spins.fading_moved = part(base, size, count*groups);
-    w->spins.torque_moved = part(base, size, count*groups);
-    w->spins.momenta_moved = part(base, size, gathers*SUMS(w)*groups*lane);
-    w->spins.axial_moved = part(base, size, count*groups);
-    w->spins.axial_nodes = part(base, size, NODES*count*groups);
-    w->spins.disks = part(base, size, count);
-    w->spins.disks_moved = part(base, size, count);
-    w->spins.basis = part(base, size, gathers*SUMS(w)*(long long)sizeof *w->spins.basis);
+    const long long numbers = w->run->models - 1, equations = w->equations, ground = SET_GRIPS*2*w->wheels;
+    const nodes_part_t part[] = {
+        {&w->slope, equations*w->directions}, {&w->core_by, numbers*equations}, {&w->chi_by, numbers*w->wheels},
+        {&w->pose_by, numbers*3}, {&w->solving.block, equations*equations*NODES}, {&w->contacts.towards_at, ground},
+        {&w->contacts.slipping_at, ground}, {&w->contacts.slip_slope, ground*slip_directions(w)},
+    };
+    for (int k = 0; k < (int)(sizeof part/sizeof *part); k++)
+        *part[k].array = lanes_part(parts, part[k].nodes*(NODES/LANES));
 }
 
-/* Points, slopes and columns along a piece of the run. */
-static void lay_out_points(variations_t *w, long long *size, char *base)
+/* Numbers, counts and pointers, of which none is longer than a number. */
+static void lay_out_numbers(variations_t *w, parts_t *parts)
 {
-    const int wheels = w->wheels, numbers = w->run->models - 1;
-    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t), groups = w->groups, equations = w->equations;
-    w->axial = part(base, size, wheels*w->rollers*groups*lane);
-    w->held = part(base, size, 2*HELD_SIZE*lane);
-    w->momenta = part(base, size, 2*wheels*(long long)sizeof(double));
-    w->free_axial = part(base, size, wheels*w->rollers*(long long)sizeof(double));
-    w->point = part(base, size, point_size(w)*lane);
-    w->along = part(base, size, (point_size(w) + groups)*lane);
-    w->slope = part(base, size, equations*w->directions*nodes);
-    w->core_by = part(base, size, numbers*equations*nodes);
-    w->chi_by = part(base, size, numbers*wheels*nodes);
-    w->pose_by = part(base, size, numbers*3*nodes);
-    w->felt_at = part(base, size, (w->felt + 1)*NODES*groups*lane);
-    w->core_at = part(base, size, w->core*NODES*groups*lane);
-    w->carried_at = part(base, size, (wheels + 3)*NODES*groups*lane);
-    w->weight_in_piece = part(base, size, (w->run->degree + 1)*NODES*(long long)sizeof(double));
-    w->solving.row = part(base, size, NODES*equations*(long long)sizeof *w->solving.row);
-    w->is_still = part(base, size, equations*w->directions*(long long)sizeof(int));
-    w->is_given = part(base, size, w->inputs*(long long)sizeof *w->is_given);
-    w->numbered_column = part(base, size, w->run->columns*(long long)sizeof(int));
-    w->number_of = part(base, size, w->run->columns*(long long)sizeof(int));
+    const int columns = w->columns, equations = w->equations;
+    w->momenta = numbers_part(parts, 2*w->wheels);
+    w->free_axial = numbers_part(parts, w->wheels*w->rollers);
+    w->weight_in_piece = numbers_part(parts, (w->run->degree + 1)*NODES);
+    w->contacts.aimed = numbers_part(parts, w->wheels);
+    w->spins.basis = numbers_part(parts, SET_GATHERS*2*SUMS(w));
+    w->solving.row = numbers_part(parts, NODES*equations);
+    w->solving.pivot_row = numbers_part(parts, 3*NODES);
+    w->solving.kind = numbers_part(parts, equations*equations);
+    w->is_still = numbers_part(parts, equations*w->directions);
+    w->is_given = numbers_part(parts, w->inputs);
+    w->numbered_column = numbers_part(parts, columns);
+    w->number_of = numbers_part(parts, columns);
 }
 
-static long long lay_out(variations_t *w, const omniroll_variations_t *run, char *base)
+/* Returns how many lanes it takes; without memory nothing is there. */
+static long long lay_out(variations_t *w, const omniroll_variations_t *run, lanes_t *memory)
 {
     const int models = run->models, wheels = run->wheels;
-    const long long lane = sizeof(lanes_t);
-    long long size = 0;
+    parts_t parts = {memory, 0};
     w->run = run, w->wheels = wheels, w->rollers = run->rollers_per_wheel, w->columns = run->columns;
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
     w->known = 3 + core_size(wheels, run->rollers_per_wheel);
@@ -101,52 +98,28 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->equations = w->core + SET_TURNS*wheels;
     w->directions = first_turn(w) + SET_TURNS*wheels;
     w->nodes = run->nodes, w->blocks = run->nodes/LANES;
-    const long long groups = w->groups, equations = w->equations, unknowns = NODES*equations;
-    const long long model = LANES_MODEL_SIZE(wheels, run->rollers_per_wheel)*lane;
-    w->vehicle = part(base, &size, models*(long long)sizeof *w->vehicle);
-    w->column = part(base, &size, groups*(long long)sizeof *w->column);
-    for (int k = 0; k < models + groups; k++) {
-        lanes_t *const arrays = part(base, &size, model);
-        if (base)
-            lanes_spread(run->model[k < models ? k : 0], arrays, k < models ? &w->vehicle[k] : &w->column[k - models]);
+    w->vehicle = numbers_part(&parts, (models + w->groups)*(long long)(sizeof *w->vehicle/sizeof(double) + 1));
+    w->column = w->vehicle + models;
+    for (int k = 0; k < models + w->groups; k++) {
+        lanes_t *const arrays = lanes_part(&parts, LANES_MODEL_SIZE(wheels, run->rollers_per_wheel));
+        if (memory)
+            lanes_spread(run->model[k < models ? k : 0], arrays, &w->vehicle[k]);
     }
-    w->moved = part(base, &size, w->size*groups*lane);
-    w->began = part(base, &size, w->size*groups*lane);
-    w->given = part(base, &size, (w->inputs + SET_MOVING*wheels)*groups*lane);
-    w->solving.kind = part(base, &size, equations*equations*(long long)sizeof *w->solving.kind);
-    w->solving.block = part(base, &size, equations*equations*NODES*(long long)sizeof(nodes_t));
-    w->solving.right = part(base, &size, unknowns*groups*lane);
-    w->solving.pivot_row = part(base, &size, 3*NODES*(long long)sizeof *w->solving.pivot_row);
-    w->solving.memory = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
-    lay_out_points(w, &size, base);
-    lay_out_elements(w, &size, base);
-    return size;
+    lay_out_lanes(w, &parts);
+    lay_out_nodes(w, &parts);
+    lay_out_numbers(w, &parts);
+    return parts.used;
 }
 
 long long omniroll_variations_work_size(const omniroll_variations_t *run)
 {
     variations_t w;
-    return lay_out(&w, run, 0)/(long long)sizeof(double);
-}
-
-/* The inverse of T. */
-static void put_inverse(variations_t *w)
-{
-    const int blocks = w->blocks;
-    for (int j = 0; j < w->nodes; j++) {
-        lanes_t *const row = w->solving.pivot_row[j] = w->solving.memory + j*2*blocks;
-        memcpy(row, w->once[j].lanes, blocks*sizeof *row);
-        memset(row + blocks, 0, blocks*sizeof *row);
-        row[blocks + j/LANES][j%LANES] = 1;
-    }
-    solve(&(equations_t){w->solving.pivot_row, w->nodes, blocks, blocks});
-    for (int j = 0; j < w->nodes; j++)
-        memcpy(w->inverse[j].lanes, w->solving.pivot_row[j] + blocks, blocks*sizeof(lanes_t));
+    return lay_out(&w, run, 0)*LANES;
 }
 
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
-    lay_out(w, run, (char *)run->work);
+    lay_out(w, run, (lanes_t *)run->work);
     w->numbered = 0, w->contacts.aimed_row = -1, w->inside = 0;
     for (int p = 0; p < run->columns; p++)
         if (run->number[p]) {
@@ -159,8 +132,10 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->contacts.pushed, 0, SET_GRIPS*12*w->wheels*sizeof *w->contacts.pushed);
     memset(w->contacts.yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->contacts.yielding);
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
-    if (SET_SLIPS)
-        put_own_rates(w);
+    memset(w->carries, 0, sizeof w->carries);
+    memset(w->chi_by, 0, (run->models - 1)*w->wheels*sizeof *w->chi_by);
+    for (int i = 0; i < SET_SLIPS*w->wheels; i++)
+        w->carries[i][3 + i] = 1;           /* a wheel's rate is a number of the core, whatever the vehicle's are */
     if (SET_GATHERS)
         prepare_spins(w);
     const int nodes = w->nodes;
@@ -169,33 +144,24 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     for (int j = 0; j < nodes; j++)
         for (int k = 0; k < nodes; k++) {
             w->once[j].node[k] = integral[j*nodes + k];
-            w->twice[j].node[k] = 0;
+            w->inverse[j].node[k] = j == k, w->twice[j].node[k] = 0;
             for (int i = 0; i < nodes; i++)
                 w->twice[j].node[k] += integral[j*nodes + i]*integral[i*nodes + k];
         }
-    put_inverse(w);
+    divide_at_nodes(w, w->once, w->inverse);
 }
 
-/* Axial speeds' deviations of a phase (columns x wheels x rollers), from the vectors or into them. */
-static void exchange_axial(const variations_t *w, long long phase, int out)
+/* The axial speeds' deviations at the start of a phase. */
+static double *axial_of(const variations_t *w, long long phase)
 {
-    const int count = w->wheels*w->rollers;
-    double *const own = w->run->axial + phase*w->columns*count;
-    for (int p = 0; p < w->columns; p++)
-        for (int k = 0; k < count; k++) {
-            lanes_t *const lanes = &w->axial[k*w->groups + p/LANES];
-            if (out)
-                own[p*count + k] = (*lanes)[p%LANES];
-            else
-                (*lanes)[p%LANES] = own[p*count + k];
-        }
+    return w->run->axial + phase*w->wheels*w->rollers*w->columns;
 }
 
 /* The phase that a row belongs to, with the deviations at its start. */
 static void enter_phase(variations_t *w, long long phase)
 {
     if (SET_HAS_ROLLERS)
-        exchange_axial(w, phase, 0);
+        into_lanes(w, axial_of(w, phase), w->wheels*w->rollers, w->axial);
     into_lanes(w, row_of(w, w->run->phase_start[phase]), w->size, w->began);
     begin_phase(w, phase);
 }
@@ -230,19 +196,6 @@ static int grazes(const variations_t *w, long long row, const int *direction)
     return 0;
 }
 
-/* A step begins in a row with other modes than the one before it had: pass what happens there. Returns whether it was
- * known how; else nothing has been done. */
-static int enter_step(variations_t *w, long long row)
-{
-    return pass_change(w, &(change_t){row, row - 1, row, 0, 0});
-}
-
-/* Whether more happens at a switch behind a row than that one wheel passes its joint. */
-static int is_not_plain(const variations_t *w, long long row, const int *direction, int switching)
-{
-    return switching > 1 || grazes(w, row, direction);
-}
-
 /* Pass what happens between a row and the next where no wheel switches; `knot`: by how much the time deviates (columns)
  * at which drives jump there, or null. Returns whether it was known how; else nothing has been done. */
 static int pass_others(variations_t *w, long long row, const double *knot)
@@ -262,17 +215,32 @@ static int pass_others(variations_t *w, long long row, const double *knot)
     return 1;
 }
 
-/* A step begins in a row: pass what happens there, where that is known. */
-static void enter_at(variations_t *w, long long row)
+/* Where a step begins in a row with other modes than the one before it had, pass what happens there. Returns whether
+ * that was known how; else nothing has been done. */
+static int enter_step(variations_t *w, long long row)
 {
-    if (!enter_step(w, row))
-        return;
+    if (!SET_OWN_BEARINGS || !w->run->enters[row])
+        return 1;
+    if (!pass_change(w, &(change_t){row, row - 1, row, 0, 0}))
+        return 0;
     w->run->enters[row] = 0;
     out_of_lanes(w, w->moved, w->size, row_of(w, row));
+    return 1;
+}
+
+/* Pass a switch behind a row, with which the next phase begins. */
+static void switch_wheels(variations_t *w, long long phase, long long row, const int *direction)
+{
+    pass_switch(w, phase, row, direction);
+    if (SET_HOLDS)
+        take_what_sticks(w, row + 1);       /* also what goes on to stick through an impact */
+    memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);
+    if (SET_HAS_ROLLERS)
+        out_of_lanes(w, w->axial, w->wheels*w->rollers, axial_of(w, phase + 1));
 }
 
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
-                                   int as_one)
+                          int as_one)
 {
     variations_t own, *const w = &own;
     int direction[MOST_WHEELS];
@@ -290,25 +258,15 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
                 return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
-            if (switching && !(as_one && row == first) && is_not_plain(w, row, direction, switching))
+            const int is_plain = switching < 2 && !grazes(w, row, direction);
+            if (switching ? !(is_plain || (as_one && row == first)) || rests_at_switch(w, row)
+                          : !pass_others(w, row, row == first ? run->knot : 0))
                 return row;
-            if (switching && rests_at_switch(w, row))
-                return row;
-            if (!switching && !pass_others(w, row, row == first ? run->knot : 0))
-                return row;
-            if (switching) {
-                pass_switch(w, phase++, row, direction);
-                if (SET_HOLDS)
-                    take_what_sticks(w, row + 1);       /* also what goes on to stick through an impact */
-                memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);
-                if (SET_HAS_ROLLERS)
-                    exchange_axial(w, phase, 1);
-            }
+            if (switching)
+                switch_wheels(w, phase++, row, direction);
         }
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
-        if (SET_OWN_BEARINGS && run->enters[row + 1])
-            enter_at(w, row + 1);
-        if (SET_OWN_BEARINGS && run->enters[row + 1])
+        if (!enter_step(w, row + 1))
             return row + 1;
     }
     return last;

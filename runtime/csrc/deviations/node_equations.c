@@ -5,6 +5,20 @@
  * sticks follow from all others. */
 #include "deviations/blockwise.c"
 
+/* Divide a table at the nodes, by rows, by another one. */
+static void divide_at_nodes(const variations_t *w, const nodes_t *by, nodes_t *table)
+{
+    const int blocks = w->blocks;
+    for (int j = 0; j < w->nodes; j++) {
+        lanes_t *const row = w->solving.pivot_row[j] = w->solving.memory + j*2*blocks;
+        memcpy(row, by[j].lanes, blocks*sizeof *row);
+        memcpy(row + blocks, table[j].lanes, blocks*sizeof *row);
+    }
+    solve(&(equations_t){w->solving.pivot_row, w->nodes, blocks, blocks});
+    for (int j = 0; j < w->nodes; j++)
+        memcpy(table[j].lanes, w->solving.pivot_row[j] + blocks, blocks*sizeof(lanes_t));
+}
+
 /* What a row feels of wheels and heading by a number of the core, which carries them. Returns whether it feels any. */
 static int put_carried_slope(const variations_t *w, const nodes_t *slope, const int *still, int c, nodes_t *to)
 {

@@ -245,25 +245,24 @@ static void apply_switch(variations_t *w, int group, long long row, const int *d
 
 #define AXIAL_FOLLOWS (SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA)   /* the rollers' axial speeds follow from the core */
 
-/* Up to the switch, in one vector of columns: from where the phase has begun to the row, `time` later in the motions
- * beside the run. In `moved` are the deviations there. */
-ALWAYS_INLINE void come_to_switch(variations_t *w, int group, long long phase, long long row, const lanes_t *rate,
-                                  lanes_t time, lanes_t *at, lanes_t *moved)
+/* Let the time of a row deviate, in one vector of columns: by so much the motions beside the run go on in a phase that
+ * began in a row `from`, with such deviations (size x groups) there. */
+static void move_time(variations_t *w, int group, long long from, const lanes_t *began, long long row,
+                      const lanes_t *rate, lanes_t time)
 {
+    lanes_t start[point_size(w)], start_moved[point_size(w)], at[point_size(w)], moved[point_size(w)];
+    memset(start_moved, 0, sizeof start_moved);
+    memset(moved, 0, sizeof moved);
+    put_moved(w, began, w->groups, group, start_moved);
     for (int k = 0; k < w->size; k++)
         w->moved[k*w->groups + group] += rate[k]*time;
-    put_state(w, row, at);
-    memset(moved, 0, point_size(w)*sizeof *moved);
-    put_moved(w, w->moved, w->groups, group, moved);
     if (!AXIAL_FOLLOWS)
         return;
-    const long long first = w->run->phase_start[phase];
-    lanes_t start[point_size(w)], start_moved[point_size(w)];
-    memset(start_moved, 0, sizeof start_moved);
-    put_state(w, first, start);
-    put_moved(w, w->began, w->groups, group, start_moved);
+    put_state(w, from, start);
+    put_state(w, row, at);
+    put_moved(w, w->moved, w->groups, group, moved);
     follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, at, moved,
-                 w->run->elapsed[row] - w->run->elapsed[first], time);
+                 w->run->elapsed[row] - w->run->elapsed[from], time);
 }
 
 /* Take what the switch has made of a state, whose core begins anew. */
@@ -284,24 +283,6 @@ ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lane
         w->moved[(3 + i)*groups + group] = moved[point_chi(w) + i];
 }
 
-/* Back to the time of the row, in one vector of columns: the motions beside the run have switched `time` later. */
-ALWAYS_INLINE void come_back(variations_t *w, int group, long long row, const lanes_t *rate, lanes_t time)
-{
-    lanes_t start[point_size(w)], start_moved[point_size(w)], moved[point_size(w)];
-    if (AXIAL_FOLLOWS) {
-        memset(start_moved, 0, sizeof start_moved);
-        memset(moved, 0, sizeof moved);
-        put_state(w, row, start);
-        put_moved(w, w->moved, w->groups, group, start_moved);
-    }
-    for (int k = 0; k < w->size; k++)
-        w->moved[k*w->groups + group] -= rate[k]*time;
-    if (AXIAL_FOLLOWS) {
-        put_moved(w, w->moved, w->groups, group, moved);
-        follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, start, moved, 0, -time);
-    }
-}
-
 /* The deviations after the switch between a row and the next, from those before it. The first of the wheels that
  * switch says how the time deviates. */
 static void pass_switch(variations_t *w, long long phase, long long row, const int *direction)
@@ -313,12 +294,15 @@ static void pass_switch(variations_t *w, long long phase, long long row, const i
     rates_in_row(w, row, rate);
     for (int g = 0; g < w->groups; g++) {
         time[g] = -w->moved[(3 + first)*w->groups + g]/rate[3 + first];
-        come_to_switch(w, g, phase, row, rate, time[g], at, moved);
+        move_time(w, g, w->run->phase_start[phase], w->began, row, rate, time[g]);
+        put_state(w, row, at);
+        memset(moved, 0, sizeof moved);
+        put_moved(w, w->moved, w->groups, g, moved);
         apply_switch(w, g, row, direction, at, moved);
         take_switched(w, g, row, at, moved);
     }
     begin_phase(w, phase + 1);
     rates_in_row(w, row + 1, rate);
     for (int g = 0; g < w->groups; g++)
-        come_back(w, g, row + 1, rate, time[g]);
+        move_time(w, g, row + 1, w->moved, row + 1, rate, -time[g]);
 }

@@ -135,33 +135,21 @@ ALWAYS_INLINE nodes_t *slope_of_slip(const variations_t *w, int i, int component
     return w->contacts.slip_slope + (2*i + component)*slip_directions(w);
 }
 
-NEVER_INLINE void put_slope_of_slips(const variations_t *w, int place, int b, const point_t *at, const point_t *along)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
-    slips_of(w, at, along, slip, moved);
-    for (int k = 0; k < 2*wheels; k++)
-        slope_of_slip(w, k/2, k%2)[place].lanes[b] = moved[k];
-}
-
 /* The slopes of the slips at a block of nodes, by each number of theirs. */
-static void put_slopes_of_slips(const variations_t *w, int b)
+NEVER_INLINE void put_slopes_of_slips(const variations_t *w, int b)
 {
-    const int felt = w->core + w->felt;
+    const int felt = w->core + w->felt, wheels = OWN_WHEELS(w->wheels);
+    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS], unused;
     for (int place = 0; place < slip_directions(w); place++) {
-        if (place < felt && !is_of_point(w, place)) {
-            for (int k = 0; k < 2*w->wheels; k++)
-                slope_of_slip(w, k/2, k%2)[place].lanes[b] = lanes_of(0);
-            continue;
-        }
+        const int is_sum = place < felt && !is_of_point(w, place);
         const point_t at = point_of(w, &w->vehicle[place < felt ? 0 : place - felt + 1], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
-        lanes_t *const way = place < felt ? &w->along[place_of_direction(w, place)] : 0;
-        if (way)
-            *way = lanes_of(1);
-        put_slope_of_slips(w, place, b, &at, &along);
-        if (way)
-            *way = lanes_of(0);
+        lanes_t *const way = place < felt && !is_sum ? &w->along[place_of_direction(w, place)] : &unused;
+        *way = lanes_of(1);
+        slips_of(w, &at, &along, slip, moved);
+        *way = lanes_of(0);
+        for (int k = 0; k < 2*wheels; k++)
+            slope_of_slip(w, k/2, k%2)[place].lanes[b] = is_sum ? lanes_of(0) : moved[k];
     }
 }
 

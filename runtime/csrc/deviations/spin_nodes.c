@@ -35,8 +35,7 @@ static void put_moved_at_node(variations_t *w, int j, int g, const lanes_t *carr
     for (int i = 0; i <= wheels; i++)
         w->along[i < wheels ? point_chi(w) + i : point_heading(w)] = carried[(i*NODES + j)*groups + g];
     for (int u = 0; u < SET_MOVING*wheels; u++)
-        w->along[point_inputs(w) + u] = w->given[u*groups + g]
-            + w->length*w->node.node[j]*w->given[(w->inputs + u)*groups + g];
+        w->along[point_inputs(w) + u] = given_at(w, u, j, g);
     for (int k = 0; k < FREE(w); k++)
         w->spins.bearing_along[k] = (1 - w->spins.sticks[k])*w->spins.torque_moved[k*groups + g];
 }
@@ -67,19 +66,17 @@ static void put_axial_rates(variations_t *w, int j, int g)
  * but for that are units there: P = (1 - h T f)^-1 h T. */
 static void put_faded(const variations_t *w, int wheel, double h, nodes_t *to)
 {
-    const int momentum = first_momentum(w) + 2*wheel, blocks = w->blocks;
+    const int momentum = first_momentum(w) + 2*wheel;
     const nodes_t *const own = &w->slope[momentum*w->directions + momentum];
+    nodes_t left[NODES];
     for (int j = 0; j < w->nodes; j++) {
-        lanes_t *const row = w->solving.pivot_row[j] = w->solving.memory + j*2*blocks;
-        for (int b = 0; b < blocks; b++) {
-            row[blocks + b] = h*w->once[j].lanes[b];
-            row[b] = -row[blocks + b]*own->lanes[b];
+        for (int b = 0; b < w->blocks; b++) {
+            to[j].lanes[b] = h*w->once[j].lanes[b];
+            left[j].lanes[b] = -to[j].lanes[b]*own->lanes[b];
         }
-        row[j/LANES][j%LANES] += 1;
+        left[j].node[j] += 1;
     }
-    solve(&(equations_t){w->solving.pivot_row, w->nodes, blocks, blocks});
-    for (int j = 0; j < w->nodes; j++)
-        memcpy(to[j].lanes, w->solving.pivot_row[j] + blocks, blocks*sizeof(lanes_t));
+    divide_at_nodes(w, left, to);
 }
 
 /* The deviations of the axial speeds: at the nodes, and at the end of the step in the place of those at its start. With
@@ -99,7 +96,7 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
     nodes_t faded[NODES];
     for (int k = 0; k < FREE(w); k++) {
         lanes_t *const own = w->spins.axial_nodes + k*NODES*groups, *const start = w->spins.axial_moved + k*groups;
-        lanes_t *const changes = w->solving.memory + 2*NODES*w->blocks;      /* behind what P was made in */
+        lanes_t *const changes = w->solving.memory;
         if (k%(w->rollers - 1) == 0)
             put_faded(w, k/(w->rollers - 1), h, faded);
         memset(changes, 0, nodes*groups*sizeof *changes);

@@ -325,16 +325,7 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     take_way_back(w);
 }
 
-/* The wheels' rates are numbers of the core, whatever the vehicle's are. */
-static void put_own_rates(variations_t *w)
-{
-    memset(w->carries, 0, sizeof w->carries);
-    memset(w->chi_by, 0, (w->run->models - 1)*w->wheels*sizeof *w->chi_by);
-    for (int i = 0; i < w->wheels; i++)
-        w->carries[i][3 + i] = 1;
-}
-
-/* The same of the rates of the pose, and of wheels that roll: which are linear in nu, with constants. */
+/* The slopes of the rates of the pose, and of wheels that roll: which are linear in nu, with constants. */
 NEVER_INLINE void slopes_of_followers(variations_t *w, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels);
@@ -495,11 +486,13 @@ static void put_felt(variations_t *w, double h)
     }
 }
 
-/* What a deviation does by its slopes at some nodes. */
-ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t *sum)
+/* What a step is given at a node. */
+ALWAYS_INLINE lanes_t given_at(const variations_t *w, int u, int j, int g)
 {
-    for (int i = 0; i < AT_ONCE; i++)
-        sum[i] += slope->node[j + i]*moved;
+    const lanes_t own = w->given[u*w->groups + g];
+    if (u >= SET_MOVING*w->wheels)
+        return own;
+    return own + w->length*w->node.node[j]*w->given[(w->inputs + u)*w->groups + g];
 }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
@@ -513,18 +506,14 @@ static void put_right(variations_t *w, int a)
         for (int j = 0; j < w->nodes; j += AT_ONCE) {
             lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
-                if (!still[c])
-                    add_moved(slope + c, j, start_of_core(w, c)[g], sum);
+                for (int i = 0; i < AT_ONCE && !still[c]; i++)
+                    sum[i] += slope[c].node[j + i]*start_of_core(w, c)[g];
             for (int f = 0; f < w->felt; f++)
                 for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
-                if (!still[fed + u])
-                    add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
-            for (int u = 0; u < SET_MOVING*w->wheels; u++)
                 for (int i = 0; i < AT_ONCE && !still[fed + u]; i++)
-                    sum[i] += slope[fed + u].node[j + i]*w->length*w->node.node[j + i]
-                        *w->given[(w->inputs + u)*groups + g];
+                    sum[i] += slope[fed + u].node[j + i]*given_at(w, u, j + i, g);
             for (int i = 0; i < AT_ONCE; i++)
                 row[j + i][g] = sum[i];
         }
@@ -553,37 +542,17 @@ ALWAYS_INLINE void take_pivot(const equations_t *e, int p)
     e->row[best] = e->row[p], e->row[p] = pivot;
 }
 
-/* Take multiples of two rows, behind the vector in which they have their pivots. */
-ALWAYS_INLINE void subtract_two(const equations_t *e, int p, lanes_t *own, double first, const lanes_t *one,
-                                double second, const lanes_t *two)
+/* Eliminate below a pivot. */
+ALWAYS_INLINE void eliminate(const equations_t *e, int p)
 {
-    for (int c = p/LANES + 1; c < e->width + e->groups; c++)
-        own[c] -= first*one[c] + second*two[c];
-}
-
-/* Eliminate below two pivots at once, p and the one behind it, which stand in one vector of every row. */
-ALWAYS_INLINE void eliminate_two(const equations_t *e, int p)
-{
-    const int v = p/LANES, k = p%LANES;
     take_pivot(e, p);
-    const lanes_t *const one = e->row[p];
-    const double inverse = 1/one[v][k];
+    const lanes_t *const pivot = e->row[p];
+    const double inverse = 1/pivot[p/LANES][p%LANES];
     for (int i = p + 1; i < e->unknowns; i++) {
-        const double factor = e->row[i][v][k]*inverse;
-        e->row[i][v] -= factor*one[v];
-        e->row[i][v][k] = factor;           /* goes along where rows change places */
-    }
-    take_pivot(e, p + 1);
-    lanes_t *const two = e->row[p + 1];
-    subtract_two(e, p, two, two[v][k], one, 0, one);
-    const double inverse_two = 1/two[v][k + 1];
-    for (int i = p + 2; i < e->unknowns; i++) {
         lanes_t *const own = e->row[i];
-        const double first = own[v][k], second = own[v][k + 1]*inverse_two;
-        if (first == 0 && second == 0)
-            continue;
-        own[v] -= second*two[v];
-        subtract_two(e, p, own, first, one, second, two);
+        const double factor = own[p/LANES][p%LANES]*inverse;
+        for (int c = p/LANES; c < e->width + e->groups && factor != 0; c++)
+            own[c] -= factor*pivot[c];
     }
 }
 
@@ -604,8 +573,8 @@ ALWAYS_INLINE void substitute_in(const equations_t *e, int p, int first, int som
 /* Eliminate below the pivots; then the right sides become the solution. */
 NEVER_INLINE void solve(const equations_t *e)
 {
-    for (int p = 0; p < e->unknowns; p += 2)
-        eliminate_two(e, p);
+    for (int p = 0; p < e->unknowns; p++)
+        eliminate(e, p);
     for (int p = e->unknowns - 1; p >= 0; p--) {
         int g = 0;
         for (; g + VECTORS_AT_ONCE <= e->groups; g += VECTORS_AT_ONCE)

@@ -58,7 +58,7 @@ typedef struct {
     const long long *phase_start;           /* K: the rows at which phases start                        */
     double *moved;                          /* T x m x P: deviations in the rows                        */
     double *given;                          /* S x given_size x P: of what drives the steps             */
-    double *axial;                          /* K x P x N x n: of the rollers' axial speeds at the phases' starts */
+    double *axial;                          /* K x N x n x P: of the rollers' axial speeds at the phases' starts */
     int given_size;                         /* inputs, how fast those of drives change, numbers         */
     double *work;                           /* omniroll_variations_work_size() doubles, aligned to 128 bytes */
 } omniroll_variations_t;

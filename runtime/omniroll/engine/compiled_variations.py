@@ -153,7 +153,7 @@ class CompiledVariations:
 
     rows    (T, m, P) deviations in the rows; follow() fills them
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
-    axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
+    axial   (K, N n, P) deviations of the rollers' axial speeds at the phases' starts
     sticking  contacts and bearings that may stick
     turns   (T,) 1 in rows in which these change their modes as a step begins, until that is passed
     """

@@ -91,7 +91,7 @@ class Chain(Sweep):
         phase, samplers = int(np.searchsorted(self.motion.phases, row)), self.drives.samplers
         if phase == len(self.motion.phases) or self.motion.phases[phase] != row:
             return
-        handed = [self.rows[row]] + ([] if self.axial is None else [self.axial[phase].reshape(len(self.columns), -1).T])
+        handed = [self.rows[row]] + ([] if self.axial is None else [self.axial[phase]])
         handed += [tangent_of(part).T for sampler in samplers for part in (sampler.sum, sampler.output)]
         self.maps.append(np.concatenate(handed))
         unit, ends = np.eye(self.handed_on, len(self.columns)), np.cumsum(list(self.sizes.values()))
@@ -100,7 +100,7 @@ class Chain(Sweep):
             sampler.sum = with_tangent(sampler.sum.real, own_sum.T)
             sampler.output = with_tangent(sampler.output.real, own_output.T)
         if self.axial is not None:
-            self.axial[phase] = unit[ends[0] : ends[1]].T.reshape(-1, *self.axial.shape[2:])
+            self.axial[phase] = unit[ends[0] : ends[1]]
         self.rows[row] = unit[: ends[0]]
 
     def _one_after_the_other(

@@ -77,7 +77,7 @@ class Followed:
     rows    (T, m, P) deviations of what Deviations.state names
     inputs  (S, F, P) of what drives the steps: inputs, how fast these change, and numbers
     phases  (K,) the row at which each phase between two switches starts
-    axial   (K, P, N, n) deviations of the rollers' axial speeds there, by physical roller; None but for free rollers
+    axial   (K, N n, P) deviations of the rollers' axial speeds there, by physical roller; None but for free rollers
     look, compiled  what was computed last, for whoever asks again
     """
 
@@ -98,7 +98,8 @@ class Followed:
         parts = {name: motion.vector.view(whole, name) for name in ("nu", "chi", "pose")}
         spins = None
         if self.axial is not None:
-            start, axial = self.rows[self.phases[phase]][..., column], self.axial[phase, column]
+            start, axial = self.rows[self.phases[phase]][..., column], self.axial[phase][..., column]
+            axial = axial.reshape(*phase.shape, motion.plain.wheels, -1)
             bound, y = look.columns.single(column), with_tangent(look.y, whole)
             spins = tangent_of(motion.later_spins(bound, y, look.row, look.times, start, axial))
         return Sensitivity(name, look.times, **parts, spins=spins)
@@ -150,7 +151,7 @@ class Sweep:
         self.inputs = np.zeros((len(self.trajectory.step_rows), given + len(numbers), len(columns)))
         self.inputs[:, given:] = numbers
         plain = self.motion.plain
-        shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
+        shape = (len(self.motion.phases), plain.wheels * plain.rollers_per_wheel, len(columns))
         self.axial = np.zeros(shape) if plain.has_spins else None
         self.sticking = Sticking.of(motion, columns)
         self.compiled = CompiledVariations(motion, columns, self.rows, self.inputs, self.axial, self.sticking)
@@ -228,7 +229,7 @@ class Sweep:
     def _put_start(self) -> None:
         self.rows[0], axial = self._start()
         if axial is not None:
-            self.axial[0] = axial.T.reshape(self.axial.shape[1:])
+            self.axial[0] = axial
         self.compiled.begin(0)
 
     def _pass_together(self, row: int) -> None:
@@ -388,7 +389,10 @@ class Sweep:
     def _phase_from(self, row: int) -> Phase:
         """The present phase, which has started in this row, on numbers that carry its deviations."""
         motion, trajectory = self.motion, self.trajectory
-        axial = None if self.axial is None else with_tangent(motion.axial[row], self.axial[self.phase])
+        axial = None
+        if self.axial is not None:
+            moved = self.axial[self.phase].T.reshape(len(self.columns), motion.plain.wheels, -1)
+            axial = with_tangent(motion.axial[row], moved)
         y = self.passage.carrying(motion.y[[row]], self.began.T)
         return Phase(trajectory.elapsed[[row]], trajectory.contact[[row]], y, axial)
 

@@ -111,7 +111,7 @@ class _PieceSweep(Sweep):
             return
         self.rows[0] = self.reached.moved
         if self.axial is not None:
-            self.axial[0] = self.reached.axial
+            self.axial[0] = self.reached.axial.reshape(len(self.columns), -1).T
 
     def axial_at_end(self) -> np.ndarray | None:
         """(P, N, n) deviations of the axial speeds in the last row."""
