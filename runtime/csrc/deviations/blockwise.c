@@ -119,14 +119,11 @@ static void divide(const blockwise_t *e, int p, int some)
             *kind_of(e, p, c) = FULL;
 }
 
-/* The same where it is diagonal; often it is one. */
+/* The same of one whose own block is diagonal. */
 static void divide_by_diagonal(const blockwise_t *e, int p)
 {
     const nodes_t *const own = block_of(e, p, p);
-    int is_one = 1;
-    for (int j = 0; j < e->nodes; j++)
-        is_one &= own->node[j] == 1;
-    for (int j = 0; j < e->nodes && !is_one; j++) {
+    for (int j = 0; j < e->nodes; j++) {
         const double by = 1/own->node[j];
         for (int c = p + 1; c < e->count; c++) {
             nodes_t *const to = block_of(e, p, c);

@@ -72,10 +72,10 @@ static void lay_out_numbers(variations_t *w, parts_t *parts)
     const int columns = w->columns, equations = w->equations;
     w->momenta = numbers_part(parts, 2*w->wheels);
     w->free_axial = numbers_part(parts, w->wheels*w->rollers);
-    w->weight_in_piece = numbers_part(parts, (w->run->degree + 1)*NODES);
+    w->weight = numbers_part(parts, (w->run->degree + 1)*NODES);
     w->contacts.aimed = numbers_part(parts, w->wheels);
     w->spins.basis = numbers_part(parts, SET_GATHERS*2*SUMS(w));
-    w->solving.row = numbers_part(parts, NODES*equations);
+    w->solving.row = numbers_part(parts, equations);
     w->solving.pivot_row = numbers_part(parts, 3*NODES);
     w->solving.kind = numbers_part(parts, equations*equations);
     w->is_still = numbers_part(parts, equations*w->directions);
@@ -140,7 +140,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
         prepare_spins(w);
     const int nodes = w->nodes;
     const double *const integral = run->gauss_integral;
-    take_step(w);
+    take_piece(w, 0, 1);
     for (int j = 0; j < nodes; j++)
         for (int k = 0; k < nodes; k++) {
             w->once[j].node[k] = integral[j*nodes + k];
@@ -180,20 +180,16 @@ static void exchange_given(variations_t *w, long long step)
     into_lanes(w, own + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
 }
 
-/* Whether a wheel that switches after a row grazes its joint. */
-static int grazes(const variations_t *w, long long row, const int *direction)
+/* Whether a wheel that switches grazes its joint, at these rates of what deviates. */
+static int grazes(const variations_t *w, const lanes_t *rate, const int *direction)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t rate[MOST_WHEELS];
     double fastest = 0;
-    put_state(w, row, w->point);
-    wheel_rates_at(w, w->point, rate);
-    for (int i = 0; i < wheels; i++)
-        fastest = lanes_abs(rate[i])[0] > fastest ? lanes_abs(rate[i])[0] : fastest;
-    for (int i = 0; i < wheels; i++)
-        if (direction[i] && !(lanes_abs(rate[i])[0] > GRAZING*fastest))
-            return 1;
-    return 0;
+    int found = 0;
+    for (int i = 0; i < w->wheels; i++)
+        fastest = fmax(fastest, fabs(rate[3 + i][0]));
+    for (int i = 0; i < w->wheels; i++)
+        found |= direction[i] && !(fabs(rate[3 + i][0]) > GRAZING*fastest);
+    return found;
 }
 
 /* Pass what happens between a row and the next where no wheel switches; `knot`: by how much the time deviates (columns)
@@ -228,15 +224,21 @@ static int enter_step(variations_t *w, long long row)
     return 1;
 }
 
-/* Pass a switch behind a row, with which the next phase begins. */
-static void switch_wheels(variations_t *w, long long phase, long long row, const int *direction)
+/* Pass a switch behind a row, with which the next phase begins. Returns whether it is plain: one wheel passes its joint,
+ * or all as one, and nothing comes to rest just then; else nothing has been done. */
+static int switch_wheels(variations_t *w, long long phase, long long row, const int *direction, int switching, int as_one)
 {
-    pass_switch(w, phase, row, direction);
+    lanes_t rate[w->size];
+    rates_in_row(w, row, rate);
+    if ((!as_one && (switching > 1 || grazes(w, rate, direction))) || rests_at_switch(w, row))
+        return 0;
+    pass_switch(w, phase, row, direction, rate);
     if (SET_HOLDS)
         take_what_sticks(w, row + 1);       /* also what goes on to stick through an impact */
     memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);
     if (SET_HAS_ROLLERS)
         out_of_lanes(w, w->axial, w->wheels*w->rollers, axial_of(w, phase + 1));
+    return 1;
 }
 
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
@@ -258,12 +260,9 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
                 return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
-            const int is_plain = switching < 2 && !grazes(w, row, direction);
-            if (switching ? !(is_plain || (as_one && row == first)) || rests_at_switch(w, row)
+            if (switching ? !switch_wheels(w, phase++, row, direction, switching, as_one && row == first)
                           : !pass_others(w, row, row == first ? run->knot : 0))
                 return row;
-            if (switching)
-                switch_wheels(w, phase++, row, direction);
         }
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
         if (!enter_step(w, row + 1))

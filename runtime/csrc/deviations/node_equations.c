@@ -100,11 +100,11 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
     memset(w->felt_at, 0, w->felt*all*sizeof *rate);
     for (int p = 0; p < count; p++)
         if (unknown[p] < w->core)
-            integrate(w, h, w->solving.row[unknown[p]*nodes], w->core_at + unknown[p]*all);
+            add_product_of(w, w->once, h, w->solving.row[unknown[p]], w->core_at + unknown[p]*all);
     for (int f = 0; f < w->felt; f++) {
         for (int k = 0; k < nodes*groups; k++)
             rate[k] = carried_by(w, carries_felt(w, f), w->core_at + k, w->core_at + 3*all + k, all);
-        integrate(w, h, rate, w->felt_at + f*all);
+        add_product_of(w, w->once, h, rate, w->felt_at + f*all);
     }
     for (int p = count; unknown[p] >= 0; p++) {
         const int a = unknown[p];
@@ -113,11 +113,11 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
             if (w->is_still[a*w->directions + d] || (d >= w->core + w->felt && turns < 0))
                 continue;
             const lanes_t *const by = d < w->core ? w->core_at + d*all : turns < 0 ? w->felt_at + (d - w->core)*all
-                                                                       : w->solving.row[(w->core + turns)*nodes];
+                                                                       : w->solving.row[w->core + turns];
             const nodes_t *const slope = &w->slope[a*w->directions + d];
             for (int j = 0; j < nodes; j++)
                 for (int g = 0; g < groups; g++)
-                    w->solving.row[a*nodes + j][g] += slope->node[j]*by[j*groups + g];
+                    w->solving.row[a][j*groups + g] += slope->node[j]*by[j*groups + g];
         }
     }
 }
@@ -132,8 +132,7 @@ static void put_core_rates(variations_t *w, long long row, double h)
     const blockwise_t e = {count, 3, w->nodes, w->blocks, w->groups,
                            own->kind, own->block, own->right, own->memory, own->pivot_row};
     for (int p = 0; unknown[p] >= 0; p++) {
-        for (int j = 0; j < w->nodes; j++)
-            w->solving.row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
+        w->solving.row[unknown[p]] = right_of(&e, p);
         put_right(w, unknown[p]);
         for (int q = 0; q < count && p < count; q++)
             put_block(w, h, &e, unknown, p, q);

@@ -26,19 +26,6 @@ static double *row_of(const variations_t *w, long long row)
     return w->run->moved + row*w->size*w->columns;
 }
 
-/* The wheels' rates at a point. */
-ALWAYS_INLINE void wheel_rates_at(const variations_t *w, const lanes_t *point, lanes_t *rate)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t moved[MOST_WHEELS];
-    const lanes_t still[3] = {{0}};
-    if (SET_SLIPS)
-        memcpy(rate, point + POINT_CORE, wheels*sizeof *rate);
-    else
-        set_wheel_speeds_along(wheels, w->vehicle, point, still, rate, moved);
-    (void)still, (void)moved;
-}
-
 /* The rates of all that deviates at the point, which is the state in a row; of the row itself what contacts do. */
 NEVER_INLINE void rates_at_point(const variations_t *w, long long row, lanes_t *rate)
 {
@@ -49,7 +36,10 @@ NEVER_INLINE void rates_at_point(const variations_t *w, long long row, lanes_t *
     if (SET_GRIPS)
         put_forces_on_contacts(w, row);
     rates_along(wheels, &at, &along, rate, moved);
-    wheel_rates_at(w, w->point, rate + 3);
+    if (SET_SLIPS)
+        memcpy(rate + 3, at.core, wheels*sizeof *rate);
+    else
+        set_wheel_speeds_along(wheels, w->vehicle, w->point, still, rate + 3, moved);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
     for (int k = 0; k < w->known - 3; k++)
         rate[6 + wheels + k] = at.core_dot[k];
@@ -284,14 +274,13 @@ ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lane
 }
 
 /* The deviations after the switch between a row and the next, from those before it. The first of the wheels that
- * switch says how the time deviates. */
-static void pass_switch(variations_t *w, long long phase, long long row, const int *direction)
+ * switch says how the time deviates. rate: of what deviates, before the switch; afterwards those behind it. */
+static void pass_switch(variations_t *w, long long phase, long long row, const int *direction, lanes_t *rate)
 {
-    lanes_t rate[w->size], at[point_size(w)], moved[point_size(w)], time[w->groups];
+    lanes_t at[point_size(w)], moved[point_size(w)], time[w->groups];
     int first = 0;
     while (!direction[first])
         first++;
-    rates_in_row(w, row, rate);
     for (int g = 0; g < w->groups; g++) {
         time[g] = -w->moved[(3 + first)*w->groups + g]/rate[3 + first];
         move_time(w, g, w->run->phase_start[phase], w->began, row, rate, time[g]);

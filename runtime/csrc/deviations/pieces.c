@@ -12,21 +12,13 @@
 #define MOST_INSIDE 300         /* times what they may be off by: what the last two polynomials may make there */
 #define SHORTEST 0x1p-60        /* of a step: a piece that is not cut */
 
-/* Work at the nodes of a whole step, */
-static void take_step(variations_t *w)
-{
-    memcpy(w->node.node, w->run->node, w->nodes*sizeof(double));
-    w->weight = w->run->weight;
-}
-
-/* or of a piece of it, from a part of it on and such a part of it long. */
+/* Work at the nodes of a piece of a step, from a part of it on and such a part of it long. */
 static void take_piece(variations_t *w, double from, double part)
 {
     const int degree = w->run->degree, nodes = w->nodes;
-    w->weight = w->weight_in_piece;
     for (int j = 0; j < nodes; j++) {
         const double x = from + part*w->run->node[j], rest = 1 - x;
-        double factor = 1, *const own = w->weight_in_piece + j;
+        double factor = 1, *const own = w->weight + j;
         w->node.node[j] = x;
         for (int c = 0; c <= degree; c++, factor *= x*(degree + 1 - c)/c)
             own[c*nodes] = factor;
@@ -79,7 +71,7 @@ static int are_too_fast(const variations_t *w, long long row, double h)
             lanes_t last = {0}, before = {0}, end = start_of_core(w, a)[g];
             size += lanes_abs(end);
             for (int j = 0; j < nodes; j++) {
-                const lanes_t change = h*w->solving.row[a*nodes + j][g];
+                const lanes_t change = h*w->solving.row[a][j*w->groups + g];
                 last += w->run->gauss_last[j]*change, before += w->run->gauss_before_last[j]*change;
                 end += w->run->gauss_weight[j]*change;
             }

@@ -52,30 +52,24 @@ ALWAYS_INLINE void slips_of(const variations_t *w, const point_t *at, const poin
     slips_along(wheels, &own, &way, slip, moved);
 }
 
-/* Where a contact slips: by its slip, where this is not rounding, else as the point is given. */
-ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, const point_t *at, const lanes_t *slip,
-                                 lanes_t *towards)
-{
-    const int wheels = w->wheels, turns = slips_both_ways(at, i);
-    const double heading = at->inputs[SET_HEADINGS_INPUT*wheels + i][0];
-    const double rolling = SET_STRIPS && !turns ? copysign(1, heading) : sin(heading);
-    const lanes_t given[2] = {lanes_of(turns ? cos(heading) : 0), lanes_of(rolling)};
-    const lanes_t size = lanes_sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
-    const lane_mask_t known = size > (turns ? w->run->slip_rounding[row*wheels + i] : INFINITY);
-    const lanes_t inverse = 1/lanes_select(known, size, lanes_of(1));
-    for (int c = 0; c < 2; c++)
-        towards[c] = lanes_select(known, slip[c]*inverse, given[c]);
-}
-
-/* The directions of contacts at a point of the phase of a row, and the parts of their slips along these. */
+/* The directions of contacts at a point of the phase of a row, by their slips where these are not rounding, else as the
+ * point is given; and the parts of the slips along these. */
 NEVER_INLINE void put_directions(const variations_t *w, long long row, const point_t *at, const point_t *along)
 {
     const int wheels = OWN_WHEELS(w->wheels);
     lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
     slips_of(w, at, along, slip, moved);
     for (int i = 0; i < wheels; i++) {
-        put_direction(w, row, i, at, slip + 2*i, w->contacts.towards + 2*i);
-        w->contacts.slipping[i] = slip[2*i]*w->contacts.towards[2*i] + slip[2*i + 1]*w->contacts.towards[2*i + 1];
+        const int turns = slips_both_ways(at, i);
+        const double heading = at->inputs[SET_HEADINGS_INPUT*wheels + i][0];
+        const double rolling = SET_STRIPS && !turns ? copysign(1, heading) : sin(heading);
+        const lanes_t *const own = slip + 2*i, size = lanes_sqrt(own[0]*own[0] + own[1]*own[1]);
+        const lane_mask_t known = size > (turns ? w->run->slip_rounding[row*wheels + i] : INFINITY);
+        const lanes_t inverse = 1/lanes_select(known, size, lanes_of(1));
+        lanes_t *const towards = w->contacts.towards + 2*i;
+        towards[0] = lanes_select(known, own[0]*inverse, lanes_of(turns ? cos(heading) : 0));
+        towards[1] = lanes_select(known, own[1]*inverse, lanes_of(rolling));
+        w->contacts.slipping[i] = own[0]*towards[0] + own[1]*towards[1];
     }
 }
 
@@ -168,17 +162,14 @@ ALWAYS_INLINE lanes_t slope_of_speed(const variations_t *w, int i, int k, int pl
                   : (x[place].lanes[b]*y[first].lanes[b] - x[first].lanes[b]*y[place].lanes[b])/both;
 }
 
-/* Whether a direction is a speed of a contact that sticks. */
-ALWAYS_INLINE int follows(const variations_t *w, long long row, int d)
-{
-    return d >= 3 && d < 3 + WHEEL_SPEEDS*w->wheels && sticks_in(w, row, (d - 3)%w->wheels);
-}
-
-/* Whether nothing moves in a direction by itself: such a speed, or the turn of a slip that does not turn. */
+/* Whether nothing moves in a direction by itself: a speed of a contact that sticks, or the turn of a slip that does not
+ * turn. */
 ALWAYS_INLINE int is_bound_to_ground(const variations_t *w, long long row, int d)
 {
     const int turning = d - first_turn(w);
-    return d < w->directions && (turning < 0 ? follows(w, row, d) : !turns_in(w, row, turning));
+    if (turning >= 0)
+        return d < w->directions && !turns_in(w, row, turning);
+    return d >= 3 && d < 3 + WHEEL_SPEEDS*w->wheels && sticks_in(w, row, (d - 3)%w->wheels);
 }
 
 /* Such speeds as a direction moves them, or not at all. */

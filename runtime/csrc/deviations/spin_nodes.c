@@ -17,11 +17,9 @@ static const lanes_t *carried_to_nodes(variations_t *w, double h)
 {
     const int groups = w->groups, wheels = w->wheels;
     for (int i = 0; i <= wheels; i++) {
-        lanes_t *const to = w->felt_at + i*NODES*groups;        /* not needed any more */
-        for (int j = 0; j < w->nodes; j++)
-            for (int g = 0; g < groups; g++)
-                to[j*groups + g] = w->moved[(i < wheels ? 3 + i : 5 + wheels)*groups + g];
-        integrate(w, h, w->carried_at + (i < wheels ? i : wheels + 2)*NODES*groups, to);
+        const lanes_t *const rate = w->carried_at + (i < wheels ? i : wheels + 2)*NODES*groups;
+        const lanes_t *const start = w->moved + (i < wheels ? 3 + i : 5 + wheels)*groups;
+        come_to_nodes(w, h, start, rate, w->felt_at + i*NODES*groups);      /* which is not needed any more */
     }
     return w->felt_at;
 }

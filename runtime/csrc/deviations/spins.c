@@ -153,22 +153,18 @@ static void begin_spins(variations_t *w, long long row)
     put_momenta_moved(w);
 }
 
-/* Which of the momenta a direction is, or which of the moments, or -1. */
-ALWAYS_INLINE int momentum_of(const variations_t *w, int d)
+/* Which of the momenta a direction is (0), or which of the moments (1), or -1. */
+ALWAYS_INLINE int sum_of(const variations_t *w, int d, int moments)
 {
-    return d >= first_momentum(w) && d < w->core ? d - first_momentum(w) : -1;
-}
-ALWAYS_INLINE int moment_of(const variations_t *w, int d)
-{
-    const int input = d - w->core - w->felt;
-    return d < first_turn(w) && input >= SET_MOVING*w->wheels ? input - SET_MOVING*w->wheels : -1;
+    const int first = moments ? w->core + w->felt + SET_MOVING*w->wheels : first_momentum(w);
+    return d >= first && d < (moments ? first_turn(w) : w->core) ? d - first : -1;
 }
 
 /* What a direction moves of the rollers: one of the momenta, or of the moments; or where the disks move, the spins so
  * that the axial speeds stay, and where wheels may slip the axial speeds of those that stick. */
 static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehicle)
 {
-    const int momentum = momentum_of(w, d), moment = moment_of(w, d), places = w->rollers - 1;
+    const int momentum = sum_of(w, d, 0), moment = sum_of(w, d, 1), places = w->rollers - 1;
     lanes_t *const own = w->along + first_momentum(w);
     memset(own, 0, FREE(w)*sizeof *own);
     memset(w->spins.bearing_along, 0, FREE(w)*sizeof *own);
@@ -189,7 +185,7 @@ static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehi
 /* How the rates of the momenta move along this direction, at a block of nodes. */
 static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
 {
-    const int momentum = momentum_of(w, d), moment = moment_of(w, d), count = FREE(w), number = d - w->directions;
+    const int momentum = sum_of(w, d, 0), moment = sum_of(w, d, 1), count = FREE(w), number = d - w->directions;
     const spins_t *const s = &w->spins;
     lanes_t rate[count];
     if (momentum >= 0 || moment >= 0) {

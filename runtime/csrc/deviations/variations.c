@@ -57,7 +57,7 @@ typedef struct {
     int *kind;                  /* what blockwise.c works on                                    */
     nodes_t *block;
     lanes_t *right, **pivot_row, *memory;
-    lanes_t **row;              /* equations x NODES: right sides at the nodes, which become the rates of the core */
+    lanes_t **row;              /* equations: right sides at the nodes, NODES x groups, which become the core's rates */
 } solving_t;
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
@@ -85,8 +85,7 @@ typedef struct {
     nodes_t twice[NODES], once[NODES], inverse[NODES];  /* T^2, T and T^-1 by rows                  */
     nodes_t node;               /* where the nodes are in a step, from 0 to 1                   */
     double length;              /* of the step, in s                                            */
-    const double *weight;       /* degree + 1 x nodes: of the polynomials' coefficients at the nodes    */
-    double *weight_in_piece;    /* the same in a piece of a step: pieces.c                      */
+    double *weight;             /* degree + 1 x nodes: of the polynomials' coefficients at the nodes    */
     int inside;                 /* whether somebody looks at steps between their rows           */
     int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
@@ -252,13 +251,11 @@ static void take_way_back(const variations_t *w)
 /* Whether vectors are zero. */
 ALWAYS_INLINE int are_zero(const lanes_t *x, int count)
 {
-    lane_mask_t any = {0};
-    for (int b = 0; b < count; b++)
-        any |= x[b] != 0;
-    long long found = 0;
-    for (int k = 0; k < LANES; k++)
-        found |= any[k];
-    return !found;
+    const double *const own = (const double *)x;
+    int found = 1;
+    for (int k = 0; k < count*LANES; k++)
+        found &= own[k] == 0;
+    return found;
 }
 
 #include "deviations/slipping.c"
@@ -273,17 +270,11 @@ static void find_given(variations_t *w)
             || (u < moving && !are_zero(w->given + (w->inputs + u)*groups, groups));
 }
 
-/* Whether a direction is an input that does not deviate. */
-ALWAYS_INLINE int is_not_given(const variations_t *w, int d)
-{
-    const int input = d - w->core - w->felt;
-    return d < first_turn(w) && input >= 0 && !w->is_given[input];
-}
-
 /* Whether nothing moves in a direction by itself, or nothing deviates along it, so that no slope by it is needed. */
 ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
 {
-    return is_not_given(w, d) || (SET_GRIPS && is_bound_to_ground(w, row, d));
+    const int input = d - w->core - w->felt;
+    return (d < first_turn(w) && input >= 0 && !w->is_given[input]) || is_bound_to_ground(w, row, d);
 }
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
@@ -448,10 +439,12 @@ static void add_product_of(const variations_t *w, const nodes_t *table, double f
     add_product(w->nodes, w->groups, w->groups, table, factor, of, value);
 }
 
-/* values + h times the integrals up to each node of rates. */
-static void integrate(const variations_t *w, double h, const lanes_t *rate, lanes_t *value)
+/* What starts at some values (groups) is at the nodes, by its rates there. */
+static void come_to_nodes(const variations_t *w, double h, const lanes_t *start, const lanes_t *rate, lanes_t *to)
 {
-    add_product_of(w, w->once, h, rate, value);
+    for (int j = 0; j < w->nodes; j++)
+        memcpy(to + j*w->groups, start, w->groups*sizeof *to);
+    add_product_of(w, w->once, h, rate, to);
 }
 
 /* The rate of something carried by the numbers of the core that carry it, each `stride` vectors behind the other. */
@@ -473,16 +466,16 @@ static void put_felt(variations_t *w, double h)
         const int place = place_of_felt(w, f), is_chi = place < 3 + w->wheels;
         const nodes_t *const by = is_chi ? w->chi_by : w->pose_by;
         const int stride = is_chi ? w->wheels : 3;
-        lanes_t *const at = w->felt_at + f*NODES*groups, *const rate = w->carried_at;
+        lanes_t *const rate = w->carried_at;
         for (int g = 0; g < groups; g++) {
             const lanes_t *const moved = w->moved + g;
             const lanes_t carried = carried_by(w, carries, moved, moved + place_of_core(w, 3)*groups, groups);
             for (int j = 0; j < w->nodes; j++)
-                rate[j*groups + g] = carried, at[j*groups + g] = w->moved[place*groups + g];
+                rate[j*groups + g] = carried;
         }
         for (int j = 0; j < w->nodes; j++)
             add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
-        integrate(w, h, rate, at);
+        come_to_nodes(w, h, w->moved + place*groups, rate, w->felt_at + f*NODES*groups);
     }
 }
 
@@ -501,7 +494,7 @@ static void put_right(variations_t *w, int a)
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
     const int *const still = w->is_still + a*w->directions;
-    lanes_t **const row = w->solving.row + a*w->nodes;
+    lanes_t *const row = w->solving.row[a];
     for (int g = 0; g < groups; g++)
         for (int j = 0; j < w->nodes; j += AT_ONCE) {
             lanes_t sum[AT_ONCE] = {{0}};
@@ -515,10 +508,10 @@ static void put_right(variations_t *w, int a)
                 for (int i = 0; i < AT_ONCE && !still[fed + u]; i++)
                     sum[i] += slope[fed + u].node[j + i]*given_at(w, u, j + i, g);
             for (int i = 0; i < AT_ONCE; i++)
-                row[j + i][g] = sum[i];
+                row[(j + i)*groups + g] = sum[i];
         }
     for (int j = 0; j < w->nodes; j++)
-        add_numbers(w, w->core_by, w->equations, a, j, row[j]);
+        add_numbers(w, w->core_by, w->equations, a, j, row + j*groups);
 }
 
 /* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. */
@@ -556,31 +549,19 @@ ALWAYS_INLINE void eliminate(const equations_t *e, int p)
     }
 }
 
-/* An unknown from those behind it, in some vectors of right sides. */
-ALWAYS_INLINE void substitute_in(const equations_t *e, int p, int first, int some)
-{
-    const double *const own = (const double *)e->row[p];
-    lanes_t left[VECTORS_AT_ONCE], *const to = e->row[p] + e->width + first;
-    for (int g = 0; g < some; g++)
-        left[g] = to[g];
-    for (int i = p + 1; i < e->unknowns; i++)
-        for (int g = 0; g < some; g++)
-            left[g] -= own[i]*e->row[i][e->width + first + g];
-    for (int g = 0; g < some; g++)
-        to[g] = left[g]*(1/own[p]);
-}
-
-/* Eliminate below the pivots; then the right sides become the solution. */
+/* Eliminate below the pivots; then the right sides become the solution, the last one first. */
 NEVER_INLINE void solve(const equations_t *e)
 {
     for (int p = 0; p < e->unknowns; p++)
         eliminate(e, p);
     for (int p = e->unknowns - 1; p >= 0; p--) {
-        int g = 0;
-        for (; g + VECTORS_AT_ONCE <= e->groups; g += VECTORS_AT_ONCE)
-            substitute_in(e, p, g, VECTORS_AT_ONCE);
-        for (; g < e->groups; g++)
-            substitute_in(e, p, g, 1);
+        const double *const own = (const double *)e->row[p];
+        lanes_t *const to = e->row[p] + e->width;
+        for (int i = p + 1; i < e->unknowns; i++)
+            for (int g = 0; g < e->groups; g++)
+                to[g] -= own[i]*e->row[i][e->width + g];
+        for (int g = 0; g < e->groups; g++)
+            to[g] *= 1/own[p];
     }
 }
 
@@ -605,16 +586,8 @@ static void put_slopes(variations_t *w, long long step, long long row)
 static void put_core(variations_t *w, double h)
 {
     const int groups = w->groups, count = SET_GATHERS ? first_momentum(w) : CARRYING(w->wheels);
-    for (int a = 0; a < count; a++) {
-        lanes_t *const at = w->core_at + a*NODES*groups;
-        for (int j = 0; j < w->nodes; j++)
-            for (int g = 0; g < groups; g++)
-                at[j*groups + g] = start_of_core(w, a)[g];
-        lanes_t *const rate = w->carried_at;        /* in one piece */
-        for (int j = 0; j < w->nodes; j++)
-            memcpy(rate + j*groups, w->solving.row[a*w->nodes + j], groups*sizeof *rate);
-        integrate(w, h, rate, at);
-    }
+    for (int a = 0; a < count; a++)
+        come_to_nodes(w, h, start_of_core(w, a), w->solving.row[a], w->core_at + a*NODES*groups);
 }
 
 /* The rates at the nodes of the deviations of wheels and pose. */
@@ -635,10 +608,7 @@ static void put_carried_rates(variations_t *w, double h)
                 add_numbers(w, w->pose_by, 3, 2, j, to);
         }
     }
-    for (int j = 0; j < w->nodes; j++)
-        for (int g = 0; g < groups; g++)
-            heading[j*groups + g] = w->moved[(5 + wheels)*groups + g];
-    integrate(w, h, w->carried_at + (wheels + 2)*NODES*groups, heading);
+    come_to_nodes(w, h, w->moved + (5 + wheels)*groups, w->carried_at + (wheels + 2)*NODES*groups, heading);
     for (int c = 0; c < 2; c++)
         for (int j = 0; j < w->nodes; j++) {
             lanes_t *const to = w->carried_at + ((wheels + c)*NODES + j)*groups;
@@ -656,7 +626,7 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 {
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
-        return w->solving.row[core*w->nodes + node];
+        return w->solving.row[core] + node*w->groups;
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
@@ -670,7 +640,7 @@ static int are_seen(const variations_t *w, double h)
         for (int a = 0; a < 3; a++) {
             lanes_t sum = {0};
             for (int j = 0; j < w->nodes; j++) {
-                const lanes_t rate = w->solving.row[a*w->nodes + j][g];
+                const lanes_t rate = w->solving.row[a][j*w->groups + g];
                 sum += w->run->gauss_last[j]*rate;
                 size += h*h*w->run->gauss_weight[j]*lanes_abs(rate);
             }
@@ -738,7 +708,7 @@ static void vary_in_pieces(variations_t *w, long long step, long long row, doubl
         for (piece++; halved > 0 && piece%2 == 0; halved--)
             piece /= 2;
     }
-    take_step(w);
+    take_piece(w, 0, 1);
 }
 
 /* The deviations at the end of a step, from those at its start. Returns whether the nodes are enough, where the run
@@ -767,6 +737,6 @@ static void vary_up_to(variations_t *w, long long step, long long row, double x)
         take_piece(w, x, 0);
         put_point(w, step, row, 0);
         put_spins_at_end(w);
-        take_step(w);
+        take_piece(w, 0, 1);
     }
 }

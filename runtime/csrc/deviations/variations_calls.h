@@ -22,7 +22,6 @@ typedef struct {
     double most_wrong;                      /* of the deviations of speeds: what these may be off by behind a step in
                                              * which rates are fast                             */
     const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
-    const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
     const double *elapsed;                  /* T                                                        */
     const double *y;                        /* T x row_size                                             */
     const double *spins;                    /* T x N x (n-1), or null                                   */

@@ -25,12 +25,8 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
         const double *const drive = run->drive + first*all;
         for (int k = 0; k < moving; k++)
             to[k] = lanes_of(column < 0 ? (drive[all + k] - drive[k])/h : own[k*columns] + h*rises[k*columns]);
-        for (int i = 0; i < (SET_IN_SERIES || SET_HOLDS)*w->wheels && column < 0; i++) {    /* are constant in a step */
-            if (SET_CONTACT_BEARING_INPUT >= 0)
-                to[SET_CONTACT_BEARING_INPUT*w->wheels + i] = lanes_of(0);
-            if (SET_HOLDS && SET_BEARING_INPUT >= 0)
-                to[SET_BEARING_INPUT*w->wheels + i] = lanes_of(0);
-        }
+        for (int k = 0; k < MOST_OWN(w) && column < 0; k++)     /* are constant in a step */
+            *own_torque(w, w->along, k) = lanes_of(0);
         for (int k = 0; k < SET_GATHERS*FREE(w) && column >= 0; k++)
             w->spins.bearing_along[k] = lanes_of(own[(all + k)*columns]);
     }
