@@ -1,5 +1,5 @@
-/* What happens to contacts and bearings: which of them come to rest, turn on, let go and break away, and the rates before,
- * in between and afterwards. */
+/* What happens to contacts and bearings: which of them come to rest, turn on, let go and break away, and the rates
+ * before, in between and afterwards. */
 
 #define SAME_DIRECTION 0.999        /* the cosine of the angle between directions of which none is another one     */
 
@@ -21,8 +21,8 @@ static void slips_in_row(const variations_t *w, long long row, lanes_t *slip)
     slips_of(w, &at, &along, slip, moved);
 }
 
-/* Whether a contact comes to rest as a step ends in a row, and at once slips on in another direction: where it slips one
- * way alone, the other way. */
+/* Whether a contact comes to rest as a step ends in a row, and at once slips on in another direction: where it slips
+ * one way alone, the other way. */
 static int goes_on(const variations_t *w, long long row, int i)
 {
     const int wheels = OWN_WHEELS(w->wheels), turns = turns_in(w, row, i);
@@ -102,7 +102,8 @@ ALWAYS_INLINE int turns_on(const variations_t *w, const change_t *e, int k)
 
 #include "deviations/holding.c"
 
-/* What the ground would ask of massless rollers if they stuck, at the point, and how that moves; where no contact may. */
+/* What the ground would ask of massless rollers if they stuck, at the point, and how that moves: where no contact may
+ * stick. */
 static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
 {
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
@@ -168,20 +169,15 @@ static double time_of_modes(const variations_t *w, long long row)
     return first > 0 || SET_HOLDS ? elapsed[row] - elapsed[first] : whole;
 }
 
-/* Whether contacts slip on, or bearings turn on, behind a rest. */
-static int some_go_on(const variations_t *w, const change_t *e)
+/* Whether contacts slip on (1) behind a rest, or bearings turn on (2). */
+enum { SLIPS_ON = 1, TURNS_ON = 2 };
+static int what_goes_on(const variations_t *w, const change_t *e)
 {
     int found = 0;
     for (int i = 0; i < w->wheels && e->after > e->row; i++)
-        found |= goes_on(w, e->row, i);
-    return found;
-}
-
-static int some_turn_on(const variations_t *w, const change_t *e)
-{
-    int found = 0;
+        found |= goes_on(w, e->row, i)*SLIPS_ON;
     for (int k = 0; k < MOST_OWN(w); k++)
-        found |= turns_on(w, e, k);
+        found |= turns_on(w, e, k)*TURNS_ON;
     return found;
 }
 
@@ -189,7 +185,7 @@ static int some_turn_on(const variations_t *w, const change_t *e)
 static int changes_modes(const variations_t *w, long long row)
 {
     const change_t e = {row, row, row + 1, 0, 0};
-    return modes_differ(w, row, row + 1) || some_go_on(w, &e);
+    return modes_differ(w, row, row + 1) || what_goes_on(w, &e);
 }
 
 /* Whether a drive jumps between a row and the next. */

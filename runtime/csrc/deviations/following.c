@@ -140,7 +140,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
         prepare_spins(w);
     const int nodes = w->nodes;
     const double *const integral = run->gauss_integral;
-    take_piece(w, 0, 1);
+    take_step(w);
     for (int j = 0; j < nodes; j++)
         for (int k = 0; k < nodes; k++) {
             w->once[j].node[k] = integral[j*nodes + k];
@@ -157,13 +157,14 @@ static double *axial_of(const variations_t *w, long long phase)
     return w->run->axial + phase*w->wheels*w->rollers*w->columns;
 }
 
-/* The phase that a row belongs to, with the deviations at its start. */
-static void enter_phase(variations_t *w, long long phase)
+/* Begin in a row, in its phase, with the deviations there and at the phase's start. */
+static void enter(variations_t *w, long long row, long long phase)
 {
     if (SET_HAS_ROLLERS)
         into_lanes(w, axial_of(w, phase), w->wheels*w->rollers, w->axial);
     into_lanes(w, row_of(w, w->run->phase_start[phase]), w->size, w->began);
     begin_phase(w, phase);
+    into_lanes(w, row_of(w, row), w->size, w->moved);
 }
 
 /* Inputs of drives as the caller has put them down, and of rollers for the caller. */
@@ -224,13 +225,13 @@ static int enter_step(variations_t *w, long long row)
     return 1;
 }
 
-/* Pass a switch behind a row, with which the next phase begins. Returns whether it is plain: one wheel passes its joint,
- * or all as one, and nothing comes to rest just then; else nothing has been done. */
-static int switch_wheels(variations_t *w, long long phase, long long row, const int *direction, int switching, int as_one)
+/* Pass a switch behind a row, with which the next phase begins. Returns whether it is plain: one wheel passes its
+ * joint, or some as one, and nothing comes to rest just then; else nothing has been done. */
+static int switch_wheels(variations_t *w, long long phase, long long row, const int *direction, int as_one)
 {
     lanes_t rate[w->size];
     rates_in_row(w, row, rate);
-    if ((!as_one && (switching > 1 || grazes(w, rate, direction))) || rests_at_switch(w, row))
+    if ((!as_one && grazes(w, rate, direction)) || rests_at_switch(w, row))
         return 0;
     pass_switch(w, phase, row, direction, rate);
     if (SET_HOLDS)
@@ -247,8 +248,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     variations_t own, *const w = &own;
     int direction[MOST_WHEELS];
     prepare(w, run);
-    enter_phase(w, phase);
-    into_lanes(w, row_of(w, first), w->size, w->moved);
+    enter(w, first, phase);
     refuse(w, UNKNOWN, 0);
     if (SET_OWN_BEARINGS && run->enters[first])
         return first;
@@ -260,7 +260,10 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
                 return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
-            if (switching ? !switch_wheels(w, phase++, row, direction, switching, as_one && row == first)
+            const int together = as_one && row == first;
+            if (switching > 1 && !together)
+                return row;
+            if (switching ? !switch_wheels(w, phase++, row, direction, together)
                           : !pass_others(w, row, row == first ? run->knot : 0))
                 return row;
         }
@@ -272,12 +275,10 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
 }
 
 /* The step whose number is given begins, in its phase. Returns its row. */
-static long long enter_step_of(variations_t *w, long long step, long long own, long long *phase)
+static long long enter_step_of(variations_t *w, long long step, long long phase)
 {
     const long long row = w->run->step_rows[step];
-    if (own != *phase)
-        enter_phase(w, *phase = own);
-    into_lanes(w, row_of(w, row), w->size, w->moved);
+    enter(w, row, phase);
     exchange_given(w, step);
     aim_rests(w, row + 1);
     return row;
@@ -289,9 +290,8 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
     variations_t own, *const w = &own;
     prepare(w, run);
     w->inside = 1;
-    long long phase = -1;
     for (long long k = 0; k < count; k++) {
-        const long long row = enter_step_of(w, steps[k], phases[k], &phase);
+        const long long row = enter_step_of(w, steps[k], phases[k]);
         begin_step(w, row);
         in_pieces[k] = !vary_piece(w, steps[k], row, w->length, rates + k*w->nodes*w->size*w->columns);
     }
@@ -302,9 +302,8 @@ void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, 
 {
     variations_t own, *const w = &own;
     prepare(w, run);
-    long long phase = -1;
     for (long long k = 0; k < count; k++) {
-        const long long row = enter_step_of(w, steps[k], phases[k], &phase);
+        const long long row = enter_step_of(w, steps[k], phases[k]);
         vary_up_to(w, steps[k], row, x[k]);
         out_of_lanes(w, w->moved, w->size, moved + k*w->size*w->columns);
     }
@@ -316,8 +315,7 @@ void omniroll_begin(const omniroll_variations_t *run, long long row, long long p
     if (!SET_HOLDS)
         return;
     prepare(w, run);
-    enter_phase(w, phase);
-    into_lanes(w, row_of(w, row), w->size, w->moved);
+    enter(w, row, phase);
     take_what_sticks(w, row);
     out_of_lanes(w, w->moved, w->size, row_of(w, row));
 }

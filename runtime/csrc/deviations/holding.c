@@ -128,8 +128,8 @@ static void solve_held(const variations_t *w, held_t *held)
     find_torques(held, asked, held->moved);
 }
 
-/* Find what holds nu in an instant at the point, where the rates there have been computed last, and how that moves as the
- * point does, with the numbers of a vehicle or with none. */
+/* Find what holds nu in an instant at the point, where the rates there have been computed last, and how that moves as
+ * the point does, with the numbers of a vehicle or with none. */
 static void find_held(const variations_t *w, const change_t *e, int which, const vehicle_t *vehicle, held_t *held)
 {
     held->change = e, held->which = which;
@@ -150,7 +150,8 @@ static double arm_along(const variations_t *w, int column, const row_t *row, dou
     return reach[row->wheel][0];
 }
 
-/* How much of what static friction can hold a contact that sticks uses, and how that moves along a column or with time. */
+/* How much of what static friction can hold a contact that sticks uses, and how that moves along a column or with
+ * time. */
 static double use_of_contact(const variations_t *w, int column, const held_t *held, int i, double *moved)
 {
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
@@ -260,7 +261,7 @@ static int find_small_torques(const variations_t *w, held_t *held, const lanes_t
         for (int c = 0; c < 9; c++)
             matrix[c] += by[j]*row->row[c/3]*row->row[c%3];
     }
-    if (solve_small(matrix, 3, right, 1, SAME) < 3 && !SET_STRIPS)   /* which may leave the vehicle to turn on the spot */
+    if (solve_small(matrix, 3, right, 1, SAME) < 3 && !SET_STRIPS)  /* which may leave the vehicle to turn in place */
         return 0;
     for (int j = 0; j < held->count; j++) {
         const double *const row = held->row[j].row;

@@ -1,8 +1,8 @@
-/* The equations of a step at its nodes, in blocks of slopes (blockwise.c). Unknowns are the rates of nu, the turns of the
- * directions of slips, and of further numbers of the core, as momenta of free rollers or the speeds of one wheel, by how
- * much they have changed at the nodes, z = h T r: by these the slopes are diagonal. Such numbers act upon themselves, a few
- * others and nu. So they are eliminated one by one, and nu is last, as in an arrow. The speeds of a wheel whose contact
- * sticks follow from all others. */
+/* The equations of a step at its nodes, in blocks of slopes (blockwise.c). Unknowns are the rates of nu, the turns of
+ * the directions of slips, and of further numbers of the core, as momenta of free rollers or the speeds of one wheel,
+ * by how much they have changed at the nodes, z = h T r: by these the slopes are diagonal. Such numbers act upon
+ * themselves, a few others and nu. So they are eliminated one by one, and nu is last, as in an arrow. The speeds of a
+ * wheel whose contact sticks follow from all others. */
 #include "deviations/blockwise.c"
 
 /* Divide a table at the nodes, by rows, by another one. */

@@ -1,18 +1,25 @@
 /* Pieces of a step, for deviations that are too fast for its nodes.
  *
- * Where a deviation decays by exp(-z) in a step, collocation at s nodes of Gauss gives that as exactly as it looks while
- * z is less than about s. Beyond that it is off by about exp(-2 s (s + 1)/z), and at last by all of it. Most often that
- * does no harm: what is so fast has decayed before steps are long. But a run that rests has steps that are as long as it
- * lasts, whatever slips beside it would do. So a step is looked at twice. The slopes at the nodes say whether some rate
- * is fast. Where one is, the last two of Legendre's polynomials say how much of it there is: of the rates of a deviation
- * of 1 they make about 4 s exp(-s (s + 1)/z). Inside a step collocation has half the order, and is off by about 3e-4 of
- * what they make where z is s. */
+ * Where a deviation decays by exp(-z) in a step, collocation at s nodes of Gauss gives that as exactly as it looks
+ * while z is less than about s. Beyond that it is off by about exp(-2 s (s + 1)/z), and at last by all of it. Most
+ * often that does no harm: what is so fast has decayed before steps are long. But a run that rests has steps that are
+ * as long as it lasts, whatever slips beside it would do. So a step is looked at twice. The slopes at the nodes say
+ * whether some rate is fast. Where one is, the last two of Legendre's polynomials say how much of it there is: of the
+ * rates of a deviation of 1 they make about 4 s exp(-s (s + 1)/z). Inside a step collocation has half the order, and
+ * is off by about 3e-4 of what they make where z is s. */
 #define FAST 1.25               /* a node: how many times its inverse length a rate in a step may be */
 #define FAST_INSIDE 0.4         /* the same where somebody looks between the rows */
 #define MOST_INSIDE 300         /* times what they may be off by: what the last two polynomials may make there */
 #define SHORTEST 0x1p-60        /* of a step: a piece that is not cut */
 
-/* Work at the nodes of a piece of a step, from a part of it on and such a part of it long. */
+/* Work at the nodes of a whole step: where slips are near rest, roundings of other weights would be seen. */
+static void take_step(variations_t *w)
+{
+    memcpy(w->node.node, w->run->node, w->nodes*sizeof(double));
+    memcpy(w->weight, w->run->weight, (w->run->degree + 1)*w->nodes*sizeof(double));
+}
+
+/* Or of a piece of it, from a part of it on and such a part of it long. */
 static void take_piece(variations_t *w, double from, double part)
 {
     const int degree = w->run->degree, nodes = w->nodes;

@@ -2,12 +2,12 @@
  * comes to rest.
  *
  * A unit is a component of a contact's slip, 2*wheel + component, or 2*wheels + the place of a bearing. The speed of a
- * massless roller beside contacts that stick is that of its wheel along the axle, over the distance of its axis from the
- * ground in its middle. */
+ * massless roller beside contacts that stick is that of its wheel along the axle, over the distance of its axis from
+ * the ground in its middle. */
 #define UNITS(w) (2*(w)->wheels + MOST_OWN(w))
 
-/* How the speeds of all units move (UNITS) where the state in w->point moves like `own`, with the numbers of a vehicle or
- * with none. */
+/* How the speeds of all units move (UNITS) where the state in w->point moves like `own`, with the numbers of a vehicle
+ * or with none. */
 static void put_speeds_moved(const variations_t *w, const vehicle_t *vehicle, lanes_t *own, lanes_t *to)
 {
     const int wheels = OWN_WHEELS(w->wheels), axial = first_momentum(w);

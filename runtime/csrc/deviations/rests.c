@@ -165,7 +165,7 @@ static int put_directions_right(variations_t *w, const change_t *e)
         for (int g = 0; g < groups; g++)
             force[k*groups + g] = speed[(c + 1)*groups + g]*towards[0] - speed[c*groups + g]*towards[1];
     }
-    for (int k = 0; k < rests && SET_STRIPS; k++)   /* where other wheels hold the vehicle along an axle no slip turns */
+    for (int k = 0; k < rests && SET_STRIPS; k++)   /* where others hold the vehicle along an axle no slip turns */
         if (fabs(turns[k*rests + k]) <= SAME/w->run->only_just*w->run->grazes)
             return 0;
     if (solve_small(turns, rests, force, groups, SET_STRIPS ? SAME : 0) < rests)

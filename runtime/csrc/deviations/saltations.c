@@ -3,12 +3,12 @@
  *
  *     d* = d- - R W^+ ds,    d+ = d* + (f* - f+) dt
  *
- * where dt is by how much the time deviates. Where drives jump it is that of the jump. Of what turns back at once, or on
- * behind a rest, it is that of the rest, dt = -ds/s', where slips are measured along their directions. Where nothing comes
- * to rest d* is d-, and f* is f-: the time is that of what lets go (letting_go.c).
+ * where dt is by how much the time deviates. Where drives jump it is that of the jump. Of what turns back at once, or
+ * on behind a rest, it is that of the rest, dt = -ds/s', where slips are measured along their directions. Where
+ * nothing comes to rest d* is d-, and f* is f-: the time is that of what lets go (letting_go.c).
  *
- * Where a wheel that stands is at its bound or lets go whose forces are not determined, where something only just happens,
- * or several things do apart beside the run, there is no derivative. */
+ * Where a wheel that stands is at its bound or lets go whose forces are not determined, where something only just
+ * happens, or several things do apart beside the run, there is no derivative. */
 
 /* Whether a roller that stops on its disk while its contact slips only just does, and its bearing holds more than it
  * takes; or one turns back there. The rates before have been computed last. */
@@ -33,8 +33,8 @@ static int settles_only_just(const variations_t *w, const change_t *e, const lan
     return found;
 }
 
-/* Massless rollers break away, each at its time: under a smooth law the force of a wheel goes with the mode of its roller
- * alone, and what it does to the rates adds to what others do. */
+/* Massless rollers break away, each at its time: under a smooth law the force of a wheel goes with the mode of its
+ * roller alone, and what it does to the rates adds to what others do. */
 static int pass_one_by_one(variations_t *w, const change_t *e, const int *unit, int count, const lanes_t *moved,
                            const double *rises, const lanes_t *before)
 {
@@ -111,9 +111,9 @@ static int pass_change(variations_t *w, const change_t *e)
     int unit[UNITS(w)], go[UNITS(w)];
     lanes_t before[w->size], resting[w->size], after[w->size];
     const resting_t rests = list_resting(w, e, unit);
-    const int gone = list_let_go(w, e, go), turn = rests.count && some_turn_on(w, e);
-    const int on = turn || some_go_on(w, e) || (rests.count && e->knot);
-    if ((rests.count && gone && go[0] < 2*w->wheels) || (rests.contacts && turn))
+    const int gone = list_let_go(w, e, go), goes_on = rests.count ? what_goes_on(w, e) : 0;
+    const int on = goes_on || (rests.count && e->knot);
+    if ((rests.count && gone && go[0] < 2*w->wheels) || (rests.contacts && goes_on & TURNS_ON))
         return 0;
     if (rests.contacts)
         aim_rests(w, e->row);

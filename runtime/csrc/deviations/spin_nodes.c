@@ -55,13 +55,14 @@ static void put_axial_rates(variations_t *w, int j, int g)
     put_disks(w, &w->column[g], w->point, w->along);
     for (int k = 0; k < FREE(w); k++) {
         const int own = k*groups + g;
-        const lanes_t fading = s->fading[k]*(s->axial_moved[own] - s->disks_moved[k]) + s->fading_moved[own]*spin_of(w, k);
-        s->axial_nodes[(k*NODES + j)*groups + g] = (1 - s->sticks[k])*fading + rate_by_torque(w, k, g);
+        const lanes_t by_spin = s->fading[k]*(s->axial_moved[own] - s->disks_moved[k]);
+        const lanes_t rate = (1 - s->sticks[k])*(by_spin + s->fading_moved[own]*spin_of(w, k));
+        s->axial_nodes[(k*NODES + j)*groups + g] = rate + rate_by_torque(w, k, g);
     }
 }
 
-/* What the axial speeds of a wheel's rollers, which fade alike, have changed by at the nodes, by rows, where their rates
- * but for that are units there: P = (1 - h T f)^-1 h T. */
+/* What the axial speeds of a wheel's rollers, which fade alike, have changed by at the nodes, by rows, where their
+ * rates but for that are units there: P = (1 - h T f)^-1 h T. */
 static void put_faded(const variations_t *w, int wheel, double h, nodes_t *to)
 {
     const int momentum = first_momentum(w) + 2*wheel;
@@ -119,7 +120,8 @@ static void end_axial_moved(variations_t *w, double h)
             w->spins.axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
 }
 
-/* The rates of the spins' deviations at the nodes: those of the polynomials that go through what they have come to there. */
+/* The rates of the spins' deviations at the nodes: those of the polynomials that go through what they have come to
+ * there. */
 static void put_rates_of_spins(variations_t *w, long long step, long long row, double h, double *rates)
 {
     const int count = FREE(w), groups = w->groups, first = 3 + w->wheels + first_momentum(w);

@@ -51,7 +51,7 @@ static void put_state_of_spins(const variations_t *w, int group, const lanes_t *
 }
 
 /* The axial acceleration of each free roller by torques of 1, or by spins of 1: where nu is held at zero it is that of
- * the spin. How it moves with each number of the vehicle stands behind it, and how it moves in the columns in `moved`. */
+ * the spin. How it moves with each number of the vehicle stands behind it, and `in_columns` how it moves there. */
 static void put_response(variations_t *w, double torque, double spin, lanes_t *to, lanes_t *in_columns)
 {
     const int count = FREE(w), first = first_momentum(w);
@@ -179,7 +179,7 @@ static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehi
         return;
     put_disks(w, vehicle, w->point, w->along);
     for (int k = 0; k < FREE(w); k++)
-        own[k] = (SET_DISKS_STICK*w->spins.sticks[k] - SET_SPINS_STICK*(1 - w->spins.sticks[k]))*w->spins.disks_moved[k];
+        own[k] = (w->spins.sticks[k] - SET_SPINS_STICK)*w->spins.disks_moved[k];
 }
 
 /* How the rates of the momenta move along this direction, at a block of nodes. */
@@ -195,8 +195,9 @@ static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
     }
     for (int k = 0; k < count; k++) {
         rate[k] = -s->fading[k]*s->disks_moved[k];
+        const int grown = (1 + number)*count + k;
         if (number >= 0)
-            rate[k] += s->fading[(1 + number)*count + k]*spin_of(w, k) + s->response[(1 + number)*count + k]*s->bearing[k];
+            rate[k] += s->fading[grown]*spin_of(w, k) + s->response[grown]*s->bearing[k];
     }
     leave_turning(w, rate);
     put_momenta_of(w, rate, to);

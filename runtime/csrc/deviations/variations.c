@@ -520,31 +520,21 @@ typedef struct {
     int unknowns, width, groups;
 } equations_t;
 
-/* Bring the row with the largest pivot to its place. */
-ALWAYS_INLINE void take_pivot(const equations_t *e, int p)
+/* Eliminate below a pivot, the largest one that there is. */
+ALWAYS_INLINE void eliminate(const equations_t *e, int p)
 {
     const int v = p/LANES, k = p%LANES;
     int best = p;
-    double largest = 0;
-    for (int i = p; i < e->unknowns; i++) {
-        const double size = e->row[i][v][k] < 0 ? -e->row[i][v][k] : e->row[i][v][k];
-        if (size > largest)
-            largest = size, best = i;
-    }
+    for (int i = p + 1; i < e->unknowns; i++)
+        if (fabs(e->row[i][v][k]) > fabs(e->row[best][v][k]))
+            best = i;
     lanes_t *const pivot = e->row[best];
+    const double inverse = 1/pivot[v][k];
     e->row[best] = e->row[p], e->row[p] = pivot;
-}
-
-/* Eliminate below a pivot. */
-ALWAYS_INLINE void eliminate(const equations_t *e, int p)
-{
-    take_pivot(e, p);
-    const lanes_t *const pivot = e->row[p];
-    const double inverse = 1/pivot[p/LANES][p%LANES];
     for (int i = p + 1; i < e->unknowns; i++) {
         lanes_t *const own = e->row[i];
-        const double factor = own[p/LANES][p%LANES]*inverse;
-        for (int c = p/LANES; c < e->width + e->groups && factor != 0; c++)
+        const double factor = own[v][k]*inverse;
+        for (int c = v; c < e->width + e->groups && factor != 0; c++)
             own[c] -= factor*pivot[c];
     }
 }
@@ -631,8 +621,8 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 }
 
 /* Whether the nodes see what the deviations of nu do in a step: of its rates, as Legendre's polynomials, the last one
- * makes next to nothing of the way of the wheels. The steps are as long as the run lets them be, which may hardly move where
- * what is beside it does. */
+ * makes next to nothing of the way of the wheels. The steps are as long as the run lets them be, which may hardly move
+ * where what is beside it does. */
 static int are_seen(const variations_t *w, double h)
 {
     for (int g = 0; g < w->groups; g++) {
@@ -708,7 +698,7 @@ static void vary_in_pieces(variations_t *w, long long step, long long row, doubl
         for (piece++; halved > 0 && piece%2 == 0; halved--)
             piece /= 2;
     }
-    take_piece(w, 0, 1);
+    take_step(w);
 }
 
 /* The deviations at the end of a step, from those at its start. Returns whether the nodes are enough, where the run
@@ -737,6 +727,6 @@ static void vary_up_to(variations_t *w, long long step, long long row, double x)
         take_piece(w, x, 0);
         put_point(w, step, row, 0);
         put_spins_at_end(w);
-        take_piece(w, 0, 1);
+        take_step(w);
     }
 }

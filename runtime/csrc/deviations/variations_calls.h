@@ -22,6 +22,7 @@ typedef struct {
     double most_wrong;                      /* of the deviations of speeds: what these may be off by behind a step in
                                              * which rates are fast                             */
     const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
+    const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
     const double *elapsed;                  /* T                                                        */
     const double *y;                        /* T x row_size                                             */
     const double *spins;                    /* T x N x (n-1), or null                                   */
@@ -64,9 +65,10 @@ typedef struct {
 
 long long omniroll_variations_work_size(const omniroll_variations_t *run);
 
-/* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
- * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
- * grazes, or contacts or bearings change their modes as saltations.c does not know. -1 - row: the step from this row asks for more nodes, all that there are. */
+/* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first
+ * row do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
+ * grazes, or contacts or bearings change their modes as saltations.c does not know. -1 - row: the step from this row
+ * asks for more nodes, all that there are. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 

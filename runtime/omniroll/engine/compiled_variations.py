@@ -24,6 +24,7 @@ from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.lanes import aligned
+from omniroll.results.dense import weights_at
 
 TYPES = {"double": float, "long long": np.int64, "int": np.int32}  # of numbers, by their names in C
 # At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row
@@ -89,12 +90,13 @@ def _drives(deviations: Deviations) -> tuple[str, ...]:
 
 
 @cache
-def _tables(count: int) -> dict[str, np.ndarray]:
-    """What C takes of so many nodes."""
+def _tables(degree: int, count: int) -> dict[str, np.ndarray]:
+    """What C takes of so many nodes, for steps with polynomials of this degree."""
     nodes = gauss(count)
     return {
         "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.integrals(nodes.nodes),
-        "gauss_last": nodes.coefficient(0), "gauss_before_last": nodes.coefficient(1),
+        "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.coefficient(0),
+        "gauss_before_last": nodes.coefficient(1),
     }  # fmt: skip
 
 
@@ -243,7 +245,7 @@ class CompiledVariations:
         if run.nodes == count:
             return
         run.nodes, run.most_last = count, MOST_LAST if count < NODES else 0.0
-        self._point(**_tables(count))
+        self._point(**_tables(run.degree, count))
 
     def _point(self, **arrays: np.ndarray) -> None:
         """Let fields of the struct point to arrays' numbers, of the types that they have in C."""
