@@ -1,10 +1,11 @@
 /* Deviations followed along a run, from row to row: through its steps and its switches. A library by itself, with the
- * set's functions and their slopes; a run that is asked for no derivatives does not load it.
- */
+ * set's functions and their slopes; a run that is asked for no derivatives does not load it. */
 #include "set_in_lanes.h"
 
 #include "linear.c"
 #include "parts.c"
+#define FRICTION_LINKAGE static
+#include "friction/elimination.c"
 #include "along_set.h"
 #include "gauss.h"
 #include "deviations/variations_calls.h"
@@ -19,22 +20,12 @@
 #include "deviations/letting_go.c"
 #include "deviations/saltations.c"
 
-/* Arrays of what contacts, bearings and points take up: their sizes in lanes, or in nodes. */
-typedef struct {
-    lanes_t **array;
-    long long lanes;
-} lanes_part_t;
-
-typedef struct {
-    nodes_t **array;
-    long long nodes;
-} nodes_part_t;
-
+/* Arrays of lanes, and of numbers at nodes, with their sizes. */
 static void lay_out_lanes(variations_t *w, parts_t *parts)
 {
     const int groups = w->groups, wheels = w->wheels, ground = SET_GRIPS*wheels;
     const long long free = SET_GATHERS*FREE(w), in_columns = free*groups, at_nodes = NODES*groups;
-    const lanes_part_t part[] = {
+    const struct { lanes_t **array; long long lanes; } part[] = {
         {&w->moved, w->size*groups}, {&w->began, w->size*groups}, {&w->given, (w->inputs + SET_MOVING*wheels)*groups},
         {&w->axial, wheels*w->rollers*groups}, {&w->held, 2*HELD_SIZE}, {&w->point, point_size(w)},
         {&w->along, point_size(w) + groups}, {&w->felt_at, (w->felt + 1)*at_nodes}, {&w->core_at, w->core*at_nodes},
@@ -57,7 +48,7 @@ static void lay_out_lanes(variations_t *w, parts_t *parts)
 static void lay_out_nodes(variations_t *w, parts_t *parts)
 {
     const long long numbers = w->run->models - 1, equations = w->equations, ground = SET_GRIPS*2*w->wheels;
-    const nodes_part_t part[] = {
+    const struct { nodes_t **array; long long nodes; } part[] = {
         {&w->slope, equations*w->directions}, {&w->core_by, numbers*equations}, {&w->chi_by, numbers*w->wheels},
         {&w->pose_by, numbers*3}, {&w->solving.block, equations*equations*NODES}, {&w->contacts.towards_at, ground},
         {&w->contacts.slipping_at, ground}, {&w->contacts.slip_slope, ground*slip_directions(w)},
@@ -325,12 +316,7 @@ int omniroll_variations_nodes(int nodes)
     return nodes < NODES && nodes%LANES == 0 ? nodes : NODES;
 }
 
-const char *omniroll_variations_states(void)
+const char *omniroll_variations_names(int inputs)
 {
-    return SET_STATE_NAMES;
-}
-
-const char *omniroll_variations_inputs(void)
-{
-    return SET_INPUT_NAMES;
+    return inputs ? SET_INPUT_NAMES : SET_STATE_NAMES;
 }

@@ -87,6 +87,5 @@ void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, 
 /* Let all that sticks in a row in which a phase begins, of wheels that roll, take what it does from the deviations. */
 void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase);
 
-/* The names of the numbers of the core beside nu, and of the inputs, in their order. */
-const char *omniroll_variations_states(void);
-const char *omniroll_variations_inputs(void);
+/* The names of the numbers of the core beside nu, or of the inputs, in their order. */
+const char *omniroll_variations_names(int inputs);

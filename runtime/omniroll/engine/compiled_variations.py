@@ -77,7 +77,7 @@ def library_of(motion: Motion):
     except KernelsMissingError as problem:
         text = f"derivatives of runs are computed in C: install a C compiler (cc); {problem}"
         raise KernelsMissingError(text) from None
-    texts = found.lib.omniroll_variations_states(), found.lib.omniroll_variations_inputs()
+    texts = [found.lib.omniroll_variations_names(inputs) for inputs in (False, True)]
     followed = [tuple(found.ffi.string(text).decode().split()) for text in texts]  # beside nu, and of drives
     if [tuple(deviations.rates)[3:], _drives(deviations)] != followed:
         raise InvalidValueError("sensitivities", plain.set_name, "effects with further numbers are not followed")
