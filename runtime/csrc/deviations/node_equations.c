@@ -27,7 +27,7 @@ static int put_carried_slope(const variations_t *w, const nodes_t *slope, const 
         if (!still[w->core + f])
             for (int b = 0; b < w->blocks; b++)
                 to->lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-    return !is_zero(w, to);
+    return !are_zero(to->lanes, w->blocks);
 }
 
 /* A block of the equations: of a row by an unknown. */

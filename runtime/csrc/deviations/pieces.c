@@ -54,20 +54,13 @@ static double fastest(const variations_t *w, double h)
     return h*sqrt(most);
 }
 
-/* Whether the direction of a slip turns in a step: it goes with the rates, and what it does is no slope of theirs. */
-static int has_turns(const variations_t *w, long long row)
-{
-    int found = 0;
-    for (int i = 0; i < w->wheels; i++)
-        found |= turns_in(w, row, i);
-    return found;
-}
-
 /* Whether deviations of speeds are too fast for the nodes of a step, whose rates are known. */
 static int are_too_fast(const variations_t *w, long long row, double h)
 {
     const int speeds = SET_SLIPS && !SET_DISKS_STICK ? w->core : first_momentum(w), nodes = w->nodes;
-    const double rate = has_turns(w, row) ? 0 : fastest(w, h);
+    double rate = fastest(w, h);
+    for (int i = 0; i < w->wheels; i++)
+        rate *= !turns_in(w, row, i);       /* a turn goes with the rates, and what it does is no slope of theirs */
     if (!(rate > (w->inside ? FAST_INSIDE : FAST)*nodes) || h < SHORTEST*w->length)
         return 0;
     const double behind = 4*nodes*exp(nodes*(nodes + 1)/rate);

@@ -2,7 +2,7 @@
 #define SAME 1e-9       /* of 1: pivots of a matrix whose diagonal is 1, below which rows depend on others */
 
 /* Solve a system by rows; the right sides become the solution. Pivots that are no more than `least` are none: where
- * rows depend on others, and their right sides with them, such unknowns are 0. Returns how many rows are independent. */
+ * rows depend on others, and their right sides with them, such unknowns are 0. Returns how many are independent. */
 static int solve_small(double *matrix, int count, lanes_t *right, int groups, double least)
 {
     double scale[count + 1], scratch[count + 1], own[count + 1];

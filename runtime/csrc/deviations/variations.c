@@ -251,11 +251,10 @@ static void take_way_back(const variations_t *w)
 /* Whether vectors are zero. */
 ALWAYS_INLINE int are_zero(const lanes_t *x, int count)
 {
-    const double *const own = (const double *)x;
-    int found = 1;
     for (int k = 0; k < count*LANES; k++)
-        found &= own[k] == 0;
-    return found;
+        if (x[k/LANES][k%LANES] != 0)
+            return 0;
+    return 1;
 }
 
 #include "deviations/slipping.c"
@@ -367,18 +366,6 @@ static void put_point(const variations_t *w, long long step, long long row, int 
     put_headings(w, SET_TURNS ? row + 1 : row, w->point);   /* a slip's rest knows where it went */
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
-}
-
-ALWAYS_INLINE int is_zero(const variations_t *w, const nodes_t *x)
-{
-    return are_zero(x->lanes, w->blocks);
-}
-
-/* Which slopes of the core are zero at all nodes. */
-static void put_still(variations_t *w)
-{
-    for (int k = 0; k < w->equations*w->directions; k++)
-        w->is_still[k] = is_zero(w, &w->slope[k]);
 }
 
 /* Add what the numbers of the vehicle do by themselves, each in the lane of its column: to the vectors of columns at a
@@ -520,8 +507,8 @@ typedef struct {
     int unknowns, width, groups;
 } equations_t;
 
-/* Eliminate below a pivot, the largest one that there is. */
-ALWAYS_INLINE void eliminate(const equations_t *e, int p)
+/* Bring the row with the largest pivot to its place. */
+ALWAYS_INLINE void take_pivot(const equations_t *e, int p)
 {
     const int v = p/LANES, k = p%LANES;
     int best = p;
@@ -529,29 +516,68 @@ ALWAYS_INLINE void eliminate(const equations_t *e, int p)
         if (fabs(e->row[i][v][k]) > fabs(e->row[best][v][k]))
             best = i;
     lanes_t *const pivot = e->row[best];
-    const double inverse = 1/pivot[v][k];
     e->row[best] = e->row[p], e->row[p] = pivot;
+}
+
+/* Take multiples of two rows, behind the vector in which they have their pivots. */
+ALWAYS_INLINE void subtract_two(const equations_t *e, int p, lanes_t *own, double first, const lanes_t *one,
+                                double second, const lanes_t *two)
+{
+    for (int c = p/LANES + 1; c < e->width + e->groups; c++)
+        own[c] -= first*one[c] + second*two[c];
+}
+
+/* Eliminate below two pivots at once, p and the one behind it, which stand in one vector of every row. */
+ALWAYS_INLINE void eliminate_two(const equations_t *e, int p)
+{
+    const int v = p/LANES, k = p%LANES;
+    take_pivot(e, p);
+    const lanes_t *const one = e->row[p];
+    const double inverse = 1/one[v][k];
     for (int i = p + 1; i < e->unknowns; i++) {
+        const double factor = e->row[i][v][k]*inverse;
+        e->row[i][v] -= factor*one[v];
+        e->row[i][v][k] = factor;           /* goes along where rows change places */
+    }
+    take_pivot(e, p + 1);
+    lanes_t *const two = e->row[p + 1];
+    subtract_two(e, p, two, two[v][k], one, 0, one);
+    const double inverse_two = 1/two[v][k + 1];
+    for (int i = p + 2; i < e->unknowns; i++) {
         lanes_t *const own = e->row[i];
-        const double factor = own[v][k]*inverse;
-        for (int c = v; c < e->width + e->groups && factor != 0; c++)
-            own[c] -= factor*pivot[c];
+        const double first = own[v][k], second = own[v][k + 1]*inverse_two;
+        if (first == 0 && second == 0)
+            continue;
+        own[v] -= second*two[v];
+        subtract_two(e, p, own, first, one, second, two);
     }
 }
 
-/* Eliminate below the pivots; then the right sides become the solution, the last one first. */
+/* An unknown from those behind it, in some vectors of right sides. */
+ALWAYS_INLINE void substitute_in(const equations_t *e, int p, int first, int some)
+{
+    const double *const own = (const double *)e->row[p];
+    lanes_t left[VECTORS_AT_ONCE], *const to = e->row[p] + e->width + first;
+    for (int g = 0; g < some; g++)
+        left[g] = to[g];
+    for (int i = p + 1; i < e->unknowns; i++)
+        for (int g = 0; g < some; g++)
+            left[g] -= own[i]*e->row[i][e->width + first + g];
+    for (int g = 0; g < some; g++)
+        to[g] = left[g]*(1/own[p]);
+}
+
+/* Eliminate below the pivots; then the right sides become the solution. */
 NEVER_INLINE void solve(const equations_t *e)
 {
-    for (int p = 0; p < e->unknowns; p++)
-        eliminate(e, p);
+    for (int p = 0; p < e->unknowns; p += 2)
+        eliminate_two(e, p);
     for (int p = e->unknowns - 1; p >= 0; p--) {
-        const double *const own = (const double *)e->row[p];
-        lanes_t *const to = e->row[p] + e->width;
-        for (int i = p + 1; i < e->unknowns; i++)
-            for (int g = 0; g < e->groups; g++)
-                to[g] -= own[i]*e->row[i][e->width + g];
-        for (int g = 0; g < e->groups; g++)
-            to[g] *= 1/own[p];
+        int g = 0;
+        for (; g + VECTORS_AT_ONCE <= e->groups; g += VECTORS_AT_ONCE)
+            substitute_in(e, p, g, VECTORS_AT_ONCE);
+        for (; g < e->groups; g++)
+            substitute_in(e, p, g, 1);
     }
 }
 
@@ -568,7 +594,8 @@ static void put_slopes(variations_t *w, long long step, long long row)
     }
     if (SET_GRIPS)
         put_contacts(w, row);
-    put_still(w);
+    for (int k = 0; k < w->equations*w->directions; k++)
+        w->is_still[k] = are_zero(w->slope[k].lanes, w->blocks);
 }
 
 /* The deviations of the core at the nodes, from its rates: of those of its numbers that carry something, or that spins
