@@ -73,13 +73,13 @@ ALWAYS_INLINE int is_held(const variations_t *w, const change_t *e, int k)
 /* Whether a bearing comes to rest. */
 ALWAYS_INLINE int stops(const variations_t *w, const change_t *e, int k)
 {
-    return own_mode(w, e->before, k) != 0 && own_mode(w, e->before, k) != own_mode(w, e->after, k) && is_held(w, e, k);
+    return bearing_mode(w, e->before, k) != 0 && bearing_mode(w, e->before, k) != bearing_mode(w, e->after, k) && is_held(w, e, k);
 }
 
 /* Whether a massless roller stops on its disk while its contact slips: no speed comes to rest, and no rate jumps. */
 ALWAYS_INLINE int settles(const variations_t *w, const change_t *e, int k)
 {
-    return SET_IN_SERIES && own_mode(w, e->before, k) != 0 && own_mode(w, e->after, k) == 0 && !is_held(w, e, k);
+    return SET_IN_SERIES && bearing_mode(w, e->before, k) != 0 && bearing_mode(w, e->after, k) == 0 && !is_held(w, e, k);
 }
 
 enum { BEFORE, RESTING, AFTER };     /* of a change: resting, while those that come to rest stay there */
@@ -90,14 +90,14 @@ ALWAYS_INLINE long long mode_of(const variations_t *w, const change_t *e, int wh
     if (which == BEFORE && e->before == NONE)
         return 1;
     if (which == RESTING)
-        return stops(w, e, k) ? 0 : own_mode(w, e->before, k);
-    return own_mode(w, which == AFTER && (!e->only || e->only == 1 + k) ? e->after : e->before, k);
+        return stops(w, e, k) ? 0 : bearing_mode(w, e->before, k);
+    return bearing_mode(w, which == AFTER && (!e->only || e->only == 1 + k) ? e->after : e->before, k);
 }
 
 /* Whether a bearing turns afterwards that would rest, or turn the other way, if nothing had happened but rests. */
 ALWAYS_INLINE int turns_on(const variations_t *w, const change_t *e, int k)
 {
-    return mode_of(w, e, RESTING, k) != own_mode(w, e->after, k) && !settles(w, e, k);
+    return mode_of(w, e, RESTING, k) != bearing_mode(w, e->after, k) && !settles(w, e, k);
 }
 
 #include "deviations/holding.c"
@@ -144,7 +144,7 @@ static void rates_of_change(const variations_t *w, const change_t *e, int which,
     for (int k = 0; k < UNITS(w); k++)
         dot[k] = moved[k][0];
     for (int k = 0; k < MOST_OWN(w); k++)
-        asked[k] = own_asked(w, &at, k);
+        asked[k] = demand_on_bearing(w, &at, k);
 }
 
 /* Whether contacts or bearings have other modes in another row. */
@@ -154,7 +154,7 @@ static int modes_differ(const variations_t *w, long long row, long long other)
     for (int i = 0; i < w->wheels; i++)
         found |= sticks_in(w, row, i) != sticks_in(w, other, i);
     for (int k = 0; k < MOST_OWN(w); k++)
-        found |= own_mode(w, row, k) != own_mode(w, other, k);
+        found |= bearing_mode(w, row, k) != bearing_mode(w, other, k);
     return found;
 }
 
@@ -210,9 +210,9 @@ static int rests_at_switch(const variations_t *w, long long row)
         const int roller = k - AXLES(w), places = OF_A_WHEEL(w), i = roller/places;
         const int passed = roller < 0 ? 0 : (int)(contact[w->wheels + i] - contact[i]) + w->rollers;
         const int was = roller < 0 ? k : roller_bearing(w, i, (roller%places + passed)%places);
-        const long long before = own_mode(w, row, was);
+        const long long before = bearing_mode(w, row, was);
         const int comes = SET_IN_SERIES && roller >= 0 && (SET_SERIES_ALONE || passed != w->rollers);
-        if (before != 0 && before != own_mode(w, row + 1, k) && !comes)
+        if (before != 0 && before != bearing_mode(w, row + 1, k) && !comes)
             return 1;
     }
     return 0;

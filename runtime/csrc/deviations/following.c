@@ -207,7 +207,7 @@ static int pass_others(variations_t *w, long long row, const double *knot)
  * that was known how; else nothing has been done. */
 static int enter_step(variations_t *w, long long row)
 {
-    if (!SET_OWN_BEARINGS || !w->run->enters[row])
+    if (!SET_BEARINGS_STICK || !w->run->enters[row])
         return 1;
     if (!pass_change(w, &(change_t){row, row - 1, row, 0, 0}))
         return 0;
@@ -241,7 +241,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     prepare(w, run);
     enter(w, first, phase);
     refuse(w, UNKNOWN, 0);
-    if (SET_OWN_BEARINGS && run->enters[first])
+    if (SET_BEARINGS_STICK && run->enters[first])
         return first;
     for (long long row = first; row < last; row++) {
         if (run->step_of[row] >= 0) {

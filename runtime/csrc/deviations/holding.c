@@ -184,7 +184,7 @@ static int find_motion(const variations_t *w, const held_t *held, int broken, do
         int taken = 0, first;
         for (int j = 0; j < held->count; j++) {
             const int k = held->row[j].bearing;
-            if (others ? k != broken : own_mode(w, held->change->after, k) == 0)
+            if (others ? k != broken : bearing_mode(w, held->change->after, k) == 0)
                 taken = add_to_basis(basis, taken, held->row[j].row, SAME);
         }
         first = taken;
@@ -201,7 +201,7 @@ static int find_motion(const variations_t *w, const held_t *held, int broken, do
 /* How the largest torque of a bearing at rest moves with a column. */
 ALWAYS_INLINE double moved_most(const variations_t *w, int column, int k)
 {
-    return column < 0 ? 0 : w->run->own_most_moved[column*MOST_OWN(w) + k];
+    return column < 0 ? 0 : w->run->bearing_bound_moved[column*MOST_OWN(w) + k];
 }
 
 /* How much of what bearings can hold is used where one breaks away, and how that moves; not a number where that is not
@@ -216,7 +216,7 @@ static double use_of_all(const variations_t *w, int column, const held_t *held, 
         return *moved = NAN;
     for (int j = 0; j < held->count; j++) {
         const row_t *const row = &held->row[j];
-        const double rate = dot3(row->row, n), most = w->run->own_most[row->bearing];
+        const double rate = dot3(row->row, n), most = w->run->bearing_bound[row->bearing];
         if (fabs(rate) <= IS_AT_REST*length3(row->row)) {
             facet.row[facet.count++] = *row;
             continue;
@@ -237,8 +237,8 @@ static double use_of_all(const variations_t *w, int column, const held_t *held, 
 static double use_of_bearing(const variations_t *w, int column, const held_t *held, int k, double *moved)
 {
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    const double most = w->run->own_most[k];
-    double torque = own_asked(w, &at, k), torque_moved = own_asked(w, &along, k);
+    const double most = w->run->bearing_bound[k];
+    double torque = demand_on_bearing(w, &at, k), torque_moved = demand_on_bearing(w, &along, k);
     if (goes_with_nu(w, k) && !held->is_only)
         return use_of_all(w, column, held, k, moved);
     for (int j = 0; j < held->count; j++)
@@ -256,7 +256,7 @@ static int find_small_torques(const variations_t *w, held_t *held, const lanes_t
     memcpy(right, asked, sizeof right);
     for (int j = 0; j < held->count; j++) {
         const row_t *const row = &held->row[j];
-        const double arm = arm_along(w, TIMES_ALONE, row, &moved), most = w->run->own_most[row->bearing];
+        const double arm = arm_along(w, TIMES_ALONE, row, &moved), most = w->run->bearing_bound[row->bearing];
         by[j] = 1/(w->run->per_reach[2*row->wheel + row->is_axle]/(arm*arm) + 1/(most*most));
         for (int c = 0; c < 9; c++)
             matrix[c] += by[j]*row->row[c/3]*row->row[c%3];
@@ -286,7 +286,7 @@ static int is_at_bound(const variations_t *w, const change_t *e)
         if (sticks_in(w, e->after, i) && !(use_of_contact(w, TIMES_ALONE, &held, i, &moved) < most))
             return 1;
     for (int k = 0; k < MOST_OWN(w); k++)
-        if (own_mode(w, e->after, k) == 0 && !settles(w, e, k) && !goes_with_nu(w, k)
+        if (bearing_mode(w, e->after, k) == 0 && !settles(w, e, k) && !goes_with_nu(w, k)
             && !(use_of_bearing(w, TIMES_ALONE, &held, k, &moved) < most))
             return 1;
     return 0;

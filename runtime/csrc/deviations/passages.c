@@ -50,7 +50,7 @@ static void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
 {
     put_state(w, row, w->point);
     put_held(w, row, -1);
-    put_own_modes(w, row);
+    put_bearing_modes(w, row);
     rates_at_point(w, row, rate);
 }
 
@@ -188,16 +188,16 @@ static void exchange_rollers(variations_t *w, int group, long long row, const in
     const long long *const contact = w->run->contact + row*wheels;
     const vehicle_t *const v = &w->column[group];
     lanes_t axial[count], axial_moved[count], spins[count], spins_moved[count];
-    lanes_t own[MOST_WHEELS], own_moved[MOST_WHEELS];
+    lanes_t own[MOST_WHEELS], speed_moved[MOST_WHEELS];
     axial_in_row(w, row, axial);
     put_free(w, contact, group, axial_moved);
     set_spins_from_axial_along(wheels, v, at, at + chi, axial, moved, moved + chi, axial_moved, spins, spins_moved);
-    set_contact_axial_along(wheels, v, at, at + chi, moved, moved + chi, own, own_moved);
+    set_contact_axial_along(wheels, v, at, at + chi, moved, moved + chi, own, speed_moved);
     for (int i = 0; i < wheels; i++)
         if (direction[i]) {
             const int comes = i*places + (direction[i] > 0 ? places - 1 : 0);
             spin[i] = spins[comes], spin_moved[i] = spins_moved[comes];
-            w->axial[(i*w->rollers + (int)contact[i])*w->groups + group] = own_moved[i];
+            w->axial[(i*w->rollers + (int)contact[i])*w->groups + group] = speed_moved[i];
         }
 }
 

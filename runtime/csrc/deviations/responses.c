@@ -61,7 +61,7 @@ static void put_responses(const variations_t *w, const int *unit, int count, dou
     for (int first = 0; first < count; first += LANES) {
         for (int k = first; k < count && k < first + LANES; k++) {
             const int bearing = unit[k] - 2*w->wheels;
-            (bearing < 0 ? along.ground_push + unit[k] : own_torque(w, w->along, bearing))[0][k - first] = 1;
+            (bearing < 0 ? along.ground_push + unit[k] : torque_of_bearing(w, w->along, bearing))[0][k - first] = 1;
         }
         rates_along(OWN_WHEELS(w->wheels), &at, &along, nu_dot, own);
         memcpy(own + POINT_CORE, along.core_dot, (w->known - 3)*sizeof *own);

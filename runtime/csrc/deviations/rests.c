@@ -188,7 +188,7 @@ static int rest_grazes(const variations_t *w, const resting_t *rests, const doub
         if (k < 0)
             found |= -(dot[unit/2*2]*towards[0][0] + dot[unit/2*2 + 1]*towards[1][0]) <= w->run->grazes;
         else {
-            const double possible = fabs(dot[unit]) + (fabs(asked[k]) + w->run->own_most[k])/w->run->own_inertia[k];
+            const double possible = fabs(dot[unit]) + (fabs(asked[k]) + w->run->bearing_bound[k])/w->run->bearing_inertia[k];
             found |= fabs(dot[unit]) <= w->run->only_just*possible;
         }
     }
@@ -222,7 +222,7 @@ static int put_times_of_stops(const variations_t *w, const resting_t *rests, con
 static void forget_what_is_held(const variations_t *w, const resting_t *rests, double *to_own)
 {
     const int count = rests->count;
-    const double *const inertia = w->run->own_inertia, arm = w->run->standing[1];
+    const double *const inertia = w->run->bearing_inertia, arm = w->run->standing[1];
     for (int j = 0; j < count; j++) {
         const double size = j < rests->contacts ? inertia[roller_bearing(w, 0, 0)]/(arm*arm)
                                                 : inertia[rests->unit[j] - 2*w->wheels];

@@ -22,10 +22,10 @@ static int settles_only_just(const variations_t *w, const change_t *e, const lan
     move_along(w, e->row, TIMES_ALONE, before);
     for (int i = 0; i < w->wheels; i++) {
         const int k = roller_bearing(w, i, 0);
-        const double possible = fabs(dot[2*w->wheels + k]) + run->own_most[k]/run->own_inertia[k];
-        const double mode = (double)own_mode(w, e->before, k);
-        const int holds_more = run->own_most[k] > (1 + run->jumps)*run->own_sliding[k];
-        found |= mode != 0 && own_mode(w, e->after, k) == -own_mode(w, e->before, k) && !is_held(w, e, k);
+        const double possible = fabs(dot[2*w->wheels + k]) + run->bearing_bound[k]/run->bearing_inertia[k];
+        const double mode = (double)bearing_mode(w, e->before, k);
+        const int holds_more = run->bearing_bound[k] > (1 + run->jumps)*run->bearing_sliding[k];
+        found |= mode != 0 && bearing_mode(w, e->after, k) == -bearing_mode(w, e->before, k) && !is_held(w, e, k);
         found |= settles(w, e, k) && !sticks_in(w, e->row, i) && holds_more
             && -mode*falls[i][0] <= run->only_just*possible;
     }
@@ -61,7 +61,7 @@ static int pass_let_go(variations_t *w, const change_t *e, const lanes_t *before
         add_jump(w, before, after, e->knot);
         return 1;
     }
-    if (SET_OWN_BEARINGS && step_before(w, e->row) < 0)     /* no step has said yet how inputs deviate          */
+    if (SET_BEARINGS_STICK && step_before(w, e->row) < 0)     /* no step has said yet how inputs deviate          */
         return 0;
     find_held(w, e, BEFORE, w->vehicle, &held);
     if (SET_STANDS && !held.is_only)
@@ -139,7 +139,7 @@ static void take_what_sticks(variations_t *w, long long row)
     resting_t rests = {.unit = unit};
     lanes_t rate[w->size];
     for (int k = 0; k < MOST_OWN(w); k++)
-        if (own_mode(w, row, k) == 0)
+        if (bearing_mode(w, row, k) == 0)
             unit[rests.count++] = 2*w->wheels + k;
     if (!rests.count)
         return;

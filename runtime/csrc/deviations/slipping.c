@@ -19,7 +19,7 @@ ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
 /* The same in a direction that turns. */
 ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
 {
-    const int may = SET_STRIPS ? own_mode(w, row, roller_bearing(w, i, 0)) == 0 : SET_HAS_CONTACT_SPEEDS;
+    const int may = SET_STRIPS ? bearing_mode(w, row, roller_bearing(w, i, 0)) == 0 : SET_HAS_CONTACT_SPEEDS;
     return may && slides_in(w, row, i);
 }
 

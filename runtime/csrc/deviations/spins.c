@@ -135,7 +135,7 @@ static void begin_spins(variations_t *w, long long row)
     const int count = FREE(w), moving = SET_MOVING*w->wheels, groups = w->groups;
     lanes_t moved[point_size(w)], by_torque[count], moments[SUMS(w)];
     put_state(w, row, w->point);
-    put_own_modes(w, row);
+    put_bearing_modes(w, row);
     memset(moved, 0, sizeof moved);
     for (int g = 0; g < groups; g++) {
         put_moved(w, w->moved, w->groups, g, moved);

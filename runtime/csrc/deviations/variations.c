@@ -17,7 +17,7 @@
                                                                      * each wheel */
 #define SET_DIRECTIONS (SET_HOLDS || SET_STANDS)    /* whether what sticks takes directions from nu */
 #define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
-#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES || SET_HOLDS)     /* bearings may stick */
+#define SET_BEARINGS_STICK (SET_AXLES_STICK || SET_DISKS_STICK || SET_IN_SERIES || SET_HOLDS)     /* bearings may stick */
 
 /* Contacts at a point of a step, in a row, and at its nodes. */
 typedef struct {
@@ -172,7 +172,7 @@ enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
 /* Rollers that are not in contact. */
 #define FREE(w) ((w)->wheels*((w)->rollers - 1))
 
-#include "deviations/own_modes.c"
+#include "deviations/bearing_modes.c"
 
 ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *own)
 {
@@ -183,7 +183,7 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
     const int moves = own == w->along;
     lanes_t *const held = w->held + HELD_SIZE*moves;
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
-    put_own_bearings(w, own, &point);
+    put_bearings(w, own, &point);
     point.free_sticks = moves ? own + point_still(w) : w->spins.sticks;
     point.free_bearing = moves ? w->spins.bearing_along : w->spins.bearing;
     point.free_holding = w->spins.holding + FREE(w)*moves;
@@ -362,7 +362,7 @@ static void put_point(const variations_t *w, long long step, long long row, int 
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->node.lanes[b]*(then[k] - first[k])
                                                                  : lanes_of(first[k]);
-    put_own_modes(w, row);      /* of the step: in its last row may be those of the next one */
+    put_bearing_modes(w, row);      /* of the step: in its last row may be those of the next one */
     put_headings(w, SET_TURNS ? row + 1 : row, w->point);   /* a slip's rest knows where it went */
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);

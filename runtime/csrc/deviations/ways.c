@@ -26,7 +26,7 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
         for (int k = 0; k < moving; k++)
             to[k] = lanes_of(column < 0 ? (drive[all + k] - drive[k])/h : own[k*columns] + h*rises[k*columns]);
         for (int k = 0; k < MOST_OWN(w) && column < 0; k++)     /* are constant in a step */
-            *own_torque(w, w->along, k) = lanes_of(0);
+            *torque_of_bearing(w, w->along, k) = lanes_of(0);
         for (int k = 0; k < SET_GATHERS*FREE(w) && column >= 0; k++)
             w->spins.bearing_along[k] = lanes_of(own[(all + k)*columns]);
     }

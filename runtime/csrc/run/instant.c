@@ -102,7 +102,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
         now->point.absent = now->absent;
         now->point.held_force = work->held_force;
     }
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         put_bearing_states(&work->states, &now->point);
     if (SET_GRIPS) {
         forces_now(run, work, now->arrays.ground_push, now->arrays.ground_yield);

@@ -108,7 +108,7 @@ static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
 {
     demand_t now;
     int count = overloaded_contacts(run, work, let_go ? HAS_ENDED : IS_BEYOND);
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         count += overloaded_bearings(run, work, let_go);
     if (SET_HOLDS || SET_STANDS) {
         double found[MOST_STANDING], *const forces = SET_STANDS ? work->standing->used_by : found;
@@ -220,7 +220,7 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
     if (!SET_STICKS)
         return 0;
     count += SET_HOLDS ? is_overloaded(run, work, 1) + stop_guarded(run) : overloaded_bearings(run, work, 1);
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         count += stop_bearings(run, work);
     if (SET_IN_SERIES)
         count += stop_in_series(run, work);

@@ -150,7 +150,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
         lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
     if (SET_HOLDS || SET_STANDS)
         lay_out_holding(work, &parts);
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         lay_out_bearings(work, &parts, wheels, rollers);
     if (SET_STANDS) {
         const int apart = SET_DISKS_STICK ? (int)axial : 0;

@@ -217,7 +217,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     }
     if (SET_STANDS)
         point.directions = s->hold.directions, point.absent = s->hold.absent, point.held_force = at->held_force;
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         put_bearing_states(s->hold.states, &point);
     if (SET_GRIPS) {
         for (int k = 0; k < 2*wheels; k++)
@@ -264,7 +264,7 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
         keep_standing(s, wheels, b, at);
     if (SET_ROLLERS_TURN)
         keep_bearings(s, wheels, b, at);
-    else if (SET_OWN_BEARINGS)
+    else if (SET_CORE_BEARINGS)
         for (int k = 0; s->hold.held && k < s->hold.count; k++)
             s->hold.states->held[k].lanes[b] = s->hold.states->holding[k];
     (void)s, (void)wheels, (void)b, (void)at;

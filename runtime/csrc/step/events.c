@@ -145,7 +145,7 @@ ALWAYS_INLINE void measure_holding_at_end(step_t *s, const int wheels, const arr
         s->hold.demand_late.force[k] = at->held_force[k][0] - weighted(&s->hold.force[k], &gauss_end);
     for (int k = 0; SET_STANDS && k < 2*wheels; k++)
         s->hold.demand_late.along[k] = at->ground_force[k][0] - weighted(&s->hold.along[k], &gauss_end);
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         find_bearings_late(s, wheels, at);
 }
 
@@ -203,7 +203,7 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
     }
     if (SET_IS_ACTED_ON)
         length = length_to_guard(s, wheels, length);
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         length = length_to_bearing(s, wheels, length);
     if (SET_GRIPS)
         length = length_to_change(s, wheels, length);

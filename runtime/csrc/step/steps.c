@@ -84,7 +84,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     }
     if (SET_HOLDS)
         begin_held_forces(run, s, wheels);
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         s->hold.residual = residual_of_rates(run);
     if (SET_IS_ACTED_ON)
         begin_guards(run, s, wheels);
@@ -201,7 +201,7 @@ ALWAYS_INLINE void nothing_is_late(step_t *s)
         memset(&s->hold.demand_late, 0, sizeof s->hold.demand_late);
         s->hold.nearly_used = 0;
     }
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         for (int k = 0; k < s->hold.count; k++)
             s->hold.states->late[k] = 0;
     (void)s;
@@ -295,7 +295,7 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
         turned = fmin(turned, turn_of_corners(s, wheels));
     if (SET_HOLDS || SET_STANDS)
         turned = fmin(turned, turn_of_use(s, wheels));
-    if (SET_OWN_BEARINGS)
+    if (SET_CORE_BEARINGS)
         for (int k = 0; k < s->hold.count; k++)
             turned = fmin(turned, turn_of_bearing(s, k));
     return turned;

@@ -293,8 +293,8 @@ class CompiledVariations:
     def _fill_bearings(self, bearings: BearingModes, sticking: Sticking) -> None:
         """What C takes of bearings that may stick."""
         self.turns[:] = bearings.alone
-        self._point(own_mode=bearings.modes, enters=self.turns, own_inertia=sticking.inertias)
-        self._point(own_sliding=bearings.sliding, own_most=bearings.holding, own_most_moved=sticking.torques[1])
+        self._point(bearing_mode=bearings.modes, enters=self.turns, bearing_inertia=sticking.inertias)
+        self._point(bearing_sliding=bearings.sliding, bearing_bound=bearings.holding, bearing_bound_moved=sticking.torques[1])
 
     def _fill_held(self, held: Directions, sticking: Sticking) -> None:
         """What C takes of rates that are held together."""

@@ -17,13 +17,13 @@ ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
 }
 
 /* In a row 0 where one sticks, else the sign of its rate. */
-ALWAYS_INLINE long long own_mode(const variations_t *w, long long row, int k)
+ALWAYS_INLINE long long bearing_mode(const variations_t *w, long long row, int k)
 {
-    return w->run->own_mode[row*MOST_OWN(w) + k];
+    return w->run->bearing_mode[row*MOST_OWN(w) + k];
 }
 
 /* What the functions take and give of axles and of rollers in contact at a point, or as these move. */
-ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t *point)
+ALWAYS_INLINE void put_bearings(const variations_t *w, lanes_t *own, point_t *point)
 {
     const int moves = own == w->along, wheels = w->wheels;
     const lanes_t *const sticks = moves ? own + point_still(w) : w->bearings.sticks;
@@ -59,14 +59,14 @@ ALWAYS_INLINE int goes_with_nu(const variations_t *w, int k)
 }
 
 /* At a point, or as it moves, what holds a bearing by itself. */
-ALWAYS_INLINE double own_asked(const variations_t *w, const point_t *at, int k)
+ALWAYS_INLINE double demand_on_bearing(const variations_t *w, const point_t *at, int k)
 {
     lanes_t *const axles = w->bearings.holding + 2*w->wheels*(at->nu == w->along + POINT_NU);
     return goes_with_nu(w, k) ? 0 : (*of_bearing(w, k, axles, axles + w->wheels, at->free_holding))[0];
 }
 
 /* The torque of a bearing at a point, or as it moves. */
-ALWAYS_INLINE lanes_t *own_torque(const variations_t *w, lanes_t *own, int k)
+ALWAYS_INLINE lanes_t *torque_of_bearing(const variations_t *w, lanes_t *own, int k)
 {
     lanes_t *const inputs = own + point_inputs(w);
     lanes_t *const free = own == w->along ? w->spins.bearing_along : w->spins.bearing;
@@ -77,12 +77,12 @@ ALWAYS_INLINE lanes_t *own_torque(const variations_t *w, lanes_t *own, int k)
 ALWAYS_INLINE void put_own_mode(const variations_t *w, int k, long long mode)
 {
     *of_bearing(w, k, w->bearings.sticks, w->bearings.sticks + w->wheels, w->spins.sticks) = lanes_of(mode == 0);
-    *own_torque(w, w->point, k) = lanes_of(-(double)mode*w->run->own_sliding[k]);
+    *torque_of_bearing(w, w->point, k) = lanes_of(-(double)mode*w->run->bearing_sliding[k]);
 }
 
 /* The modes of bearings as in a row. */
-static void put_own_modes(const variations_t *w, long long row)
+static void put_bearing_modes(const variations_t *w, long long row)
 {
     for (int k = 0; k < MOST_OWN(w); k++)
-        put_own_mode(w, k, own_mode(w, row, k));
+        put_own_mode(w, k, bearing_mode(w, row, k));
 }
