@@ -294,7 +294,8 @@ class CompiledVariations:
         """What C takes of bearings that may stick."""
         self.turns[:] = bearings.alone
         self._point(bearing_mode=bearings.modes, enters=self.turns, bearing_inertia=sticking.inertias)
-        self._point(bearing_sliding=bearings.sliding, bearing_bound=bearings.holding, bearing_bound_moved=sticking.torques[1])
+        self._point(bearing_sliding=bearings.sliding)
+        self._point(bearing_bound=bearings.holding, bearing_bound_moved=sticking.torques[1])
 
     def _fill_held(self, held: Directions, sticking: Sticking) -> None:
         """What C takes of rates that are held together."""
