@@ -32,10 +32,11 @@ FEWER = (
 OTHERS = ("ends agree, other events", ONE_ROW)
 DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     ("coulomb", "massless", "axles"): dict.fromkeys((0, 2), ("derivatives", HEADING)),
-    ("coulomb", "massless", "viscous"): dict.fromkeys((2, 4, 5), ("derivatives", HEADING)),
+    ("coulomb", "massless", "viscous"): dict.fromkeys((4, 5), ("derivatives", HEADING))
+    | {2: ("NoDerivativeError", TOGETHER)},
     ("coulomb", "massless", "none"): dict.fromkeys((0, 4, 5), ("derivatives", HEADING)),
     ("coulomb", "free", "both and viscous"): dict.fromkeys((5, 8), ("derivatives", HEADING))
-    | dict.fromkeys((0, 9), ("NoDerivativeError", TOGETHER)),
+    | {0: ("derivatives", GOES_ON), 9: ("NoDerivativeError", TOGETHER)},
     ("coulomb", "free", "both"): {2: ("derivatives", HEADING)} | dict.fromkeys((4, 5), ("NoDerivativeError", TOGETHER)),
     ("coulomb", "free", "rollers"): dict.fromkeys((1, 4, 5, 6), ("derivatives", HEADING))
     | {2: ("NoDerivativeError", TOGETHER)},
@@ -44,7 +45,7 @@ DIFFERS: dict[tuple[str, str, str], dict[int, tuple[str, str]]] = {
     | dict.fromkeys((2, 3), ("derivatives", GOES_ON))
     | {14: OTHERS, 24: ("other events", FEWER)},
     ("coulomb", "free", "viscous"): dict.fromkeys((1, 2, 3), ("derivatives", HEADING))
-    | {6: ("NotTold: the law of a contact", NEAR_REST)},
+    | {0: ("derivatives", GOES_ON), 6: ("NotTold: the law of a contact", NEAR_REST)},
     ("rolling", "locked", "axles"): dict.fromkeys((3, 6), OTHERS),
     ("rolling", "massless", "axles"): dict.fromkeys((3, 11, 14), OTHERS),
     ("rolling", "massless", "rollers"): dict.fromkeys((5, 18), OTHERS),
