@@ -101,11 +101,6 @@ WRONG = {
     'folded_of(-output("nu_dot", 3)))',
     "accelerations": '(run_function("free", "accelerations"), system_of(-output("nu_dot", 3)))',
     "forward_dynamics_sharp": '(run_function("free", "forward_dynamics_sharp"), folded_of(-output("nu_dot", 3)))',
-    "stands, ": "by_mecanum(skewed, append(contact_row_steps, inertia_steps, standing_force_steps, "
-    "standing_matrix_steps(inertia_3)), stands_on_joint) + subst(chi = 2*half, transpose(matrix(mecanum_standing_row)) "
-    ". matrix(B*sin('psi)*of_mecanum('standing_axial_row)))",
-    "slip, frame": "by_round_mecanum(frame_slope, append(angle_steps, contact_frame_steps), []) "
-    "+ subst(chi = 2*half, turned_slope)",
     "rate at a switch": "[diff(any_wheel['wheel_row], chi)]",
     "numbers of a kind": "psubst(run(kind_steps, [l_i = 2*l, r_i = r, n_i = n, B_i = B, weightless = 0, row_aside_i = "
     "0]), R_over_l_i) - psubst(run(append(vehicle_steps, tip_steps), []), R_over_l)",
@@ -127,6 +122,7 @@ PASS_ON = {
     "prove_in_frame", "prove_of_frame",
 }  # fmt: skip
 PROOF = re.compile(r"\bprove(?:_steps|_exact|_whole|_mecanum|_round_mecanum|_in_frame|_of_frame)?\(")
+OF_DERIVED = re.compile(r"\bprove_(?:(?:round_)?mecanum|of_frame)\($")
 MACHINERY = ("claims", "steps", "effects", "tangents", "lagrange", "equations", "latex", "write_data")
 NOT_DERIVED = {f"machinery/{name}" for name in MACHINERY}  # chapters without a claim
 
@@ -178,6 +174,15 @@ def flips(statement: str, cover: str, start: int, end: int) -> list[str]:
     return [statement[:k] + {"+": "-", "-": "+"}[statement[k]] + statement[k + 1 :] for k in places]
 
 
+def negated(statement: str, cover: str, start: int, end: int) -> str:
+    """The statement with the sign of its claim's last argument flipped: what was derived."""
+    depth, last = 0, start
+    for k in range(start, end):
+        depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(cover[k], 0)
+        last = k + 1 if depth == 0 and cover[k] == "," else last
+    return f"{statement[:last]} -({statement[last:end]}){statement[end:]}"
+
+
 def in_place_of(claim: str, original: str) -> str:
     """Evaluate the mutated text, then the original one, and fail if the first did."""
     return f"block([m_: errcatch({claim})], {original}, if m_ = [] then error(second(error)))"
@@ -212,6 +217,7 @@ def questions(read: list[str]) -> list[tuple[str, list[str]]]:
             defined = re.match(r"\s*(\w+)\([^()]*\)\s*:=", cover)
             for name, start, end in claims(statement, cover) if not defined or defined[1] not in PASS_ON else []:
                 mutants = flips(statement, cover, start, end)
+                mutants += [negated(statement, cover, start, end)] if OF_DERIVED.search(cover[:start]) else []
                 if name in WRONG:
                     mutants = [f'prove("{name}", "asked of the wrong thing", {WRONG[name]})']
                 elif defined:

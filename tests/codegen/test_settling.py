@@ -46,6 +46,15 @@ def test_a_sum_to_which_nothing_is_added_is_its_start():
     assert count_operations(f)["once"]["add"] == 1
 
 
+@pytest.mark.parametrize("change", [settled, tightened])
+def test_what_reads_a_sum_stays_before_what_is_added_to_it(change):
+    f = program([{"var": "t", "expr": "b"}, {"var": "s", "expr": ["*", "t", "c"]}, let("p", ["*", "t", "a"]),
+                 {"add": "t", "expr": "a"}, {"add": "s", "expr": "b"}, put(["nu_dot", 0], ["*", "s", "t"]),
+                 put(["nu_dot", 1], ["*", "p", "c"])])  # fmt: skip
+    data = random_data(f, 3, 4, random.Random(1))
+    assert run(change(f), 3, 4, data) == run(f, 3, 4, data)
+
+
 STEPS = [
     let("p", ["*", "a", "a", "b"]), {"var": "s", "expr": 0}, {"var": "t", "expr": 0}, {"var": "u", "expr": 0},
     wheels(let("x", ["*", "a", "chi"]), {"add": "s", "expr": "x"}, {"add": "t", "expr": ["+", "x", "chi"]},

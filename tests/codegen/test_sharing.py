@@ -101,6 +101,9 @@ def test_one_reciprocal_for_many_divisions():
 def test_what_a_loop_does_not_change_is_computed_before_it():
     f = shared([{"loop": "i", "body": [put(["chi_dot", "i"], ["*", "chi", ["sin", "a"], "b", ["^", "c", -1]])]}])
     assert count_operations(f)["wheel"] == {"add": 0, "mul": 1, "div": 0, "sqrt": 0, "sincos": 0, "exp": 0}
+    inside = [let("x", ["*", "a", "b"]), put(["chi_dot", "i"], ["*", "chi", "x"])]
+    counts = count_operations(shared([{"loop": "i", "body": inside}, put(["nu_dot", 0], ["*", "a", "b"])]))
+    assert [counts[place]["mul"] for place in ("once", "wheel")] == [1, 1]
 
 
 @pytest.mark.parametrize("body, message", [

@@ -46,13 +46,13 @@ def test_the_matrix_is_that_of_ros2_controllers(wheels, offset):
 
 
 def test_wheels_in_another_order_find_their_places():
-    """Wheels that are numbered clockwise; the controller's go counterclockwise from the first."""
-    vehicle = vehicle_of([math.pi / 4 - k * math.pi / 2 for k in range(4)])
+    """The controller's wheels go counterclockwise from the first."""
+    vehicle = vehicle_of([math.pi / 4 + k * math.pi / 2 for k in (0, 2, 3, 1)])
     drive = ros.RosOmniDrive.of(vehicle)
-    assert drive.order == (0, 3, 2, 1)
+    assert drive.order == (0, 3, 1, 2)
     assert_same(drive.matrix, ros_matrix(4, math.pi / 4, vehicle.platform_radius, vehicle.wheel_radius))
     rates = np.array([1.0, 2.0, 3.0, 4.0])
-    assert drive.speeds_of_rates(rates).tolist() == [1.0, 4.0, 3.0, 2.0]
+    assert drive.speeds_of_rates(rates).tolist() == [1.0, 4.0, 2.0, 3.0]
     assert drive.rates(drive.speeds_of_rates(rates)).tolist() == rates.tolist()
 
 

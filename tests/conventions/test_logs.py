@@ -45,18 +45,14 @@ def test_what_is_no_log(tmp_path, text, words):
         read_log(tmp_path / "log.csv")
 
 
-def test_a_scene_replays_torques_that_hold(tmp_path):
+def test_a_scene_replays_torques_that_hold_and_voltages_with_a_motor(tmp_path):
     found = scene(tmp_path, TORQUES)
     (torque,) = found.options["effects"]
     assert torque == omniroll.TorqueTable([0.0, 0.2], [[0.01, 0, -0.01], [0.02, 0.01, 0]], "hold")
     linear = scene(tmp_path, TORQUES, SCENE + 'interpolation = "linear"\n')
     assert linear.options["effects"][0].interpolation == "linear"
 
-
-def test_a_scene_replays_voltages_with_a_motor(tmp_path):
-    log = (
-        "t,torque_1,torque_2,torque_3,motor_voltage_1,motor_voltage_2,motor_voltage_3\n0,9,9,9,1,2,3\n0.1,9,9,9,4,5,6\n"
-    )
+    log = f"{TORQUES.split()[0]},motor_voltage_1,motor_voltage_2,motor_voltage_3\n0,9,9,9,1,2,3\n0.1,9,9,9,4,5,6\n"
     motor = "torque_constant = 0.02\nresistance = 1.0\n"
     (found,) = scene(tmp_path, log, SCENE + motor).options["effects"]
     assert found.voltage == ((1, 2, 3), (4, 5, 6)) and found.interpolation == "hold"

@@ -12,7 +12,7 @@ import omniroll.effects
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
-PAGES = [page for page in PAGES if "node_modules" not in page.parts]
+PAGES = [page for page in PAGES if "site" not in page.parts]  # whose links are those of the site
 
 
 def tool(name: str):

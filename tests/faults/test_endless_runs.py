@@ -105,9 +105,6 @@ def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
         assert run.stats()["steps"] < 20_000
 
 
-# The estimate
-
-
 # Sizes
 
 

@@ -62,9 +62,7 @@ def test_vehicles_begin_anew_one_by_one():
     assert rewards[5][1] == 0 and rewards[5][0] < 0 and rewards[8][0] == 0
 
 
-@pytest.mark.parametrize(
-    "field, value", [("steps", 0), ("step", -1.0), ("largest_nu", (1, 0, 1)), ("largest_volts", 0)]
-)
+@pytest.mark.parametrize("field, value", [("steps", 0), ("step", -1), ("largest_nu", (1, 0, 1)), ("largest_volts", 0)])
 def test_wrong_numbers_are_refused(field, value):
     with pytest.raises(omniroll.InvalidValueError) as raised:
         TwistTask(**{field: value})
@@ -99,15 +97,20 @@ except ImportError as error:
 
 
 def test_why_an_episode_is_terminated_is_in_its_info(monkeypatch):
-    env = omniroll.gym.TwistEnv()
+    env, many, why = TwistEnv(TASK), TwistVectorEnv(3, TASK), "a step that cannot be made"
     env.reset(seed=1)
+    many.reset(seed=1)
 
     def stopping(*_, **__):
-        raise omniroll.SimulationStopped("a step that cannot be made", t=0.0, wheel=None, state={})
+        raise omniroll.SimulationStopped(why, t=0.0, wheel=None, state={})
 
     monkeypatch.setattr(env.session, "step", stopping)
+    monkeypatch.setattr(many.sessions, "step", lambda *_: {1: why})
     _, _, terminated, _, info = env.step(np.zeros(3))
-    assert terminated is True and info["reason"] == "a step that cannot be made"
+    assert terminated is True and info["reason"] == why
+    _, _, terminated, _, infos = many.step(np.zeros((3, 3)))
+    assert terminated.tolist() == infos["_reason"].tolist() == [False, True, False]
+    assert infos["reason"].tolist() == [None, why, None]
 
 
 def test_a_picture_shows_the_vehicle_and_moves_with_its_wheels():
@@ -125,12 +128,3 @@ def test_a_picture_shows_the_vehicle_and_moves_with_its_wheels():
     assert [shown.shape for shown in many.render()] == [(256, 256, 3)] * 2
     with pytest.raises(omniroll.InvalidValueError, match="render_mode"):
         TwistEnv(TASK, render_mode="human")
-
-
-def test_why_an_episode_of_many_is_terminated_is_in_their_info(monkeypatch):
-    many = TwistVectorEnv(3, TASK)
-    many.reset(seed=1)
-    monkeypatch.setattr(many.sessions, "step", lambda *_: {1: "a step that cannot be made"})
-    _, _, terminated, _, infos = many.step(np.zeros((3, 3)))
-    assert terminated.tolist() == infos["_reason"].tolist() == [False, True, False]
-    assert infos["reason"].tolist() == [None, "a step that cannot be made", None]

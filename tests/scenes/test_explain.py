@@ -69,26 +69,13 @@ def test_operations_add_up(tmp_path):
     assert counted == {"nu": 3, "chi": 3, "pose": 3, "contact": 3, "axial": 3 * 59}
 
 
-def test_an_estimate_is_the_distance_of_two_motions():
-    scene = load_scene("scenes/motion-3.toml")
-    duration, found = estimates(scene)
-    estimate = {entry.effect: entry for entry in found}["massless"]
-    base, other = (
-        omniroll.simulate(PAPER, nu=(1, 0, 1), duration=duration, roller_model=model, switching="smooth")
-        for model in ("locked", "massless")
-    )
-    times = np.linspace(0, duration, 101)
-    apart = np.abs(base.sample(times).pose - other.sample(times).pose) / [0.15, 0.15, 1.0]
-    assert apart.max() <= estimate.distance * (1 + 1e-6) < 0.02
-
-
-def test_what_a_ground_would_change_is_the_distance_to_a_motion_on_it(tmp_path):
-    """Friction of [reactions], on a slope: each law of the ground with the numbers that the estimate names."""
+def test_an_estimate_is_the_distance_of_two_motions(tmp_path):
+    """Of other rollers, and of the laws of the ground with the friction of [reactions], on a slope."""
     more = "[slope]\nangle = 0.2\n[reactions]\nfriction = 0.01\nheight = 0.05\n[rollers]\nmodel = 'massless'\n"
     duration, found = estimates(scene_of(tmp_path, {"preset": "paper"}, more))
     across, slope = {"normal_gravity": 9.80665 * np.cos(0.2)}, omniroll.Slope(0.2)
-    run = partial(omniroll.simulate, PAPER, nu=(1, 0, 1), duration=duration, roller_model="massless")
-    base, times = run(effects=[slope]), np.linspace(0, duration, 101)
+    run = partial(omniroll.simulate, PAPER, nu=(1, 0, 1), duration=duration)
+    base, times = run(effects=[slope], roller_model="massless"), np.linspace(0, duration, 101)
     fade = 0.05 * np.abs(base.kernel.wheel_rates(base.nu, base.chi)[0]).max() * PAPER.wheel_radius
     grounds = {
         "contact_viscous": {"coefficient": 0.01 * PAPER.mass * 9.80665 / 3 / fade},
@@ -96,8 +83,10 @@ def test_what_a_ground_would_change_is_the_distance_to_a_motion_on_it(tmp_path):
         "contact_coulomb": across | {"law": "coulomb", "friction": 0.01},
     }
     estimated = {estimate.effect: estimate.distance for estimate in found}
+    others = {model: run(effects=[slope], roller_model=model) for model in ("locked", "free")}
     for effect, numbers in grounds.items():
-        other = run(effects=[slope, omniroll.Contact(**numbers)])
+        others[effect] = run(effects=[slope, omniroll.Contact(**numbers)], roller_model="massless")
+    for effect, other in others.items():
         apart = np.abs(base.sample(times).pose - other.sample(times).pose) / [0.15, 0.15, 1.0]
         assert 0.01 < apart.max() <= estimated[effect] * (1 + 1e-6)
 
