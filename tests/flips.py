@@ -63,7 +63,7 @@ CALLS = {
     "prove_slip_rollers": 'prove_slip_rollers("free")',
     "prove_few": 'block([g_row_: first(row_names)], prove_few("massless", append(turn_steps[1], turn_steps[2]), J, '
     "0, 0))",
-    "prove_standing": "prove_standing(\"free\", inertia_3, of_mecanum('standing_axial_row))",
+    "prove_standing": 'prove_standing("free", inertia_3, of_mecanum(\'standing_axial_row))',
     "prove_prepare": 'prove_prepare("prepare, two kinds of wheels")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.

@@ -44,8 +44,8 @@ def test_runs_are_clean_under_sanitizers(case, tmp_path):
         pytest.skip("gcc has no sanitizer libraries")
     watched = {"LD_PRELOAD": " ".join(libraries), "ASAN_OPTIONS": "detect_leaks=0", "OMNIROLL_CFLAGS": FLAGS}
     environment = os.environ | watched | {"OMNIROLL_CACHE": str(tmp_path), "CC": "gcc"}
-    program = PROGRAM.format(RUN.format(CASES[case] + ", engine='specialised'"))
-    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
+    call = [sys.executable, "-W", "error", "-c", PROGRAM.format(RUN.format(CASES[case] + ", engine='specialised'"))]
+    done = subprocess.run(call, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     (engine,) = tmp_path.rglob("engine-*.so")
     assert b"__asan_report" in engine.read_bytes() and b"__ubsan_handle" in engine.read_bytes()

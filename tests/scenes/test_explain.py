@@ -11,7 +11,7 @@ import omniroll
 from omniroll import cli
 from omniroll.scenes import load_scene
 from omniroll.scenes.estimates import estimates
-from omniroll.scenes.explanation import origins_of
+from omniroll.scenes.explanation import explained, origins_of
 from omniroll.scenes.lints import lints
 
 pytestmark = pytest.mark.long
@@ -58,8 +58,6 @@ def test_every_shipped_scene_is_explained(scene, shortened, capsys):
 def test_operations_add_up(tmp_path):
     """The paper's table of counts, on the kernel's own numbers: constant + per wheel N, nothing per roller."""
     few, many = (load_scene("scenes/motion-3.toml"), scene_of(tmp_path, {"preset": "paper", "rollers_per_wheel": 60}))
-    from omniroll.scenes.explanation import explained
-
     for scene in (few, many):
         said = explained(scene)
         for cost in said["operations"]["functions"]:
@@ -92,8 +90,7 @@ def test_an_estimate_is_the_distance_of_two_motions(tmp_path):
 
 
 def test_what_cannot_be_estimated_says_why(tmp_path):
-    more = "[contact]\nlaw = 'coulomb'\nfriction = 0.5\n"
-    more += "[rollers]\nmodel = 'massless'\n"
+    more = "[contact]\nlaw = 'coulomb'\nfriction = 0.5\n[rollers]\nmodel = 'massless'\n"
     found = {estimate.effect: estimate for estimate in estimates(scene_of(tmp_path, {"preset": "paper"}, more))[1]}
     assert "cannot be locked where wheels may slip" in found["locked"].why
     assert found["layout"].distance > 0 and not found["layout"].why  # loads at rest need no mass of the wheels
