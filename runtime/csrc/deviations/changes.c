@@ -14,11 +14,9 @@ typedef struct {
 /* The slips of contacts in a row: 2*wheels. */
 static void slips_in_row(const variations_t *w, long long row, lanes_t *slip)
 {
-    lanes_t own[point_size(w)], still[point_size(w)], moved[2*MOST_WHEELS];
-    memset(still, 0, sizeof still);
+    lanes_t own[point_size(w)];
     put_state(w, row, own);
-    const point_t at = point_of(w, w->vehicle, own), along = point_of(w, w->vehicle, still);
-    slips_of(w, &at, &along, slip, moved);
+    slips_at(w, own, slip);
 }
 
 /* Whether a contact comes to rest as a step ends in a row, and at once slips on in another direction: where it slips
@@ -106,16 +104,15 @@ ALWAYS_INLINE int turns_on(const variations_t *w, const change_t *e, int k)
  * stick. */
 static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
 {
+#if !SET_STRIPS && !SET_DISKS_STICK     /* where these spins have other arguments */
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
     lanes_t spin[MOST_WHEELS], spin_moved[MOST_WHEELS], none[MOST_WHEELS] = {{0}}, sticks[MOST_WHEELS];
-#if !SET_STRIPS && !SET_DISKS_STICK     /* where these spins have other arguments */
     for (int i = 0; i < wheels; i++)
         sticks[i] = lanes_of(1);
     set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, sticks, w->along,
                          w->along + chi, w->along + POINT_CORE, none, none, spin, w->bearings.holding + wheels,
                          spin_moved, w->bearings.holding + 3*wheels);
 #endif
-    (void)wheels, (void)chi, (void)v, (void)spin, (void)spin_moved, (void)none, (void)sticks;
 }
 
 /* The rates then, with the accelerations of the speeds of units and what holds the bearings that stick. */

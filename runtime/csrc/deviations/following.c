@@ -295,19 +295,54 @@ void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, 
     prepare(w, run);
     for (long long k = 0; k < count; k++) {
         const long long row = enter_step_of(w, steps[k], phases[k]);
-        vary_up_to(w, steps[k], row, x[k]);
+        begin_step(w, row);
+        vary_in_pieces(w, steps[k], row, x[k]);
+        if (SET_GATHERS) {
+            take_piece(w, x[k], 0);
+            put_point(w, steps[k], row, 0);
+            put_spins_at_end(w);
+            take_step(w);
+        }
         out_of_lanes(w, w->moved, w->size, moved + k*w->size*w->columns);
     }
 }
 
-void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase)
+/* Make of the deviations of nu and chi in the first row, and of the free rollers' spins (N x (n-1) x P), those of the
+ * rest of the core and of the axial speeds. */
+static void put_start(variations_t *w, const double *spins)
+{
+    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w), chi = point_chi(w);
+    lanes_t at[point_size(w)], moved[point_size(w)], spin[count], spin_moved[count], axial[count], axial_moved[count];
+    memset(w->axial, 0, wheels*w->rollers*w->groups*sizeof *w->axial);
+    memset(moved, 0, sizeof moved);
+    memset(spin_moved, 0, sizeof spin_moved);
+    for (int g = 0; g < w->groups; g++) {
+        put_state(w, 0, at);
+        put_moved(w, w->moved, w->groups, g, moved);
+        for (int k = 0; k < count; k++) {
+            spin[k] = lanes_of(w->run->spins[k]);
+            for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++)
+                spin_moved[k][p%LANES] = spins[k*w->columns + p];
+        }
+        set_axial_speeds_along(wheels, &w->column[g], at, at + chi, spin, moved, moved + chi, spin_moved, axial,
+                               axial_moved);
+        take_free(w, w->run->contact, g, axial_moved);
+        take_switched(w, g, -1, at, moved);
+    }
+    out_of_lanes(w, w->axial, wheels*w->rollers, axial_of(w, 0));
+}
+
+void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase, const double *spins)
 {
     variations_t own, *const w = &own;
-    if (!SET_HOLDS)
+    if (!SET_HOLDS && !spins)
         return;
     prepare(w, run);
     enter(w, row, phase);
-    take_what_sticks(w, row);
+    if (spins)
+        put_start(w, spins);
+    if (SET_HOLDS)
+        take_what_sticks(w, row);
     out_of_lanes(w, w->moved, w->size, row_of(w, row));
 }
 

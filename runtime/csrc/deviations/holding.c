@@ -76,11 +76,10 @@ static int add_to_basis(double (*basis)[3], int count, const double *vector, dou
 }
 
 /* Add units until there are three: of these one always has more than half outside of what there is. */
-static int complete_basis(double (*basis)[3], int count)
+static void complete_basis(double (*basis)[3], int count)
 {
     for (int c = 0; c < 3; c++)
         count = add_to_basis(basis, count, (const double[3]){c == 0, c == 1, c == 2}, 0.5);
-    return count;
 }
 
 /* What is left to nu then. */

@@ -10,12 +10,11 @@
  * or with none. */
 static void put_speeds_moved(const variations_t *w, const vehicle_t *vehicle, lanes_t *own, lanes_t *to)
 {
-    const int wheels = OWN_WHEELS(w->wheels), axial = first_momentum(w);
+    const int wheels = OWN_WHEELS(w->wheels);
     const point_t at = point_of(w, vehicle, w->point);
     point_t along = point_of(w, vehicle, w->along);
     lanes_t rate[2][MOST_WHEELS], rate_moved[2][MOST_WHEELS], *axles = own + POINT_CORE, *free = own + POINT_CORE;
-    lanes_t slip[2*MOST_WHEELS], spins[FREE(w)], spins_moved[FREE(w)];
-    (void)axial, (void)spins, (void)spins_moved;
+    lanes_t slip[2*MOST_WHEELS];
     along.nu = own + POINT_NU, along.core = own + POINT_CORE, along.chi = own + point_chi(w);
     slips_of(w, &at, &along, slip, to);
     if (SET_HOLDS) {
@@ -24,16 +23,16 @@ static void put_speeds_moved(const variations_t *w, const vehicle_t *vehicle, la
         axles = rate_moved[0];
     }
 #if SET_DISKS_STICK                     /* where spins have these arguments */
+    const int axial = first_momentum(w);
+    lanes_t spins[FREE(w)], spins_moved[FREE(w)];
     set_slip_spins_along(wheels, vehicle, at.nu, at.chi, at.core + wheels, along.nu, along.chi, along.core + wheels,
                          rate[1], rate_moved[1]);
     set_spins_from_axial_along(wheels, vehicle, at.nu, at.chi, w->point + axial, along.nu, along.chi, own + axial,
                                spins, spins_moved);
     free = spins_moved;
 #endif
-    for (int i = 0; i < wheels && SET_STRIPS; i++)
-        rate_moved[1][i] = to[2*i]/w->run->standing[1];
-    for (int i = 0; i < wheels && SET_SERIES_ALONE; i++)        /* no speed comes to rest: changes.c */
-        rate_moved[1][i] = lanes_of(0);
+    for (int i = 0; i < wheels && SET_IN_SERIES; i++)   /* where no contact sticks no speed comes to rest: changes.c */
+        rate_moved[1][i] = SET_STRIPS ? to[2*i]/w->run->standing[1] : lanes_of(0);
     for (int k = 0; k < MOST_OWN(w); k++)
         to[2*wheels + k] = *of_bearing(w, k, axles, rate_moved[1], free);
 }

@@ -111,13 +111,12 @@ static double find_turns(const variations_t *w, const int *component, int count,
 static void begin_aiming(const variations_t *w, long long row, double *heading)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    lanes_t slip[2*MOST_WHEELS];
     memcpy(heading, w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels, wheels*sizeof *heading);
     if (row == 0 || w->run->step_of[row - 1] < 0)
         return;
     put_point(w, w->run->step_of[row - 1], row - 1, w->blocks - 1);
-    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    slips_of(w, &at, &along, slip, moved);
+    slips_at(w, w->point, slip);
     for (int i = 0; i < wheels; i++)
         heading[i] = atan2(slip[2*i + 1][0], slip[2*i][0]);
 }

@@ -52,6 +52,14 @@ ALWAYS_INLINE void slips_of(const variations_t *w, const point_t *at, const poin
     slips_along(wheels, &own, &way, slip, moved);
 }
 
+/* The slips alone, at a state where nothing moves. */
+static void slips_at(const variations_t *w, lanes_t *state, lanes_t *slip)
+{
+    lanes_t moved[2*MOST_WHEELS];
+    const point_t at = point_of(w, w->vehicle, state), along = point_of(w, w->vehicle, w->along);
+    slips_of(w, &at, &along, slip, moved);
+}
+
 /* The directions of contacts at a point of the phase of a row, by their slips where these are not rounding, else as the
  * point is given; and the parts of the slips along these. */
 NEVER_INLINE void put_directions(const variations_t *w, long long row, const point_t *at, const point_t *along)

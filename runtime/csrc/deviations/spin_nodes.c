@@ -112,14 +112,6 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
     }
 }
 
-/* The same where nothing fades and nobody looks between rows: at the end alone. */
-static void end_axial_moved(variations_t *w, double h)
-{
-    for (int k = 0; k < FREE(w); k++)
-        for (int g = 0; g < w->groups; g++)
-            w->spins.axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
-}
-
 /* The rates of the spins' deviations at the nodes: those of the polynomials that go through what they have come to
  * there. */
 static void put_rates_of_spins(variations_t *w, long long step, long long row, double h, double *rates)
@@ -145,13 +137,15 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
     }
 }
 
-/* The step is solved: its end for the axial speeds, and the rates of the spins (nodes x size x columns), or null. */
+/* The step is solved: its end for the axial speeds, and the rates of the spins (nodes x size x columns), or null. Where
+ * nothing fades and nobody looks between rows its end is all that is asked for. */
 static void finish_spins(variations_t *w, long long step, long long row, double h, double *rates)
 {
-    if (!w->spins.fades && !rates) {
-        end_axial_moved(w, h);
+    for (int k = 0; k < FREE(w) && !w->spins.fades && !rates; k++)
+        for (int g = 0; g < w->groups; g++)
+            w->spins.axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
+    if (!w->spins.fades && !rates)
         return;
-    }
     put_axial_moved(w, step, row, h);
     if (rates)
         put_rates_of_spins(w, step, row, h, rates);

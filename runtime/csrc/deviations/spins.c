@@ -15,13 +15,6 @@
 
 #define SUMS(w) (2*(w)->wheels)                 /* momenta; as many moments */
 
-/* Make numbers of rollers that stick zero. */
-static void leave_turning(const variations_t *w, lanes_t *of_rollers)
-{
-    for (int k = 0; k < FREE(w); k++)
-        of_rollers[k] *= 1 - w->spins.sticks[k];
-}
-
 /* The axial speeds of the disks where rollers are, and how these move with a point: those of rollers without a spin. */
 static void put_disks(const variations_t *w, const vehicle_t *vehicle, const lanes_t *at, const lanes_t *moved)
 {
@@ -143,9 +136,8 @@ static void begin_spins(variations_t *w, long long row)
         for (int k = 0; k < count; k++) {
             const lanes_t axial = moved[first_momentum(w) + k] + SET_SPINS_STICK*w->spins.disks_moved[k];
             w->spins.axial_moved[k*groups + g] = (1 - w->spins.sticks[k])*axial;
-            by_torque[k] = w->spins.response[k]*w->spins.torque_moved[k*groups + g];
+            by_torque[k] = (1 - w->spins.sticks[k])*w->spins.response[k]*w->spins.torque_moved[k*groups + g];
         }
-        leave_turning(w, by_torque);
         put_momenta_of(w, by_torque, moments);
         for (int k = 0; k < SUMS(w); k++)
             w->given[(moving + k)*groups + g] = moments[k];
@@ -198,8 +190,8 @@ static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
         const int grown = (1 + number)*count + k;
         if (number >= 0)
             rate[k] += s->fading[grown]*spin_of(w, k) + s->response[grown]*s->bearing[k];
+        rate[k] *= 1 - s->sticks[k];
     }
-    leave_turning(w, rate);
     put_momenta_of(w, rate, to);
 }
 

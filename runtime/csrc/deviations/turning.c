@@ -46,14 +46,3 @@ static void put_row_of_turn(variations_t *w, int i)
     }
     slope[first_turn(w) + i] = w->contacts.slipping_at[i];
 }
-
-/* What contacts add to the slopes in a step, when those of the core and of the slips are known. */
-static void put_contacts(variations_t *w, long long row)
-{
-    const int wheels = OWN_WHEELS(w->wheels);
-    for (int i = 0; i < wheels; i++) {
-        put_carries(w, row, i);
-        if (turns_in(w, row, i))
-            put_row_of_turn(w, i);
-    }
-}

@@ -269,11 +269,11 @@ static void find_given(variations_t *w)
             || (u < moving && !are_zero(w->given + (w->inputs + u)*groups, groups));
 }
 
-/* Whether nothing moves in a direction by itself, or nothing deviates along it, so that no slope by it is needed. */
+/* Whether no slope by a direction is needed: it is an input that does not deviate, or nothing moves in it by itself. */
 ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
 {
-    const int input = d - w->core - w->felt;
-    return (d < first_turn(w) && input >= 0 && !w->is_given[input]) || is_bound_to_ground(w, row, d);
+    const int input = d < first_turn(w) ? d - w->core - w->felt : -1;
+    return (input >= 0 && !w->is_given[input]) || is_bound_to_ground(w, row, d);
 }
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
@@ -469,10 +469,8 @@ static void put_felt(variations_t *w, double h)
 /* What a step is given at a node. */
 ALWAYS_INLINE lanes_t given_at(const variations_t *w, int u, int j, int g)
 {
-    const lanes_t own = w->given[u*w->groups + g];
-    if (u >= SET_MOVING*w->wheels)
-        return own;
-    return own + w->length*w->node.node[j]*w->given[(w->inputs + u)*w->groups + g];
+    const lanes_t own = w->given[u*w->groups + g], *const rises = w->given + (w->inputs + u)*w->groups;
+    return u < SET_MOVING*w->wheels ? own + w->length*w->node.node[j]*rises[g] : own;
 }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
@@ -592,8 +590,11 @@ static void put_slopes(variations_t *w, long long step, long long row)
         slopes_of_core(w, row, b);
         slopes_of_followers(w, b);
     }
-    if (SET_GRIPS)
-        put_contacts(w, row);
+    for (int i = 0; i < SET_GRIPS*w->wheels; i++) {
+        put_carries(w, row, i);
+        if (turns_in(w, row, i))
+            put_row_of_turn(w, i);
+    }
     for (int k = 0; k < w->equations*w->directions; k++)
         w->is_still[k] = are_zero(w->slope[k].lanes, w->blocks);
 }
@@ -743,17 +744,4 @@ static int vary_along(variations_t *w, long long step, long long row)
         put_spins_at_end(w);
     }
     return 1;
-}
-
-/* The same at a part of a step, from 0 to 1, which is followed in pieces. */
-static void vary_up_to(variations_t *w, long long step, long long row, double x)
-{
-    begin_step(w, row);
-    vary_in_pieces(w, step, row, x);
-    if (SET_GATHERS) {
-        take_piece(w, x, 0);
-        put_point(w, step, row, 0);
-        put_spins_at_end(w);
-        take_step(w);
-    }
 }

@@ -84,8 +84,9 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
 void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
                              const long long *phases, const double *x, double *moved);
 
-/* Let all that sticks in a row in which a phase begins, of wheels that roll, take what it does from the deviations. */
-void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase);
+/* Let all that sticks in a row in which a phase begins, of wheels that roll, take what it does from the deviations; at
+ * the start of a run with free rollers first make of those of nu, chi and their spins, N x (n-1) x P, the rest. */
+void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase, const double *spins);
 
 /* The names of the numbers of the core beside nu, or of the inputs, in their order. */
 const char *omniroll_variations_names(int inputs);

@@ -177,9 +177,13 @@ class CompiledVariations:
         self._why = np.zeros(2, np.int32)
         self._fill(sticking)
 
-    def begin(self, phase: int) -> None:
-        """Let what sticks where a phase begins, of wheels that roll, take what it does from the deviations there."""
-        self.module.lib.omniroll_begin(self.struct, int(self.motion.phases[phase]), phase)
+    def begin(self, phase: int, spins: np.ndarray | None = None) -> None:
+        """Let what sticks where a phase begins, of wheels that roll, take what it does from the deviations there. At a
+        start at which free rollers' spins deviate by (P, N, n-1) find what follows from these first."""
+        moved = self.module.ffi.NULL
+        if spins is not None:
+            moved = self._pointer(spins.reshape(len(spins), -1).T, "double")
+        self.module.lib.omniroll_begin(self.struct, int(self.motion.phases[phase]), phase, moved)
 
     def why(self) -> str:
         """Why a row has not been passed."""

@@ -227,10 +227,17 @@ class Sweep:
         return set(self.motion.switched.tolist())
 
     def _put_start(self) -> None:
-        self.rows[0], axial = self._start()
-        if axial is not None:
-            self.axial[0] = axial
-        self.compiled.begin(0)
+        places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
+        if plain.slips:
+            self.rows[0], axial = self._start()
+            if axial is not None:
+                self.axial[0] = axial
+            return
+        for name in ("nu", "chi", "pose"):
+            if name in given:
+                self.rows[0, places[name]] = given[name].T
+        still = np.zeros((len(self.columns), plain.wheels, plain.rollers_per_wheel - 1))
+        self.compiled.begin(0, given.get("spins", still) if plain.has_spins else None)
 
     def _pass_together(self, row: int) -> None:
         """A switch of several wheels, or of one that grazes its joint."""
@@ -259,8 +266,7 @@ class Sweep:
         state = self._begun(state)
         moved = self.passage.deviation(self.passage.whole(self.motion.y[0], state, kernel)).T
         own = None if spins is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
-        begins = self.sticking is not None and self.motion.plain.slips  # C does that where wheels roll
-        return self.sticking.began(moved) if begins else moved, own
+        return moved if self.sticking is None else self.sticking.began(moved), own
 
     def _begun(self, state: State) -> State:
         """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""
