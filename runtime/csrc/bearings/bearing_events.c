@@ -1,5 +1,5 @@
-/* Where a bearing whose rate is a number of the core changes its mode: one that turns comes to rest, one that sticks is asked for more
- * than it takes. As events.c does for wheels and guards. */
+/* Where a bearing whose rate is a number of the core changes its mode: one that turns comes to rest, one that sticks is
+ * asked for more than it takes. As events.c does for wheels and guards. */
 
 /* What holds is rounded so. */
 ALWAYS_INLINE double rounding_of_holding(double torque, double holding)

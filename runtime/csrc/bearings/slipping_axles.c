@@ -61,8 +61,9 @@ static void begin_torques(omniroll_run_t *run, const work_t *work)
 
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
 
-/* Some time has passed where wheels may slip. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
- * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
+/* Some time has passed where wheels may slip. Where the ground is stiff, the torque at the end of a step that has ended at an
+ * axle is not its bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there
+ * even so. */
 static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     const int landed = s->event.landing - s->wheels - s->event.guards;

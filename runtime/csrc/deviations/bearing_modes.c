@@ -74,7 +74,7 @@ ALWAYS_INLINE lanes_t *torque_of_bearing(const variations_t *w, lanes_t *own, in
 }
 
 /* Let a bearing of the point stick, or turn to a side. */
-ALWAYS_INLINE void put_own_mode(const variations_t *w, int k, long long mode)
+ALWAYS_INLINE void put_bearing_mode(const variations_t *w, int k, long long mode)
 {
     *of_bearing(w, k, w->bearings.sticks, w->bearings.sticks + w->wheels, w->spins.sticks) = lanes_of(mode == 0);
     *torque_of_bearing(w, w->point, k) = lanes_of(-(double)mode*w->run->bearing_sliding[k]);
@@ -84,5 +84,5 @@ ALWAYS_INLINE void put_own_mode(const variations_t *w, int k, long long mode)
 static void put_bearing_modes(const variations_t *w, long long row)
 {
     for (int k = 0; k < MOST_OWN(w); k++)
-        put_own_mode(w, k, bearing_mode(w, row, k));
+        put_bearing_mode(w, k, bearing_mode(w, row, k));
 }

@@ -71,7 +71,8 @@ ALWAYS_INLINE int is_held(const variations_t *w, const change_t *e, int k)
 /* Whether a bearing comes to rest. */
 ALWAYS_INLINE int stops(const variations_t *w, const change_t *e, int k)
 {
-    return bearing_mode(w, e->before, k) != 0 && bearing_mode(w, e->before, k) != bearing_mode(w, e->after, k) && is_held(w, e, k);
+    const long long before = bearing_mode(w, e->before, k);
+    return before != 0 && before != bearing_mode(w, e->after, k) && is_held(w, e, k);
 }
 
 /* Whether a massless roller stops on its disk while its contact slips: no speed comes to rest, and no rate jumps. */
@@ -127,7 +128,7 @@ static void rates_of_change(const variations_t *w, const change_t *e, int which,
     else
         put_held(w, modes, -1);
     for (int k = 0; k < MOST_OWN(w); k++)
-        put_own_mode(w, k, mode_of(w, e, which, k));
+        put_bearing_mode(w, k, mode_of(w, e, which, k));
     for (int i = 0; i < SET_GRIPS*w->wheels && which == RESTING && e->after > e->row; i++)
         if (rests_behind(w, e->row, i))
             w->point[point_inputs(w) + SET_MODES_INPUT*w->wheels + i] = lanes_of(1);
