@@ -31,10 +31,11 @@ typedef struct {
     const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
     const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
                                              * of its columns are absent, 3; how the directions move with each number */
-    const long long *bearing_mode;              /* T x B: of bearings 0 where one sticks, else its rate's sign: of axles,
+    const long long *bearing_mode;          /* T x B: of bearings 0 where one sticks, else its rate's sign: of axles,
                                              * then of rollers by wheel and place, of others than free ones those in
                                              * contact; or null */
-    const double *bearing_sliding, *bearing_bound, *bearing_bound_moved, *bearing_inertia;    /* B, of these: torques of those that turn;
+    const double *bearing_sliding, *bearing_bound, *bearing_bound_moved, *bearing_inertia;
+                                            /* B, of these: torques of those that turn;
                                              * the largest at rest; P x B, how these move; B, inertias */
     int *enters;                            /* T: not 0 where something happens as a step begins, until it is passed; or
                                              * null */
