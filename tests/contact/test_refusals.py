@@ -67,7 +67,7 @@ def test_what_springs_do_not_go_with_is_said():
     for effects, options, message in (
         ((springs,), {}, "law that knows loads"),
         ((omniroll.Contact(2.0), springs), {}, "law that knows loads"),
-        ((ground, springs, rolling), {}, "wheels' axles"),
+        ((ground, springs, rolling), {}, "rollers have no friction"),
         ((ground, springs), {"engine": "python"}, "choose compiled"),
         ((ground, springs), {"sensitivities": ["mass"]}, "leave Springs out"),
         ((ground, replace(springs, tilt_inertia=1e-6)), {}, "must exceed"),

@@ -165,7 +165,7 @@ SLIPS, STICKS, RUBS = Contact(coefficient=30.0), Bearings(wheel_coulomb=1e-3), B
 
 @pytest.mark.parametrize("name, options, words", [
     ("mecanum", {"effects": (RUBS,)}, "roller_angle = .*rollers' bearings"),
-    ("mecanum", {"effects": (STICKS,)}, "roller_angle = .*axles' bearings, which sticks"),
+    ("mecanum", {"effects": (STICKS,)}, "roller_angle = .*axles' bearings, which sticks; give Bearings a wheel_speed"),
     ("mecanum", {"engine": "python"}, "engine = 'python'.*mecanum"),
     ("two rows", {"engine": "python"}, "two rows of rollers"),
     ("two rows", {"effects": (STICKS,)}, "two rows of rollers"),
@@ -175,8 +175,8 @@ SLIPS, STICKS, RUBS = Contact(coefficient=30.0), Bearings(wheel_coulomb=1e-3), B
     ("two kinds", {"effects": (STICKS,)}, SEVERAL),
     ("two kinds", {"sensitivities": ("mass",)}, SEVERAL),
     ("a tracking wheel", {"effects": (RUBS,)}, "kind whose roller_inertia is 0"),
-    ("spheres", {"effects": (SLIPS,)}, "meridian_radius = .*is not derived beside this"),
-    ("spheres", {"effects": (RUBS,)}, "meridian_radius = .*is not derived beside this"),
+    ("spheres", {"effects": (SLIPS,)}, "meridian_radius = .*does not go with"),
+    ("spheres", {"effects": (RUBS,)}, "meridian_radius = .*does not go with"),
     ("spheres", {"engine": "python"}, "does not go with a roller_profile or meridian_radius"),
     ("spheres", {"effects": (Weight(), Slope(0.1))}, "loads of level ground"),
     ("two rows", {"effects": (Weight(),)}, "two rows|wheels that stay round"),

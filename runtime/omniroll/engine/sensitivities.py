@@ -99,7 +99,7 @@ class Followed:
         spins = None
         if self.axial is not None:
             start, axial = self.rows[self.phases[phase]][..., column], self.axial[phase][..., column]
-            axial = axial.reshape(*phase.shape, motion.plain.wheels, -1)
+            axial = axial.reshape(*phase.shape, motion.plain.wheels, motion.plain.rollers_per_wheel)
             bound, y = look.columns.single(column), with_tangent(look.y, whole)
             spins = tangent_of(motion.later_spins(bound, y, look.row, look.times, start, axial))
         return Sensitivity(name, look.times, **parts, spins=spins)
@@ -253,7 +253,7 @@ class Sweep:
         self.compiled.begin(self.phase + 1)
 
     def _start(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """(m, P) and (P, N, n) the deviations at the start."""
+        """(m, P) and (N n, P) the deviations at the start."""
         trajectory, given, lead = self.trajectory, self.columns.start, (len(self.columns),)
         nu, chi, pose, spins = (
             None if (own := getattr(trajectory, name)) is None
@@ -317,7 +317,7 @@ class Sweep:
         return Instant(self.trajectory.elapsed[[row]], motion.y[[row]], motion.rates[[row]])
 
     def _passed_apart(self, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None] | None:
-        """(m, P) and (P, N, n) the deviations after the switch between this row and the next, where the wheels do not
+        """(m, P) and (N n, P) the deviations after the switch between this row and the next, where the wheels do not
         switch as one in the motions beside the run; None where they do."""
         before, wheels = self._instant(row), np.flatnonzero(self.motion.directions[row + 1])
         times = self._time_deviations(before, moved, wheels)
@@ -373,7 +373,7 @@ class Sweep:
             warnings.warn(OneSidedWarning(text), stacklevel=2)
         if self.axial is None:
             return own, None
-        return own, np.stack([tangent_of(found[order].axial[k]) for k, order in enumerate(rising)])
+        return own, np.stack([tangent_of(found[order].axial[k]).ravel() for k, order in enumerate(rising)], axis=1)
 
     def _in_order(self, row: int, moved: np.ndarray, wheels: np.ndarray) -> Phase:
         """The phase after wheels have switched one after the other, in all columns."""
