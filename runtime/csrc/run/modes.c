@@ -14,13 +14,19 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 
 /* ---- the decision ----------------------------------------------------------------------------------------------- */
 
+/* Whether wheels may stand in this run: beside contacts that stick bearings can hold something. */
+ALWAYS_INLINE int stands_somewhere(const omniroll_run_t *run)
+{
+    return SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->core_bearing_count));
+}
+
 /* What is zero within rounding by the state rests, and sticks so far. Returns whether anything does. */
 static int put_at_rest(omniroll_run_t *run, const work_t *work)
 {
     int resting = 0;
     if (SET_HOLDS)
         put_to_rest(run, work);
-    else if (SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->core_bearing_count)))
+    else if (stands_somewhere(run))
         put_all_to_rest(run, work);
     else {
         if (SET_STICKS)
@@ -118,7 +124,7 @@ static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
             release_used(run, work->standing, &now, use, forces);
         count += use > 0;
     }
-    return count || (SET_STANDS && hold_what_falls_back(run, work));
+    return count || (stands_somewhere(run) && hold_what_falls_back(run, work));
 }
 
 /* Which of what rests sticks. So far all does, which is decided anew where a mode has just ended, or where something is asked
@@ -135,7 +141,7 @@ static void decide_modes(omniroll_run_t *run, const work_t *work)
         let_go_together(run, work);
     else if (!again) {
         find_holding(run, work);
-        again = is_overloaded(run, work, SET_STANDS);
+        again = is_overloaded(run, work, stands_somewhere(run));
     }
     for (int round = 0; again && round <= run->bearing_count + run->grip_count; round++) {
         decide_at_rest(run, work);
