@@ -371,18 +371,12 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         end_of_step(s, wheels);
         const double found = length_to_event(s, wheels, most);
         const double length = length_between(s, found, change <= sweep_tolerance, &cut), moved = length - s->h;
-        ratio_before = ratio;
-        ratio = change/last;
-        (void)ratio_before;
-        if (SET_IS_ACTED_ON) {
-            if (!SET_IS_COUPLED && !s->stiff.on && is_slow(s, k, ratio, ratio_before, tolerance)
-                && change > 100*sweep_tolerance) {              /* it contracts slowly                          */
-                s->stiff.on = 1;
-                stiff_since = k;
-                long_at = k + 2;
-                last = INFINITY;
-                continue;
-            }
+        ratio_before = ratio, ratio = change/last;
+        if (SET_IS_ACTED_ON && !SET_IS_COUPLED && !s->stiff.on && is_slow(s, k, ratio, ratio_before, tolerance)
+            && change > 100*sweep_tolerance) {                  /* it contracts slowly                          */
+            s->stiff.on = 1;
+            stiff_since = k, long_at = k + 2, last = INFINITY;
+            continue;
         }
         double rest = left_by_sweeps(k, change, last, ratio, ratio_before);
         if (rest > sweep_tolerance && changes_rounding(s, wheels, change, ratio, tolerance))
