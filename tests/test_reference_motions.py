@@ -61,6 +61,7 @@ def test_reference_motion(case):
     assert trajectory.t[0] == 0 and trajectory.t[-1] == case["duration"]
     check_switches(case, trajectory, accuracy)
     check_end(case, trajectory, accuracy)
+    assert trajectory.stats["phase_energy_drift"] <= 10 * accuracy
     assert gap(case, trajectory.pose[-1], trajectory.nu[-1], case["end"]) <= accuracy
     found = trajectory.sample([float(s["t"]) for s in case["samples"]])
     for k, wanted in enumerate(case["samples"]):

@@ -19,8 +19,6 @@ from . import (  # noqa: E402
     environments,
     limit,
     motion,
-    mujoco_vehicle,
-    phase_derivatives,
     prices,
     right_hand_side,
     sweeps,
@@ -33,7 +31,6 @@ QUESTIONS = {
     "right_hand_side": right_hand_side,
     "batch": batch,
     "motion": motion,
-    "mujoco_vehicle": mujoco_vehicle,
     "switch_cost": switch_cost,
     "calls": calls,
     "sweeps": sweeps,
@@ -41,7 +38,6 @@ QUESTIONS = {
     "derivatives": derivatives,
     "driven": driven,
     "prices": prices,
-    "phase_derivatives": phase_derivatives,
     "limit": limit,
 }
 PAGE = ROOT / "docs/benchmarks.md"

@@ -1,4 +1,4 @@
-"""Question 6: what a call costs, from Python and back."""
+"""Question 5: what a call costs, from Python and back."""
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def answer() -> Answer:
         for what, times, _ in runs
     ]
     return Answer(
-        title="6. A call",
+        title="5. A call",
         text=(
             "The paper's vehicle with free rollers, from Python. What a call checks, copies and makes is counted. The "
             "error of accelerations is the difference from the Python kernel, that of a run the difference of nu at "

@@ -1,4 +1,4 @@
-"""Question 9: what twelve derivatives of a run cost."""
+"""Question 8: what twelve derivatives of a run cost."""
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def answer() -> Answer:
         )  # fmt: skip
         targets.append(Target(f"12 derivatives within 6 runs: {what}", f"{ratio:.1f} runs", ratio <= MOST))
     return Answer(
-        title="9. Twelve derivatives of a run",
+        title="8. Twelve derivatives of a run",
         text=(
             f"The paper's vehicle over {DURATION:g} s from nu = {START['nu']}, accuracy 1e-9. ms of a plain run with "
             f"its error estimate, and of one with the derivatives by {', '.join(NAMES)}; then of the 24 runs, without "

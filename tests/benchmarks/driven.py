@@ -1,4 +1,4 @@
-"""Question 10: a scene with motors, beside SciPy over the same compiled kernel, and MuJoCo with the same motors."""
+"""Question 9: a scene with motors, beside SciPy over the same compiled kernel, and MuJoCo with the same motors."""
 
 import time
 from dataclasses import replace
@@ -126,7 +126,7 @@ def answer() -> Answer:
     ):
         targets.append(Target(f"driven.toml: >= {least}x faster than {name}", f"{ratio:.0f}x", ratio >= least))
     return Answer(
-        title="10. A scene with motors",
+        title="9. A scene with motors",
         text=(
             "scenes/driven.toml: 6 s, free rollers, impact, geared motors with current limits, "
             f"{len(phases_of(fine))} phases. ms for the whole motion, minimum (median), of the fastest setting whose "

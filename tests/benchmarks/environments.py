@@ -1,4 +1,4 @@
-"""Question 8: environments for learning, many vehicles that step together on one core."""
+"""Question 7: environments for learning, many vehicles that step together on one core."""
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def answer() -> Answer:
     least, median = ((STEPS * ENVIRONMENTS) / time for time in (took.least, took.median))
     task, each = agents.env.task, took.in_unit(1e6 / (STEPS * ENVIRONMENTS))
     return Answer(
-        title="8. Environments for learning",
+        title="7. Environments for learning",
         text=(
             f"{ENVIRONMENTS} vehicles of omniroll.gym with free rollers and motors step together in one thread, "
             f"{task.step:g} s a step, under random actions: engine, rewards, observations, new episodes. The error is "

@@ -1,4 +1,4 @@
-"""Question 13: how near the engine is to the price of its evaluations, and where the rest goes."""
+"""Question 11: how near the engine is to the price of its evaluations, and where the rest goes."""
 
 from costs.counting import LEVEL
 from costs.shares import ACCURACY, LENGTH, MODELS, shares
@@ -50,7 +50,7 @@ def answer() -> Answer:
     parts = [[part, *(f"{100 * found[model].get(part, 0):.0f} %" for model in found)] for part in found[MODELS[0]]]
     kernel = min(share["the kernel"] for share in found.values())
     return Answer(
-        title="13. How near the engine is to its kernel",
+        title="11. How near the engine is to its kernel",
         text=(
             "Motion 3 without its error estimate. The limit is what its evaluations would cost in the batch kernel, "
             "which has sixteen vehicles on the way at once and nothing to do between them. The engine has the sixteen "

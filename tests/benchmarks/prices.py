@@ -1,4 +1,4 @@
-"""Question 11: what effects cost, in instructions of the engine."""
+"""Question 10: what effects cost, in instructions of the engine."""
 
 from collections.abc import Sequence
 
@@ -49,7 +49,7 @@ def answer() -> Answer:
         ),
     ]
     return Answer(
-        title="11. What effects cost",
+        title="10. What effects cost",
         text=(
             "The paper's vehicle with free rollers, impact, nu = (5, 0, 5), accuracy 1e-9. Instructions of the "
             f"engine between {LENGTHS[0]} and {LENGTHS[1]} s, counted by callgrind at the level {LEVEL}: of an "

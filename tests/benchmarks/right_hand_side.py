@@ -44,36 +44,6 @@ __attribute__((externally_visible)) void rhs(const double *in, double *out)
 # The kernel as a library has it, with the vehicle as data; or included, so that the compiler knows the vehicle.
 INCLUDES = {"omniroll": "omniroll.h", "omniroll, vehicle compiled in": "omniroll.c"}
 
-# Dense Cholesky, as a user of a mass matrix and a force would solve; M and f come from SymPy's C.
-CHOLESKY = """
-#include <math.h>
-#define SIZE {size}
-void mass_and_force(const double *in, double m[SIZE][SIZE], double *f);
-void rhs(const double *in, double *x)
-{{
-    static double m[SIZE][SIZE];
-    mass_and_force(in, m, x);
-    for (int i = 0; i < SIZE; i++) {{
-        for (int j = 0; j <= i; j++) {{
-            double sum = m[i][j];
-            for (int k = 0; k < j; k++)
-                sum -= m[i][k]*m[j][k];
-            m[i][j] = i == j ? 1/sqrt(sum) : sum*m[j][j];
-        }}
-        double sum = x[i];
-        for (int k = 0; k < i; k++)
-            sum -= m[i][k]*x[k];
-        x[i] = sum*m[i][i];
-    }}
-    for (int i = SIZE; i-- > 0; ) {{
-        double sum = x[i]*m[i][i];
-        x[i] = sum;
-        for (int k = 0; k < i; k++)
-            x[k] -= m[i][k]*sum;
-    }}
-}}
-"""
-
 
 def ours(folder, vehicle, name, tool="omniroll"):
     """This project's C: `accelerations`, or `forward_dynamics` with two momenta a wheel."""
@@ -177,55 +147,6 @@ def sympy_c(name, symbols, outputs):
     return "#include <math.h>\n" + name + "\n{\n" + "\n".join(lines) + "\n}\n"
 
 
-def sympy_generic(folder, vehicle):
-    """M and f by SymPy's differentiation, cse() and ccode(); a dense Cholesky solver around them."""
-    wheels, places = vehicle.wheels, vehicle.rollers_per_wheel - 1
-    nu = list(sympy.symbols("nu:3"))
-    chi = list(sympy.symbols(f"chi:{wheels}"))
-    spins = list(sympy.symbols(f"spin:{wheels * places}"))
-    theta = sympy.Symbol("theta")
-    w, q = nu + spins, [theta, *chi]
-    rates = coordinate_rates(vehicle, nu, spins, theta, chi, sympy.sin, sympy.cos)
-    v = list(sympy.symbols(f"v:{len(rates)}"))
-    energy = kinetic_energy(vehicle, chi, v, sympy.sin)
-    values = dict(zip(v, rates, strict=True))
-    terms = {symbol: [] for symbol in v + q}
-    for term in sympy.Add.make_args(sympy.expand(energy)):  # term by term: SymPy's diff of long sums is slow
-        for symbol in term.free_symbols:
-            terms[symbol].append(term.diff(symbol))
-    gradient = {symbol: sympy.Add(*found).xreplace(values) for symbol, found in terms.items()}
-    momenta = [gradient[symbol] for symbol in v]
-    at_zero = {theta: sympy.Integer(0)}
-
-    def derivatives(expressions, symbols):
-        return [{b: e.diff(s) for b, s in enumerate(symbols) if s in e.free_symbols} for e in expressions]
-
-    V, by_w, by_q = derivatives(rates, w), derivatives(momenta, w), derivatives(momenta, q)
-    mass, force = {}, [0] * len(w)
-    for k, row in enumerate(V):
-        drift = sum(slope * rates[2 + c] for c, slope in by_q[k].items())
-        if 2 <= k < 3 + wheels:
-            drift -= gradient[q[k - 2]]
-        for a, factor in row.items():
-            force[a] -= factor * drift
-            for b, inertia in by_w[k].items():
-                mass[a, b] = mass.get((a, b), 0) + factor * inertia
-    outputs = [(f"f[{a}]", sympy.sympify(value).xreplace(at_zero)) for a, value in enumerate(force)]
-    outputs += [(f"m[{a}][{b}]", value.xreplace(at_zero)) for (a, b), value in sorted(mass.items()) if b <= a]
-    size = len(w)
-    source, solver = folder / "sympy_generic.c", folder / "sympy_solve.c"
-    zero = [(f"m[{a}][{b}]", sympy.Integer(0)) for a in range(size) for b in range(a) if (a, b) not in mass]
-    source.write_text(
-        sympy_c(
-            f"void mass_and_force(const double *in, double m[{size}][{size}], double *f)",
-            nu + chi + spins,
-            outputs + zero,
-        )
-    )
-    solver.write_text(CHOLESKY.format(size=size))
-    return RightHandSide(folder, "sympy_generic", [source, solver], size)
-
-
 def sympy_reduced(folder, vehicle, as_data=False):
     """The reduced form with the vehicle's numbers in the code, or as data."""
     wheels = vehicle.wheels
@@ -295,14 +216,13 @@ def measure(rollers):
             for tool, solver in (("solve()", "qr"), ("LDL, nu first", "ldl, nu first")):
                 peer = casadi_generic(folder, vehicle, solver)
                 found["full", f"CasADi, {tool}"] = measured(peer, full, truth)
-        found["full", "SymPy, Cholesky"] = measured(sympy_generic(folder, vehicle), full, truth)
     return found
 
 
 KNOWN = ", vehicle compiled in"
 PEERS = ("CasADi, solve()", "CasADi, LDL, nu first", "CasADi, LDL, spins first")
 TOOLS = (
-    *(("full", tool) for tool in (*INCLUDES, *PEERS, "SymPy, Cholesky")),
+    *(("full", tool) for tool in (*INCLUDES, *PEERS)),
     *(("forward_dynamics", tool + how) for how in ("", KNOWN) for tool in ("omniroll", "CasADi", "SymPy")),
 )
 
@@ -343,10 +263,9 @@ def answer() -> Answer:
             "differentiate, CasADi solves M w' = f for all 3 + N (n-1) unknowns by its `solve()` (a "
             "symbolic QR) or by its LDL^T, in two orders of the unknowns: as they stand in the output (nu "
             "first, which fills the factor; both not tried beyond n = 15) and with the spins first (no "
-            "fill). SymPy's C of M and f stands in a dense Cholesky solver. *Reduced*: the same formulas, "
-            "this project's, go through each tool's code generator. The peers of the full form have the "
-            "vehicle's numbers and N, n in their code; of this project's kernel, which takes them as "
-            "data, both variants are shown."
+            "fill). *Reduced*: the same formulas, this project's, go through each tool's code generator. "
+            "The peers of the full form have the vehicle's numbers and N, n in their code; of this "
+            "project's kernel, which takes them as data, both variants are shown."
         ),
         headings=["form", "tool", *(f"n = {n}" for n in ROLLERS)],
         rows=rows,

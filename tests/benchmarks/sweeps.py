@@ -1,4 +1,4 @@
-"""Question 7: many short runs against one long one."""
+"""Question 6: many short runs against one long one."""
 
 import time
 
@@ -61,7 +61,7 @@ def answer() -> Answer:
         ["1000 members, two threads", two_core.in_unit(1e6 / whole), two.in_unit(1e6 / whole), f"{error:.0e}"],
     ]
     return Answer(
-        title="7. A sweep",
+        title="6. A sweep",
         text=(
             "Motion 3 (locked rollers, smooth switches, accuracy 1e-9): 1000 vehicles of different masses, 20 s each, "
             "with error estimates and without trajectories, against one run of 1000 s without an estimate. "

@@ -1,4 +1,4 @@
-"""Question 5: what a switch costs beyond the integration around it."""
+"""Question 4: what a switch costs beyond the integration around it."""
 
 import time
 
@@ -70,7 +70,7 @@ def answer() -> Answer:
             claim = f"a switch costs less than 1 microsecond: {roller_model}, {switching}"
             targets.append(Target(claim, f"{cost.least * 1e9:.0f} ns", cost.least < 1e-6))
     return Answer(
-        title="5. A switch",
+        title="4. A switch",
         text=(
             "The compiled engine runs one step from a state at the joint, which it has to pass first, and "
             "from the state just behind the joint; the difference is the switch: finding that it is due, "

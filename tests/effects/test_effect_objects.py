@@ -193,6 +193,7 @@ class SwingingProcess(Process):
 
 def test_an_effect_of_somebody_else():
     run = simulate(PAPER, nu=(0, 0, 0), duration=1.5, roller_model="massless", effects=[Swinging(-0.01)], control=False)
+    assert run.stats["engine"] == "compiled"
     ratio = PAPER.platform_radius / PAPER.wheel_radius
     inertia = PAPER.yaw_inertia + PAPER.wheels * PAPER.wheel_inertia * ratio**2
     expected = PAPER.wheels * 0.01 * ratio / inertia * (1 - np.cos(10 * run.t)) / 10

@@ -1,9 +1,9 @@
-"""Trajectories with effects: files, stops, progress."""
+"""Trajectories with effects: files and stops."""
 
-import math
 
 import numpy as np
 import pytest
+from held_wheel import CHI, torques_that_hold
 
 from omniroll import (
     Bearings,
@@ -16,7 +16,6 @@ from omniroll import (
     Vehicle,
     simulate,
 )
-from omniroll.kernels.kernel import kernel
 
 PAPER = Vehicle.paper()
 JOINT = np.pi / 5
@@ -70,25 +69,12 @@ def test_files_keep_every_bit_and_the_effects(tmp_path, name, ending, dense):
 # Stops
 
 
-def torques_that_hold(roller_model):
-    """Torques that push wheel 0 outwards on both sides of its joint, with chi: M* differs between them."""
-    chi = np.array([JOINT, 0.2, -0.1])
-    bound = kernel(PAPER, roller_model, "python")
-    wheels = bound.wheel_speeds(np.eye(3)).T
-    pushes = [wheels @ np.linalg.solve(bound.mass_matrix([side, *chi[1:]]), wheels[0]) for side in (chi[0], -chi[0])]
-    a, b = (push / np.linalg.norm(push) for push in pushes)
-    torques = (a - b) / np.abs(a - b).max() * 0.02
-    assert pushes[0] @ torques > 0 > pushes[1] @ torques
-    return torques, chi
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(("engine", "longest"), [("python", 0.0), ("compiled", 1e-4)])
 def test_what_was_done_before_a_stop_is_kept(tmp_path, engine, longest):
     """At rest on its joint until the torques come that hold it there; the compiled engine sees it within 0.1 ms."""
-    torques, chi = torques_that_hold("locked")
-    table = TorqueTable([0.0, 0.1], [[0, 0, 0], torques], interpolation="hold")
-    start = {"nu": (0, 0, 0), "chi": chi, "roller_model": "locked", "duration": 1, "accuracy": 1e-6}
+    table = TorqueTable([0.0, 0.1], [[0, 0, 0], torques_that_hold("locked")], interpolation="hold")
+    start = {"nu": (0, 0, 0), "chi": CHI, "roller_model": "locked", "duration": 1, "accuracy": 1e-6}
     with pytest.raises(SimulationStopped) as stopped:
         simulate(PAPER, **start, effects=[table, VISCOUS], engine=engine)
     run = stopped.value.trajectory
@@ -97,18 +83,3 @@ def test_what_was_done_before_a_stop_is_kept(tmp_path, engine, longest):
     run.save(tmp_path / "part.npz")
     again = Trajectory.load(tmp_path / "part.npz")
     assert (again.added == run.added).all() and again.ledger == run.ledger
-
-
-# Progress
-
-
-def test_progress_is_told_and_times_are_exact():
-    told = []
-    run = simulate(
-        PAPER, **START, duration=1.0, start_time=100.0, effects=SETS["driven"], control=False, accuracy=1e-6,
-        progress=lambda done, whole: told.append((done, whole)),
-    )  # fmt: skip
-    assert told[-1] == (1.0, 1.0) and [done for done, _ in told] == sorted(done for done, _ in told)
-    samples = 0.07 * np.arange(math.ceil(1 / 0.07))
-    assert all((run.elapsed == sample).any() for sample in samples)
-    assert run.t[-1] == 101.0

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from held_wheel import CHI, torques_that_hold
 
 import omniroll
 from firmware.vehicle import BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, NO_PROGRESS, OK, UNFINISHED, FirmwareVehicle
@@ -38,14 +39,14 @@ models = pytest.mark.parametrize("model", MODELS)
 laws = pytest.mark.parametrize("law", LAWS)
 
 
-def firmware(model, law="impact", case="alone", number_type="double", vehicle=PAPER):
-    """The vehicle with the effects of a case, and what acts on it."""
+def firmware(model, law="impact", case="alone", number_type="double", also=()):
+    """The paper's vehicle with the effects of a case and what acts on it; `also`: further parts of its set."""
     effects, inputs = CASES[case]
-    acting = EffectSet.checked(effects, vehicle)
-    names = acting.kernel(vehicle, model, "python").effects
-    constants = acting.constants(vehicle)
+    acting = EffectSet.checked(effects, PAPER)
+    names = (*acting.kernel(PAPER, model, "python").effects, *also)
+    constants = acting.constants(PAPER)
     return FirmwareVehicle(
-        acting.equipped(vehicle), model, names, constants=constants, inputs=inputs, law=law, number_type=number_type
+        acting.equipped(PAPER), model, names, constants=constants, inputs=inputs, law=law, number_type=number_type
     )
 
 
@@ -320,17 +321,10 @@ def test_a_vehicle_that_is_none(field, value, status):
 @pytest.mark.parametrize("model", ["locked", "free"])
 @laws
 def test_a_wheel_that_is_held_on_its_joint_ends_or_says_so(model, law, number_type):
-    """Torques push wheel 0 outwards on both sides of its joint, since the mass matrix differs between them."""
-    chi = np.array([JOINT, 0.2, -0.1])
-    bound = kernel(PAPER, model, "python")
-    wheels = bound.wheel_speeds(np.eye(3)).T
-    pushes = [wheels @ np.linalg.solve(bound.mass_matrix([side, *chi[1:]]), wheels[0]) for side in (chi[0], -chi[0])]
-    a, b = (push / np.linalg.norm(push) for push in pushes)
-    torque = (a - b) / np.abs(a - b).max() * 0.02
-    assert pushes[0] @ torque > 0 > pushes[1] @ torque
-    vehicle = FirmwareVehicle(PAPER, model, ("drive",), inputs={"torque": torque}, law=law, number_type=number_type)
+    inputs = {"torque": torques_that_hold(model)}
+    vehicle = FirmwareVehicle(PAPER, model, ("drive",), inputs=inputs, law=law, number_type=number_type)
     joint = vehicle.lib.omniroll_joint(vehicle.model)
-    assert vehicle.start((0, 0, 0), (joint, 0.2, -0.1)) == OK
+    assert vehicle.start((0, 0, 0), (joint, *CHI[1:])) == OK
     first = vehicle.step(1e-3)
     assert first in (OK, UNFINISHED, NO_PROGRESS)
     if number_type == "double":

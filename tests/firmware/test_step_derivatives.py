@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import omniroll
-from firmware.test_step import CASES, JOINT, MODELS, PAPER, START
+from firmware.test_step import CASES, JOINT, MODELS, PAPER, START, firmware
 from firmware.vehicle import BAD_NUMBER, NO_DERIVATIVE, OK, UNFINISHED, FirmwareVehicle
-from omniroll.effects.effect_set import EffectSet
 
 MOVED, STEP = 3e-6, 0.01  # of second order
 HERE = [*START["nu"], *START["pose"], *START["chi"]]
@@ -21,13 +20,7 @@ kinds = pytest.mark.parametrize(
 
 
 def with_derivatives(model, case, number_type="double", law="impact"):
-    effects, inputs = CASES[case]
-    acting = EffectSet.checked(effects, PAPER)
-    names = (*acting.kernel(PAPER, model, "python").effects, "derivatives")
-    constants = acting.constants(PAPER)
-    return FirmwareVehicle(
-        acting.equipped(PAPER), model, names, constants=constants, inputs=inputs, number_type=number_type, law=law
-    )
+    return firmware(model, law, case, number_type, also=("derivatives",))
 
 
 def row_of(vehicle):

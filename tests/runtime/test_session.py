@@ -6,6 +6,7 @@ import threading
 
 import numpy as np
 import pytest
+from held_wheel import CHI, torques_that_hold
 
 from omniroll import (
     Bearings,
@@ -24,7 +25,6 @@ from omniroll import (
     tau,
 )
 from omniroll.effects.effect import Process
-from omniroll.kernels.kernel import kernel
 from omniroll.scenes import load_scene
 
 PAPER = Vehicle.paper()
@@ -435,15 +435,10 @@ def test_wrong_sessions_are_refused(field, make):
 
 def test_a_session_that_stops_stands_where_it_stopped():
     """Torques push a wheel outwards on both sides of its joint: it is held there, and goes to and fro."""
-    chi = np.array([np.pi / 5, 0.2, -0.1])
-    bound = kernel(PAPER, "locked", "python")
-    wheels = bound.wheel_speeds(np.eye(3)).T
-    pushes = [wheels @ np.linalg.solve(bound.mass_matrix([side, *chi[1:]]), wheels[0]) for side in (chi[0], -chi[0])]
-    a, b = (push / np.linalg.norm(push) for push in pushes)
-    session = Session(PAPER, chi=chi, roller_model="locked", accuracy=1e-6)
+    session = Session(PAPER, chi=CHI, roller_model="locked", accuracy=1e-6)
     session.step(0.1)
     with pytest.raises(SimulationStopped, match="without progress") as stopped:
-        session.step(1.0, torque=(a - b) / np.abs(a - b).max() * 0.02)
+        session.step(1.0, torque=torques_that_hold("locked"))
     assert 0.1 <= session.time == stopped.value.t < 0.1 + 1e-4
     assert stopped.value.trajectory is None and stopped.value.state["contact"] == session.contact.tolist()
     session.reset()
