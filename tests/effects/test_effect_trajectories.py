@@ -1,6 +1,5 @@
 """Trajectories with effects: files and stops."""
 
-
 import numpy as np
 import pytest
 from held_wheel import CHI, torques_that_hold
@@ -18,7 +17,6 @@ from omniroll import (
 )
 
 PAPER = Vehicle.paper()
-JOINT = np.pi / 5
 MOTOR = Motor((3.0, -2.0, 1.0), 0.02, 1.5, gear_ratio=3, current_limit=0.7, rotor_inertia=1e-6)
 VISCOUS = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
 COULOMB = Bearings(wheel_coulomb=1e-3, wheel_speed=0.5, roller_coulomb=1e-5, roller_speed=0.5)

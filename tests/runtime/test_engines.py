@@ -1,6 +1,5 @@
 """The compiled engine against the Python engine, over random scenes of every effect."""
 
-
 import numpy as np
 import pytest
 from random_scenes import MODELS, PAPER, SCENES, random_scene

@@ -13,7 +13,6 @@ from omniroll.engine.integrate import PhaseIntegrator, StepTooSmallError
 PAPER = Vehicle.paper()
 JOINT = np.pi / 5
 MODELS = ("massless", "locked", "free")
-LAWS = ("smooth", "impact")
 QUICK = {"engine": "compiled", "accuracy": 1e-8}
 
 
