@@ -21,7 +21,6 @@ MEASURED = (
     "accuracy-motion-3",
     "benchmark-batch",
     "benchmark-motion-3",
-    "benchmark-mujoco",
     "benchmark-right-hand-side",
 )
 

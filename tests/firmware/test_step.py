@@ -50,10 +50,10 @@ def firmware(model, law="impact", case="alone", number_type="double", also=()):
     )
 
 
-def engine(model, law, case="alone", duration=1.0, start=START, vehicle=PAPER):
-    """The trajectory of the Python engine."""
+def engine(model, law, case):
+    """The trajectory of the Python engine over 1 s."""
     return omniroll.simulate(
-        vehicle, **start, duration=duration, roller_model=model, switching=law, accuracy=1e-10, engine="python",
+        PAPER, **START, duration=1.0, roller_model=model, switching=law, accuracy=1e-10, engine="python",
         effects=CASES[case][0],
     )  # fmt: skip
 

@@ -13,7 +13,6 @@ from omniroll.engine.integrate import PhaseIntegrator, StepTooSmallError
 PAPER = Vehicle.paper()
 JOINT = np.pi / 5
 MODELS = ("massless", "locked", "free")
-QUICK = {"engine": "compiled", "accuracy": 1e-8}
 
 
 def test_the_watchdog_stops_a_run_and_keeps_it(bouncing):
@@ -26,7 +25,7 @@ def test_the_watchdog_stops_a_run_and_keeps_it(bouncing):
 
 
 def test_a_step_that_becomes_too_small_names_a_wheel_and_what_to_change(monkeypatch):
-    """The Python engine; the compiled one in contact/test_ordinary_manoeuvres.py."""
+    """The Python engine; the compiled one in contact/test_scenes_that_failed.py."""
 
     def step(*_):
         raise StepTooSmallError
