@@ -48,7 +48,7 @@ def test_the_program_of_the_page_drives_motors_without_a_limit_of_their_current(
     (tmp_path / "driven.toml").write_text(re.sub(r"(?m)^current_limit.*$", "", scene))
     command = ["kernel", str(tmp_path / "driven.toml"), "--output", str(tmp_path), "--constants"]
     assert omniroll.cli.main(command) == 0
-    (program,) = blocks(PAGE, "c")
+    (program,) = blocks("c", PAGE)
     shown = 'printf("%.9f %.9f %.9f", state.nu[0], state.nu[1], state.nu[2]);\n    return status;'
     (tmp_path / "main.c").write_text("#include <stdio.h>\n" + program.replace("return status;", shown))
     run(tool("gcc"), *STRICT, tmp_path / "main.c", tmp_path / "omniroll.c", "-lm", "-o", tmp_path / "program")

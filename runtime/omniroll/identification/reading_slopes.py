@@ -141,7 +141,8 @@ class _Slopes:
         """(1 + P, T, N, n-1) of the free rollers, carrying their deviations."""
         phase = self.motion.phase_of(self.row)
         start = np.moveaxis(self.followed.rows[self.followed.phases[phase]], -1, 0)
-        axial = np.moveaxis(self.followed.axial[phase], 1, 0)
+        axial = np.moveaxis(self.followed.axial[phase], -1, 0)
+        axial = axial.reshape(*axial.shape[:2], self.motion.plain.wheels, self.motion.plain.rollers_per_wheel)
         start, axial = (np.concatenate([np.zeros_like(part[:1]), part]) for part in (start, axial))
         time = np.zeros((len(self.columns), 1))
         time[0] = 1.0
