@@ -71,21 +71,23 @@ ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
     return rate;
 }
 
-/* How far a bearing is beyond the end of its mode at the step's end, and what is beyond rounding. */
-ALWAYS_INLINE double bearing_at_end(const step_t *s, int k, double *beyond)
+/* How far a bearing is beyond the end of its mode at the step's end. */
+ALWAYS_INLINE double bearing_at_end(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->hold.bearing + k;
-    const double start = bearing_start(s, k);
-    if (bearing->mode) {
-        *beyond = PASSED*EPS*(bearing->size + fabs(start)) + s->hold.residual;
-        if (is_spin(s, k))
-            return spin_at_end(s, k);
-        return -bearing->mode*(start + s->h*weighted(s->rate_core + bearing_rates_at(s->wheels) + k, &gauss_weight));
-    }
-    const double torque = weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k];
-    const double most = bound_of(s->hold.bearing + k);
-    *beyond = 0;
+    if (is_spin(s, k))
+        return spin_at_end(s, k);
+    if (bearing->mode)
+        return -bearing->mode*(bearing_start(s, k)
+                               + s->h*weighted(s->rate_core + bearing_rates_at(s->wheels) + k, &gauss_weight));
+    const double torque = weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k], most = bound_of(bearing);
     return fabs(torque) - most - BEARING_LANDS*rounding_of_holding(torque, most);
+}
+
+/* What counts as rounding of the rate of one that turns. */
+ALWAYS_INLINE double rounding_of_turning(const step_t *s, int k)
+{
+    return PASSED*EPS*(s->hold.bearing[k].size + fabs(bearing_start(s, k))) + s->hold.residual;
 }
 
 /* What is rounding of it, where the bearing sticks. */
@@ -136,12 +138,12 @@ ALWAYS_INLINE int ends_no_step(const step_t *s, int k)
 static double length_to_bearing(step_t *s, const int wheels, double length)
 {
     for (int k = 0; k < s->hold.count; k++) {
-        double beyond;
         if (ends_no_step(s, k))
             continue;
-        const double value = bearing_at_end(s, k, &beyond);
+        const double value = bearing_at_end(s, k);
         if (value <= 0 && length <= s->h)
             continue;
+        const double beyond = s->hold.bearing[k].mode ? rounding_of_turning(s, k) : 0;
         const double rate = bearing_rate_at_end(s, k);
         if (!((rate > 0 && !starts_from_rest(s, k, beyond)) || value > beyond))
             continue;
@@ -165,9 +167,11 @@ static double turn_of_bearing(const step_t *s, int k)
     if (is_spin(s, k))
         return turn_of_spin(s, k);
     if (bearing->mode) {
+        if (s->h*LEBESGUE*largest_of(s->rate_core + bearing_rates_at(s->wheels) + k) <= bearing->mode*start)
+            return 1;                           /* it is too fast to come to rest in the step                      */
         const nodes_t rate = turning_rate(s, k);
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
-                           PASSED*EPS*(bearing->size + fabs(start)) + s->hold.residual);
+                           rounding_of_turning(s, k));
     }
     const double most = bound_of(s->hold.bearing + k);
     const double bound = most + HELD_NOISE*rounding_of_holding(s->hold.bearing[k].torque, most);

@@ -276,7 +276,8 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
         return;
     }
     memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
-    find_nearer(run, work);
+    if (run->hold.count)                        /* else nobody asks before the next decision, which finds it anew  */
+        find_nearer(run, work);
     find_held_force(run, work);
     find_torques(run, work);
 }
