@@ -252,13 +252,13 @@ class EngineSet:
 
     def rolling_calls(self) -> list[Call]:
         """The same where all contacts stick: the dynamics of rolling. Empty where that needs what a point has not."""
-        rolling = self.function(DYNAMICS[False])
+        rolling = self.set.function(DYNAMICS[False])
+        if not self.grips or self.tilts or rolling is None:
+            return []
         known = {"nu", "chi", "heading", "momenta", *(state.name for state in self.core), *self.inputs}
         of_core = self._giving(self.core[self.coupled :])
         known |= {ALIASES.get(array.name, array.name) for f in of_core for array in f.outputs}
-        if not self.grips or self.stands or self.tilts or not {array.name for array in rolling.inputs} <= known:
-            return []
-        return self.core_calls(rolling.name)
+        return self.core_calls(rolling.name) if {array.name for array in rolling.inputs} <= known else []
 
     @property
     def moving(self) -> list[str]:

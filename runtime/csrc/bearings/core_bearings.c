@@ -7,6 +7,13 @@ ALWAYS_INLINE omniroll_bearing_t *core_bearings(const omniroll_run_t *run)
     return run->bearings ? run->bearings + (run->bearing_count - run->core_bearing_count) : 0;
 }
 
+/* Whether wheels may stand in this run: beside contacts that stick bearings can hold something. A set that has such also
+ * runs scenes without, which cost no more than in a set that has none. */
+ALWAYS_INLINE int stands_somewhere(const omniroll_run_t *run)
+{
+    return SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->core_bearing_count));
+}
+
 ALWAYS_INLINE double *bearing_rates(const omniroll_run_t *run)
 {
     return run->core + bearing_rates_at(run->wheels);

@@ -143,14 +143,15 @@ static int nothing_else_happens(const step_t *s, const int wheels)
     return !(turn_of_contacts(s, wheels) < 1);
 }
 
-/* Whether a step from here may be one towards a rest, of at most the length `longest`. */
+/* Whether a step from here may be one towards a rest, of at most the length `longest`. Bearings may not stick: it does not
+ * look at them. */
 static int may_approach(const omniroll_run_t *run, const step_t *s, double longest)
 {
     int keeps = 0;
     for (int i = 0; i < run->wheels; i++)
         keeps |= s->contact.keeps[i];
     return s->contact.turning && s->contact.rest_in <= longest && !keeps && !s->stiff.on && s->event.guards == 0
-        && run->row_count + MOST_PIECES <= run->row_capacity;
+        && !stands_somewhere(run) && run->row_count + MOST_PIECES <= run->row_capacity;
 }
 
 /* A step towards the first rest, if there is one from here: of at most the length `longest`. most: that of a step in

@@ -339,7 +339,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 /* The first guess of a step: directions as they are at its start, where the rates have just been found. */
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    s->contact.rolls = SET_ROLLS;
+    s->contact.rolls = SET_ROLLS && !stands_somewhere(run);
     for (int i = 0; i < wheels; i++) {
         s->contact.rolls &= s->contact.grips[i];
         s->slip.excess_start[i] = s->contact.grips[i] ? excess_now(run, work, i) : -1;

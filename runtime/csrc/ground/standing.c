@@ -268,7 +268,8 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
         s->hold.directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
         s->hold.absent[k] = lanes_of(run->hold.absent[k]);
-    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    if (work->standing->count)
+        rates_at_this_instant(run, work, run->wheels, nu_dot);
 }
 
 /* What bearings are rounded against in the phase that starts now. */

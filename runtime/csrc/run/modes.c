@@ -14,12 +14,6 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 
 /* ---- the decision ----------------------------------------------------------------------------------------------- */
 
-/* Whether wheels may stand in this run: beside contacts that stick bearings can hold something. */
-ALWAYS_INLINE int stands_somewhere(const omniroll_run_t *run)
-{
-    return SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->core_bearing_count));
-}
-
 /* What is zero within rounding by the state rests, and sticks so far. Returns whether anything does. */
 static int put_at_rest(omniroll_run_t *run, const work_t *work)
 {
@@ -245,7 +239,7 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
     memcpy(s->hold.used_by, work->standing->used_by, sizeof s->hold.used_by);
     if (SET_STANDS)
         begin_standing(run, work, s);
-    if (SET_STANDS || work->standing->count)
+    if (work->standing->count)
         demand_now(run, work, &s->hold.demand_start);
 }
 

@@ -10,7 +10,7 @@
 #define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (SET_LOADS_FOLLOW ? fabs(taken) : (taken))))
 /* In which contacts may slip: 0 along the axle, 1 along the rolling direction. */
 #define SET_FIRST_DIRECTION (!(SET_HAS_CONTACT_SPEEDS || SET_STRIPS))
-#define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS)     /* approach.c */
+#define SET_APPROACHES (SET_GRIPS && SET_HAS_CONTACT_SPEEDS)    /* whether steps may end at rests: approach.c         */
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
  * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */

@@ -623,13 +623,13 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         joints_have_moved(run, s);
     if (SET_STICKS && !SET_STANDS)
         bearings_have_moved(run, work, s);
-    if (SET_STANDS)
+    if (stands_somewhere(run))
         bearings_have_stuck(run, work);
     if (SET_GRIPS)
         contacts_have_moved(run, work, s);
     if (SET_IS_ACTED_ON && SET_GRIPS && asks_damping(s, wheels))    /* with the directions of slips at the end      */
         damp(run, work, s, wheels);
-    if (SET_STANDS)
+    if (stands_somewhere(run))
         wheels_have_moved(run, work, s);
     (void)work;
     put_row(run);
