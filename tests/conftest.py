@@ -27,10 +27,12 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture
 def fresh_cache(tmp_path, monkeypatch):
     """An empty folder for kernels, and no kernel remembered."""
+    from omniroll.effects import effect_set
     from omniroll.kernels import kernel, sets
 
     monkeypatch.setenv("OMNIROLL_CACHE", str(tmp_path / "kernels"))
-    remembered = (sets._loaded, sets._opened_pair, sets._opened_engine, kernel.kept_kernel, kernel.signatures)
+    remembered = (sets._loaded, sets._opened_pair, sets._opened_engine, kernel.kept_kernel, kernel.signatures,
+                  effect_set._checked)  # fmt: skip
     for cached in remembered:
         cached.cache_clear()
     yield tmp_path / "kernels"

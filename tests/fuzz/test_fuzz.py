@@ -24,7 +24,7 @@ COUNT, FEW = 900, 400  # calls, scenes
 
 
 METHODS_OF_ENGINES = (  # which take numbers that are checked, or functions of the package itself
-    "Batch.bind", "Instruments.read", "Trajectory.contact_spins_in", "Trajectory.contributions_at",
+    "Batch.bind", "Instruments.read", "Trajectory.contact_spins_in", "Trajectory.account_at",
     "Trajectory.drives_at", "Trajectory.state_and_row", "Trajectory.state_at", "Vehicle.with_drives",
 )  # fmt: skip
 OPENS_A_BROWSER = ("View.open",)

@@ -93,6 +93,7 @@ class EffectSet:
         """What `make` gives for this set and further arguments: that which an engine knows of them before it runs."""
         return make(self, *arguments)
 
+    @kept
     def kernel(self, vehicle: Vehicle, roller_model: str, backend: str, also: tuple[str, ...] = ()) -> Kernel:
         """The kernel with these effects, and no others but `also`: effects of the registry that only have functions."""
         if not self.effects:

@@ -170,7 +170,8 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
 
     def energy(some: Places = ALL) -> np.ndarray:
         if trajectory.contacts is not None:
-            return trajectory.contacts.energy(trajectory.nu, trajectory.chi, trajectory.spins)[some]
+            axial = rows.axial(ALL) if task.kernel.has_spins else None
+            return trajectory.contacts.energy_by_axial(trajectory.nu, trajectory.chi, axial)[some]
         own = (trajectory.spins if some is ALL else spins(some),) if task.kernel.has_spins else ()
         carry = Carry(trajectory.contact, trajectory.pivots).at(some)
         return call_in_phases(bound(), "energy", trajectory.nu[some], trajectory.chi[some], *own, carry=carry)

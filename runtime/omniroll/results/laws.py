@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from omniroll.results.trajectory import Samples, Trajectory
+from omniroll.results.trajectory import Trajectory
 
 STICKING = {"contact_coulomb", "axle_sticking", "roller_sticking"}  # effects whose friction is a set-valued law
 MOST_ROWS = 10_000  # of a run whose account is made as a whole
@@ -37,13 +37,13 @@ def broken(run: Trajectory) -> Broken | None:
     if not len(times):
         return None
     bound = LEDGER + TOLERANCES * run.stats["tolerance"]
-    return _of_energy(run, run.sample(times), bound) or _of_ledger(run, bound)
+    return _of_energy(run, times, bound) or _of_ledger(run, bound)
 
 
 def _instants(run: Trajectory) -> np.ndarray:
     """Times (K, 2) inside the first steps of some phases."""
     rows = run.step_rows
-    if not len(rows) or run.dense is None:
+    if not len(rows) or not run.is_dense:
         return np.zeros((0, 2))
     start, end = run.t[rows], run.t[np.minimum(rows + 1, len(run) - 1)]
     begins = (rows == 0) | (start == run.t[np.maximum(rows - 1, 0)])
@@ -54,16 +54,19 @@ def _instants(run: Trajectory) -> np.ndarray:
     return times[asked]
 
 
-def _of_energy(run: Trajectory, samples: Samples, bound: float) -> Broken | None:
-    energy, times = samples.energy, samples.t
-    done = sum(run.contributions_at(times.ravel()).values(), np.zeros(times.size)).reshape(times.shape)
+def _of_energy(run: Trajectory, times: np.ndarray, bound: float) -> Broken | None:
+    energy, done = (values.reshape(times.shape) for values in run.account_at(times.ravel()))
     left = np.abs(np.diff(energy - done, axis=1)[:, 0])
-    scale = max(energy.max(), float(run.sample(run.t[-1]).energy), np.abs(done).max(), _at_rest(run))
+    scale = max(energy.max(), _at_end(run), np.abs(done).max(), _at_rest(run))
     if not left.max() <= bound * scale:
         k = int(np.argmax(left))
         what = f"{left[k]:.3g} J of {scale:.3g} J come from nowhere or go there within {np.ptp(times[k]):.3g} s"
         return Broken(what, float(times[k, 1]))
     return None
+
+
+def _at_end(run: Trajectory) -> float:
+    return float(run.energy[-1] if len(run) <= MOST_ROWS else run.account_at(run.t[-1:])[0][0])
 
 
 def _at_rest(run: Trajectory) -> float:

@@ -139,7 +139,12 @@ class Contacts:
 
     def energy(self, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None) -> np.ndarray:
         """(...) in J, the kinetic energy; `spins` are those of the free rollers."""
-        free = () if spins is None else (self.kernel.axial_speeds(nu, chi, spins) + self.carried(nu, chi),)
+        axial = None if spins is None else self.kernel.axial_speeds(nu, chi, spins) + self.carried(nu, chi)
+        return self.energy_by_axial(nu, chi, axial)
+
+    def energy_by_axial(self, nu: np.ndarray, chi: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
+        """The same from the axial speeds (..., N, n-1) of the free rollers."""
+        free = () if axial is None else (axial,)
         upright = self.kernel.call("slip_energy", nu, self.rates, *self.axial, *free)
         if not self.tilts:
             return upright

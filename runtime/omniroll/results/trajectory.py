@@ -353,10 +353,15 @@ class Trajectory(MadeOnDemand):
 
     def _polynomials(self, elapsed: np.ndarray) -> np.ndarray:
         """y (..., 6 + N + E) from the steps' polynomials, at times since the start."""
-        if "dense" not in self.in_part and self.dense is None:
+        if not self.is_dense:
             raise InvalidValueError("t", None, "lies between rows, and the dense output was not saved")
         step, x = places_in_steps(*self._steps, elapsed)
         return values_at(self._some("dense", step, len(self._steps[0])), x)
+
+    @property
+    def is_dense(self) -> bool:
+        """Whether the steps' polynomials are there, or can be made."""
+        return "dense" in self.in_part or self.dense is not None
 
     def _some(self, name: str, places: np.ndarray, count: int) -> np.ndarray:
         """Some of the `count` rows of an array, which are computed alone where they are few."""
@@ -383,16 +388,20 @@ class Trajectory(MadeOnDemand):
                 values[on_row] = self._some(name, row[on_row], len(self))
             return values
 
+        @cache
+        def axial() -> np.ndarray | None:
+            return self._axial(times, y, row) if self.roller_model == "free" else None
+
         def spins() -> np.ndarray | None:
             if self.roller_model != "free":
                 return None
-            carry, axial = Carry(self.contact, self.pivots).at(row), self._axial(times, y, row)
-            found = call_in_phases(self.kernel, "spins_from_axial", nu, chi, axial, carry=carry)
+            carry = Carry(self.contact, self.pivots).at(row)
+            found = call_in_phases(self.kernel, "spins_from_axial", nu, chi, axial(), carry=carry)
             return with_rows("spins", found if slipping is None else found - slipping.carried(nu, chi))
 
         def energy() -> np.ndarray:
             if slipping is not None:
-                return with_rows("energy", slipping.energy(nu, chi, samples.spins))
+                return with_rows("energy", slipping.energy_by_axial(nu, chi, axial()))
             bound, carry = self.kernel, Carry(self.contact, self.pivots).at(row)
             own = bound.spins_or_nothing(samples.spins)
             return with_rows("energy", call_in_phases(bound, "energy", nu, chi, *own, carry=carry))
@@ -552,9 +561,11 @@ class Trajectory(MadeOnDemand):
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
         return self._contributions_of(self._rows(np.arange(len(self))))
 
-    def contributions_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """The same at times (K,) within the run."""
-        return self._contributions_of(self.state_and_row(times)[0])
+    def account_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The energy and the sum of the contributions, (K,) each in J, at times (K,) within the run."""
+        y, row = self.state_and_row(times)
+        done = sum(self._contributions_of(y).values(), np.zeros(len(times)))
+        return self._complete(times, y, row).energy, done
 
     def _contributions_of(self, y: np.ndarray) -> dict[str, np.ndarray]:
         """The same in states (K, 6 + N + E)."""
