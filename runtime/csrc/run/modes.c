@@ -235,6 +235,8 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
     s->hold.count = run->core_bearing_count, s->hold.bearing = core_bearings(run), s->hold.states = &work->states;
     if (!SET_HOLDS && !SET_STANDS)
         return;
+    if (SET_STANDS && !stands_somewhere(run))   /* nothing that a step would have to keep, and no events            */
+        s->hold.held = s->hold.count = 0;
     s->hold.standing = work->standing;
     memcpy(s->hold.used_by, work->standing->used_by, sizeof s->hold.used_by);
     if (SET_STANDS)

@@ -260,7 +260,7 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
     if (SET_HOLDS)
         for (int k = 0; s->hold.held && k < 3; k++)
             s->hold.force[k].lanes[b] = at->held_force[k];
-    if (SET_STANDS)
+    if (SET_STANDS && s->hold.standing->count)
         keep_standing(s, wheels, b, at);
     if (SET_ROLLERS_TURN)
         keep_bearings(s, wheels, b, at);
