@@ -28,7 +28,7 @@ LAWS = {
     "coulomb, friction 1": {"law": "coulomb", "friction": 1.0},
 }
 MASSLESS_LAWS = ("coulomb, friction 0.3", "coulomb, friction 1")
-ALL_STICK = ", bearings that stick"  # behind the loads
+ALL_STICK, AS_BUILT = ", bearings that stick", ", engine as built"  # behind the loads; other engines are specialised
 BEARINGS = Bearings(wheel_coulomb=0.02, roller_coulomb=2e-4)
 LOADS = "static loads"
 
@@ -39,6 +39,7 @@ def task(name: str) -> dict:
     common = {"vehicle": Vehicle.paper(), "duration": 1.0, "accuracy": 1e-9, "roller_model": model}
     if law == "sticking":
         return common | {"nu": (0, 0, 0), "effects": (*STICKING[ground], DRIVE)}
+    common |= {"engine": "compiled"} if ground.endswith(AS_BUILT) else {}
     effects = (Contact(**LAWS[law], wheel_rates=0),) if law else ()
     return common | {"nu": (2, 1, 0), "effects": (*effects, BEARINGS) if ground.endswith(ALL_STICK) else effects}
 
@@ -57,6 +58,7 @@ def slipping() -> dict[str, Count]:
     for model in MODELS:
         for law in laws[model]:
             names.append(f"{model}|{law}|{LOADS}")
+            names += [f"{model}|{law}|{LOADS}{AS_BUILT}"] if law.startswith("coulomb") else []
     return counted("costs.contacts", names)
 
 
