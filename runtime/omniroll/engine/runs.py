@@ -203,6 +203,7 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         ),
         effects=task.effects,
         in_part={"contact_spin": contact_spin, "spins": spins, "energy": energy}
+        | ({"axial": rows.axial} if task.effects.slips and task.kernel.has_spins else {})
         | ({"dense": rows.dense} if len(rows.step_rows) else {}),
     )
     return trajectory

@@ -141,7 +141,8 @@ class Trajectory(MadeOnDemand):
                   that phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how the arrays are computed when they are first read
-    in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted
+    in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted; and of `axial`,
+                  the free rollers' axial speeds (..., N, n-1), where wheels may slip
     followed      the derivatives that were asked for, see `sensitivity`; None where none were
     is_read       whether `load` has read it: files do not keep derivatives
     """
@@ -418,16 +419,21 @@ class Trajectory(MadeOnDemand):
 
     def _axial(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> np.ndarray:
         """The free rollers' axial speeds (..., N, n-1), from the last row at or before each time."""
-        spins = self._some("spins", row, len(self))
-        carry = Carry(self.contact, self.pivots).at(row)
-        axial = call_in_phases(self.kernel, "axial_speeds", self.nu[row], self.chi[row], spins, carry=carry)
-        if self.effects.slips and any(self.vehicle.roller_angle):
-            axial = axial + self._contacts_in(self._rows(row), row).carried(self.nu[row], self.chi[row])
+        axial = self.in_part["axial"](row) if "axial" in self.in_part else self._axial_of_rows(row)
         if not self.effects:
             return axial
         before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
         elapsed = (times - self.start_time) - self.elapsed[row]
         return self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
+
+    def _axial_of_rows(self, row: np.ndarray) -> np.ndarray:
+        """The same in some rows, from the spins there."""
+        spins = self._some("spins", row, len(self))
+        carry = Carry(self.contact, self.pivots).at(row)
+        axial = call_in_phases(self.kernel, "axial_speeds", self.nu[row], self.chi[row], spins, carry=carry)
+        if self.effects.slips and any(self.vehicle.roller_angle):
+            axial = axial + self._contacts_in(self._rows(row), row).carried(self.nu[row], self.chi[row])
+        return axial
 
     def times_on_joints(self) -> np.ndarray | None:
         """(N,) in s, for how long each mecanum wheel or wheel with two rows has stood on its joint; None of others.
