@@ -85,8 +85,10 @@ typedef struct {
     int released;               /* whether it has used its friction up at this instant                  */
 } omniroll_grip_t;
 
-/* What is the same for all contacts with such ground. */
+/* The ground: contacts with it that may stick, and what is the same for all of them. */
 typedef struct {
+    int grip_count;             /* N or none                                                            */
+    omniroll_grip_t *grips;
     int undecided;              /* whether the modes must be decided anew                               */
     int passed;                 /* contacts whose mode has ended at this instant                        */
     int knows_rates;            /* whether the rates at this instant have been found, where all stick   */
@@ -96,20 +98,42 @@ typedef struct {
     double arms[4];             /* in m: what slip is rounded against, of v, theta', the wheels' rates, omega */
 } omniroll_ground_t;
 
+/* Bearings that may stick: first those of axles, N or none, then of the rollers in contact, N or none, last of free
+ * rollers, N (n-1) or none. Of these the last core_count have rates that are numbers of the core: of free rollers, or
+ * where wheels may slip of axles, and there of all rollers, of massless ones too. */
 typedef struct {
-    int wheels, rollers_per_wheel;              /* of the wheel that has most                           */
+    int count, axle_count, core_count;
+    omniroll_bearing_t *each;
+    double roller_inertia, rate_of_speed;   /* of these rollers; what such a rate is rounded against, per nu */
+} omniroll_bearings_t;
+
+/* What the caller asks. */
+typedef struct {
     int impact;                 /* the law: 0 smooth, 1 impact                                          */
     double start_time;          /* added to elapsed in tau alone                                        */
     double duration;
     int pauses;                 /* whether the duration is no end but a pause, which changes nothing    */
     double tolerance;           /* of a step: error inside it over |nu|                                 */
     double sweep_tolerance;     /* of the iteration at the nodes: of each step; of all where there are effects  */
-    double *joint;              /* N: pi/n of each wheel; in a call half of the piece that carries it    */
-    const long long *rollers;   /* N: rollers of each wheel                                             */
+    double speed;               /* the |nu| that errors are measured against at least                   */
+    const double *part_sizes;   /* the size at |nu| = 1 of each part of the core beside nu               */
     long long patience;         /* switches without progress in time before the run is stopped           */
+} omniroll_task_t;
 
-    /* The state, in and out. */
+/* The state, in and out. */
+typedef struct {
     double elapsed, carry;      /* time since the start, and what its rounding has left over            */
+    double *nu, *chi, *pose;    /* 3, N, 3                                                              */
+    double pose_carry[3];       /* what the rounding of the pose has left over                          */
+    long long *contact;         /* N, as run/pieces.c counts                                            */
+    double *core, *accounts;    /* the rest of the core, and the accounts; out                          */
+    double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
+    double axial_elapsed, *core_before;     /* elapsed where that is from, and the rest of the core there   */
+} omniroll_state_t;
+
+/* What the next step knows of those before, in and out. */
+typedef struct {
+    int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
     double step;                /* the length to try first, 0 if unknown                                */
     double rise_nu[3], rise_over;   /* of nu' in the last step, and its length, for the next guess       */
     double phase_start;         /* elapsed at the last switch                                           */
@@ -117,69 +141,77 @@ typedef struct {
     double bend_rate;           /* of a wheel, from larger ones no step passes zero: rates bend there; 0: unknown */
     double calm_step;           /* the length of a step before slips came near rest, 0 if none has        */
     double rest_error;          /* of the last step towards a rest, as if it had come there, over that allowed; 0: none */
-    double *nu, *chi, *pose;    /* 3, N, 3                                                              */
-    double pose_carry[3];       /* what the rounding of the pose has left over                          */
-    double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
-    long long *contact;         /* N, as run/pieces.c counts                                            */
-    int piece_count;            /* of each roller; 1 and more of them where it has several arcs            */
-    const double *piece_ends;   /* the wheel's angles between which each carries (count x 2)               */
-    const omniroll_model *const *pieces;    /* for each the vehicle with all wheels on it                   */
-
-    double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes; kept between calls */
-
-    /* What acts, where the set has effects. */
-    double speed;               /* the |nu| that errors are measured against at least                   */
     double fastest;             /* the largest |nu| so far                                              */
-    const double *part_sizes;   /* the size at |nu| = 1 of each part of the core beside nu               */
-    double *core, *accounts;    /* the rest of the core, and the accounts; out                          */
-    double *core_before;        /* the rest of the core where `axial` is from                           */
-    double axial_elapsed;       /* elapsed there                                                        */
+    int landed_by, landed_wheel;    /* the guard of a joint on which the last step has landed, or 0         */
+    double anchor, turned;      /* elapsed at the last switch with progress; how far wheels have turned since then, */
+    long long idle_switches;    /* and switches                                                         */
+} omniroll_past_t;
+
+/* What acts, where the set has effects. */
+typedef struct {
     double *inputs;             /* of the kernel: values at inputs_elapsed and slopes (2 x inputs x N)   */
     double inputs_elapsed, inputs_carry;    /* the time that they are from                              */
+    double *signals;            /* values and slopes of all signals, slopes before (3 x (inputs + 1) x N) */
     double next_time;           /* elapsed at the next time known beforehand                            */
     int guard_count;            /* guards: constant and slope, from inputs_elapsed on, weights of nu, and */
     double *guards;             /* the sum of the sizes of the constant's terms (count x 6)             */
     int pivot_guards;           /* of wheels that stand on their joint, behind all others               */
-    int landed_by, landed_wheel;    /* the guard of these on which the last step has landed, or 0           */
-    double *wheel_rows;         /* of wheels with two rows: their rates for each of nu, N x 3           */
+    long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)          */
+    long long *passed;          /* which guards are passed, where the caller is asked; out               */
     int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
     int table_count, sampler_count, modal_count;
     omniroll_table_t *tables;
     omniroll_sampler_t *samplers;
     omniroll_modal_t *modal;    /* one or none                                                          */
-    int bearing_count;          /* bearings that may stick: first those of axles, N or none, then of the */
-    int axle_count, core_bearing_count;  /* rollers in contact, N or none, last of free rollers, N (n-1) or none. Of these the
-                                 * last core_bearing_count have rates that are numbers of the core: of free rollers, or where
-                                 * wheels may slip of axles, and there of all rollers, of massless ones too */
-    omniroll_bearing_t *bearings;
-    double roller_inertia, rate_of_speed;   /* of these rollers; what such a rate is rounded against, per nu */
-    omniroll_hold_t hold;
-    int grip_count;             /* contacts that may stick: N or none                                   */
-    omniroll_grip_t *grips;
-    omniroll_ground_t ground;
-    double *signals;            /* values and slopes of all signals, slopes before (3 x (inputs + 1) x N) */
-    long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)          */
-    long long *passed;          /* which guards are passed, where the caller is asked; out               */
-    int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
-    double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */
-    int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu */
-    int stopped_wheel;          /* of the wheel that kept the run from going on, or -1                   */
-    double turned;              /* how far wheels have turned since the last switch with progress        */
+} omniroll_acting_t;
 
-    /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, modes of bearings, inputs (7 + 2 N numbers
-     * and what the set adds); a row for each end of a step, and one after each transition that changes a number before
-     * the modes or an input. Modes are those of the step that starts at a row, else of the phase that ends. Steps: for
-     * the step that starts at a row, the length of its polynomials, 0 if none starts there, how much later it ends,
-     * and the Legendre coefficients of the rates of nu, chi, pose and so on (2 + 16 (6 + N) numbers and more). */
+/* The pieces of each roller: 1 and more of them where it has several arcs. */
+typedef struct {
+    int count;
+    const double *ends;         /* the wheel's angles between which each carries (count x 2)               */
+    const omniroll_model *const *models;    /* for each the vehicle with all wheels on it                   */
+} omniroll_pieces_t;
+
+/* What the caller gets.
+ *
+ * Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, modes of bearings, inputs (7 + 2 N numbers
+ * and what the set adds); a row for each end of a step, and one after each transition that changes a number before
+ * the modes or an input. Modes are those of the step that starts at a row, else of the phase that ends. Steps: for
+ * the step that starts at a row, the length of its polynomials, 0 if none starts there, how much later it ends,
+ * and the Legendre coefficients of the rates of nu, chi, pose and so on (2 + 16 (6 + N) numbers and more). */
+typedef struct {
     double *rows, *steps;       /* steps may be null                                                    */
     long long row_capacity, row_count;
     double *switches;           /* elapsed, row after, directions (2 + N numbers)                        */
     double *switch_axial;       /* axial after the switch, N (n-1); free rollers only                    */
     long long switch_capacity, switch_count;
+} omniroll_record_t;
 
-    long long step_count, rejected_count, sweep_count, phase_count, idle_switches;
-    double anchor;              /* elapsed at the last switch with progress                             */
+/* Figures of a run: counts, errors, and what kept it from going on. */
+typedef struct {
+    long long step_count, rejected_count, sweep_count, phase_count;
     double step_error;          /* the largest error inside a step, over |nu|, as its polynomial tells  */
+    double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */
+    int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu */
+    int stopped_wheel;          /* of the wheel that kept the run from going on, or -1                   */
+} omniroll_figures_t;
+
+typedef struct {
+    int wheels, rollers_per_wheel;              /* of the wheel that has most                           */
+    const long long *rollers;   /* N: rollers of each wheel                                             */
+    double *joint;              /* N: pi/n of each wheel; in a call half of the piece that carries it    */
+    double *wheel_rows;         /* of wheels with two rows: their rates for each of nu, N x 3           */
+    omniroll_pieces_t pieces;
+    omniroll_task_t task;
+    omniroll_state_t state;
+    omniroll_past_t past;
+    omniroll_acting_t acts;
+    omniroll_bearings_t bearings;
+    omniroll_hold_t hold;
+    omniroll_ground_t ground;
+    omniroll_record_t record;
+    omniroll_figures_t figures;
+    double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes; kept between calls */
 } omniroll_run_t;
 
 enum {
@@ -228,7 +260,7 @@ double omniroll_distance(const omniroll_course_t *coarse, const omniroll_course_
 /* Doubles that run->work needs. */
 long long omniroll_run_work_size(int wheels, int rollers_per_wheel);
 
-/* How many bearings have a mode in each row: those of run->bearings, in their order. */
+/* How many bearings have a mode in each row: those of run->bearings.each, in their order. */
 long long omniroll_run_modes(int wheels, int rollers_per_wheel);
 
 /* The names of the numbers that the set adds to a row, in their order, with spaces between. */

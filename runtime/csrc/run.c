@@ -71,12 +71,13 @@ static void complete_rows(omniroll_run_t *run)
     (void)run;
     if (SET_INPUTS) {
         const int size = SET_INPUTS*run->wheels;
-        const double *const last = run->rows + row_size(run)*run->row_count - size;
-        const double *const slopes_before = run->signals + 2*(SET_INPUTS + 1)*run->wheels;
+        const double *const last = run->record.rows + row_size(run)*run->record.row_count - size;
+        const double *const slopes_before = run->acts.signals + 2*(SET_INPUTS + 1)*run->wheels;
         int same = 1;
         for (int k = 0; k < size; k++) {
             const double now = input_shown(run, k);
-            const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed) + size_of_held(run, k);
+            const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->state.elapsed)
+                               + size_of_held(run, k);
             same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
         }
         if (!same)
@@ -88,18 +89,18 @@ static void complete_rows(omniroll_run_t *run)
  * before. Returns a status. */
 static int first_row(omniroll_run_t *run, const work_t *work)
 {
-    if (SET_IS_ACTED_ON && !run->started) {
-        if (!run->asks && caller_samples(run))  /* first: modes are decided once, under the torques that act    */
+    if (SET_IS_ACTED_ON && !run->past.started) {
+        if (!run->acts.asks && caller_samples(run))  /* first: modes are decided once, under the torques that act */
             return OMNIROLL_RUN_ASK;
-        if (!run->asks)
+        if (!run->acts.asks)
             renew_inputs(run);
         const int status = pass_events(run, work);
         if (status != OMNIROLL_RUN_DONE)
             return status;
     }
     (void)work;
-    run->started = 1;
-    if (run->row_count == 0)
+    run->past.started = 1;
+    if (run->record.row_count == 0)
         put_row(run);
     return OMNIROLL_RUN_DONE;
 }
@@ -109,11 +110,11 @@ static int pass_instant(omniroll_run_t *run, const work_t *work)
 {
     int status = switch_all(run, work);
     if (SET_IS_ACTED_ON) {
-        if (status == OMNIROLL_RUN_DONE && run->row_count == run->row_capacity)
+        if (status == OMNIROLL_RUN_DONE && run->record.row_count == run->record.row_capacity)
             status = OMNIROLL_RUN_FULL;         /* the row that the next call repeats has the inputs of before */
-        if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
+        if (status == OMNIROLL_RUN_DONE && run->state.elapsed < run->task.duration)
             status = pass_events(run, work);
-        if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
+        if (status == OMNIROLL_RUN_DONE && run->state.elapsed < run->task.duration)
             complete_rows(run);
     }
     return status;
@@ -136,12 +137,12 @@ ALWAYS_INLINE void begin_call(omniroll_run_t *run, const omniroll_model *constan
     s->contact.sliding = s->contact.turning = s->contact.gripping = 0;
     if (SET_IS_ACTED_ON)
         s->stiff.on = s->stiff.of_nu = s->stiff.by_axles = 0;
-    if (SET_CORE_PARTS && !run->started) {
+    if (SET_CORE_PARTS && !run->past.started) {
         begin_core(run, work);
         for (int c = 0; c < work->core; c++)
             work->rise_core[c] = 0;
     }
-    if (SET_STICKS && !run->started)
+    if (SET_STICKS && !run->past.started)
         clear_bearings(run, work);
     if (SET_STANDS || SET_HOLDS)                /* anew in each call: a copy of a session has other bearings      */
         work->standing->contact = contact_bearings(run);
@@ -165,11 +166,11 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     work_t work;
     step_t s;
     begin_call(run, constants, wheels, &work, &s);
-    const long long first = run->row_count;
+    const long long first = run->record.row_count;
     int status = first_row(run, &work);
     while (status == OMNIROLL_RUN_DONE) {
         status = pass_instant(run, &work);
-        if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
+        if (status != OMNIROLL_RUN_DONE || run->state.elapsed >= run->task.duration)
             break;
         if (!has_room(run, first)) {
             status = OMNIROLL_RUN_FULL;
@@ -180,13 +181,13 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         status = advance(run, &work, &s, wheels);
         const int unlawful = SET_DECIDES ? unlawful_wheel(run, &s) : -1;
         if (unlawful >= 0) {
-            run->stopped_wheel = unlawful;
+            run->figures.stopped_wheel = unlawful;
             status = OMNIROLL_RUN_UNLAWFUL;
         }
         if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
     }
-    run->sweep_count += s.sweeps;
+    run->figures.sweep_count += s.sweeps;
     count_from_rollers(run);
     end_call(&work);
     return status;

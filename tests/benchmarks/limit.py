@@ -29,7 +29,8 @@ def measured(roller_model, accuracy):
     checked = checked_task(vehicle, **TASK | {"roller_model": roller_model}, accuracy=accuracy)
     found = [run_alone(checked, accuracy) for _ in range(REPEATS)]
     run = found[-1][1]
-    return min(seconds for seconds, *_ in found), run.stats()["evaluations"], run.run.sweep_count / run.run.step_count
+    sweeps = run.run.figures.sweep_count / run.run.figures.step_count
+    return min(seconds for seconds, *_ in found), run.stats()["evaluations"], sweeps
 
 
 def answer() -> Answer:

@@ -39,8 +39,8 @@ class OneStep:
         for _ in range(RUNS):
             for array, first in self.start:
                 array[...] = first
-            run.elapsed = run.carry = run.step = run.phase_start = run.anchor = 0
-            run.row_count = run.switch_count = run.idle_switches = 0
+            run.state.elapsed = run.state.carry = run.past.step = run.past.phase_start = run.past.anchor = 0
+            run.record.row_count = run.record.switch_count = run.past.idle_switches = 0
             before = start()
             status = self.step(self.run.struct, self.model)
             total += start() - before
@@ -52,7 +52,7 @@ def measure(roller_model, switching):
     """Times of the run without and with the switch, in turns, and of their difference."""
     behind, at = OneStep(roller_model, switching, False), OneStep(roller_model, switching, True)
     pairs = np.array([(behind.seconds(), at.seconds()) for _ in range(REPEATS)])
-    assert (behind.run.run.switch_count, at.run.run.switch_count) == (0, 1)
+    assert (behind.run.run.record.switch_count, at.run.run.record.switch_count) == (0, 1)
     least, median = pairs.min(axis=0), np.median(pairs, axis=0)
     # Both runs end in the same state, but for the nu that an impact changes.
     error = np.abs(at.run.chi - behind.run.chi).max()

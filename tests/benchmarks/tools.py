@@ -41,11 +41,11 @@ def run_alone(task, tolerance):
     step, model = run.module.lib.omniroll_run, run.kernel.model_for(run.module.ffi)
     seconds, status, switches = 0.0, FULL, 0
     while status == FULL:
-        run.run.row_count = run.run.switch_count = 0
+        run.run.record.row_count = run.run.record.switch_count = 0
         start = time.thread_time()
         status = step(run.struct, model)
         seconds += time.thread_time() - start
-        switches += run.run.switch_count
+        switches += run.run.record.switch_count
     assert status == DONE
     return seconds, run, switches
 

@@ -46,18 +46,20 @@ int main(int count, char **arguments)
     for (int i = 0; i < WHEELS; i++)
         joint[i] = 3.141592653589793/ROLLERS, rollers[i] = ROLLERS;
     omniroll_run_t run = {
-        .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]), .next_time = INFINITY,
-        .tolerance = 1e-11, .sweep_tolerance = 1e-14, .joint = joint, .rollers = rollers, .patience = 600,
-        .nu = nu, .chi = chi, .pose = pose, .axial = axial, .contact = contact, .work = work,
-        .rows = rows, .steps = steps, .row_capacity = ROWS,
-        .switches = switches, .switch_axial = switch_axial, .switch_capacity = ROWS};
+        .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .joint = joint, .rollers = rollers, .work = work,
+        .task = {.impact = 1, .duration = atof(arguments[12]), .tolerance = 1e-11, .sweep_tolerance = 1e-14,
+                 .patience = 600},
+        .state = {.nu = nu, .chi = chi, .pose = pose, .axial = axial, .contact = contact},
+        .acts = {.next_time = INFINITY},
+        .record = {.rows = rows, .steps = steps, .row_capacity = ROWS,
+                   .switches = switches, .switch_axial = switch_axial, .switch_capacity = ROWS}};
     int status = OMNIROLL_RUN_FULL;
     long long switched = 0;
     while (status == OMNIROLL_RUN_FULL) {
-        run.row_count = run.switch_count = 0;
+        run.record.row_count = run.record.switch_count = 0;
         status = omniroll_run(&run, &model);
-        switched += run.switch_count;
-        for (const double *at = switches; at < switches + (2 + WHEELS)*run.switch_count; at += 2 + WHEELS)
+        switched += run.record.switch_count;
+        for (const double *at = switches; at < switches + (2 + WHEELS)*run.record.switch_count; at += 2 + WHEELS)
             printf("%.17g %.0f %.0f %.0f\n", at[0], at[2], at[3], at[4]);
     }
     printf("%d %lld", status, switched);

@@ -63,11 +63,11 @@ def test_what_sticks_with_more_than_it_can_take_ends_a_session(what, scene):
     session.step(0.01)
     run = session._run.run
     if what == "contact":
-        assert run.grips[1].sticks
+        assert run.ground.grips[1].sticks
         for k in range(2):
-            run.grips[1].staying[k] *= 1e-6
+            run.ground.grips[1].staying[k] *= 1e-6
     else:
-        run.bearings[1].holding = 1e-6
+        run.bearings.each[1].holding = 1e-6
     with pytest.raises(SimulationStopped, match="takes more than it can") as stopped:
         session.step(0.01)
     assert stopped.value.wheel == 1

@@ -218,7 +218,7 @@ def test_the_same_value_again_is_no_event():
         session.step(0.01, torque=[0.01, 0, -0.02])
     go_to(session, 1.0)
     assert distance_to(run, session) < 10 * ACCURACY
-    assert session._run.run.phase_count == run.stats["phases"] - 1  # which counts the last one too
+    assert session._run.run.figures.phase_count == run.stats["phases"] - 1  # which counts the last one too
 
 
 @pytest.mark.parametrize("asked", [False, True])
@@ -504,7 +504,7 @@ def test_a_session_keeps_no_rows():
     for _ in range(3):
         session.step(1.0)
         sizes.append(len(pickle.dumps(session.save())))
-    assert len(set(sizes)) == 1 and not session._run.run.steps
+    assert len(set(sizes)) == 1 and not session._run.run.record.steps
 
 
 def test_several_threads_lose_no_step_without_a_word():

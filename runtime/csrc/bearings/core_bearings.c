@@ -4,32 +4,32 @@ static double tau(const omniroll_run_t *run, double phase_length);
 
 ALWAYS_INLINE omniroll_bearing_t *core_bearings(const omniroll_run_t *run)
 {
-    return run->bearings ? run->bearings + (run->bearing_count - run->core_bearing_count) : 0;
+    return run->bearings.each ? run->bearings.each + (run->bearings.count - run->bearings.core_count) : 0;
 }
 
 /* Whether wheels may stand in this run: beside contacts that stick bearings can hold something. A set that has such also
  * runs scenes without, which cost no more than in a set that has none. */
 ALWAYS_INLINE int stands_somewhere(const omniroll_run_t *run)
 {
-    return SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->core_bearing_count));
+    return SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->bearings.core_count));
 }
 
 ALWAYS_INLINE double *bearing_rates(const omniroll_run_t *run)
 {
-    return run->core + bearing_rates_at(run->wheels);
+    return run->state.core + bearing_rates_at(run->wheels);
 }
 
 /* How many bearings have rates that follow from nu. */
 ALWAYS_INLINE int rows_count(const omniroll_run_t *run)
 {
-    return run->bearing_count - run->core_bearing_count;
+    return run->bearings.count - run->bearings.core_count;
 }
 
 /* The bearings of rollers in contact; null where there are none. */
 ALWAYS_INLINE const omniroll_bearing_t *contact_bearings(const omniroll_run_t *run)
 {
-    const int some = SET_STANDS ? SET_ROLLERS_TURN : rows_count(run) > run->axle_count;
-    return some && run->bearings ? run->bearings + run->axle_count : 0;
+    const int some = SET_STANDS ? SET_ROLLERS_TURN : rows_count(run) > run->bearings.axle_count;
+    return some && run->bearings.each ? run->bearings.each + run->bearings.axle_count : 0;
 }
 
 #define NEARLY_ALL 0.99             /* of the friction along an axle                                          */
@@ -74,7 +74,7 @@ static void spins_at_the_most(const bearing_states_t *states, const vehicle_t *v
 static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, const instant_t *now)
 {
     const bearing_states_t *const states = &work->states;
-    const double pace = length3(run->nu)*run->rate_of_speed;
+    const double pace = length3(run->state.nu)*run->bearings.rate_of_speed;
     lanes_t force[2*MOST_WHEELS], asked[MOST_WHEELS];
     int some = 0;
     for (int i = 0; i < run->wheels; i++) {
@@ -159,7 +159,7 @@ static void find_bearing_rates(const omniroll_run_t *run, const work_t *work)
     if (SET_STRIPS)
         begin_at_the_most(run, work, &now);
     bearing_rates_there(run, work, &now);
-    for (int k = 0; k < run->core_bearing_count; k++)
+    for (int k = 0; k < run->bearings.core_count; k++)
         work->states.now[k] = work->states.rate[k][0];
 }
 
@@ -201,7 +201,7 @@ ALWAYS_INLINE int is_beyond_bound(const omniroll_bearing_t *states)
 /* How many of them have rates that are numbers of the core; they stand first. */
 ALWAYS_INLINE int count_in_core(const omniroll_run_t *run, const work_t *work)
 {
-    return SET_IN_SERIES ? work->states.rollers_at : run->core_bearing_count;
+    return SET_IN_SERIES ? work->states.rollers_at : run->bearings.core_count;
 }
 
 /* Those rest whose rates are zero within rounding: a rate is what is left of larger speeds. */
@@ -210,7 +210,7 @@ static void find_resting_bearings(omniroll_run_t *run, const work_t *work, doubl
     for (int k = 0; k < count_in_core(run, work); k++) {
         const double rate = fabs(bearing_rate(run, work, k));
         core_bearings(run)[k].resting |= may_hold(core_bearings(run) + k)
-            && rate <= AT_REST*EPS*(rate + speed*run->rate_of_speed);
+            && rate <= AT_REST*EPS*(rate + speed*run->bearings.rate_of_speed);
     }
 }
 
@@ -220,7 +220,7 @@ static void put_bearings_to_rest(omniroll_run_t *run, const work_t *work)
         omniroll_bearing_t *const bearing = core_bearings(run) + k;
         const double rate = bearing->resting ? 0 : bearing_rate(run, work, k);
         if (SET_GRIPS && bearing->resting && bearing->mode && k < work->states.rollers_at + run->wheels)
-            run->grips[k%run->wheels].keeps = 0;        /* the direction of a slip that changes now                  */
+            run->ground.grips[k%run->wheels].keeps = 0;  /* the direction of a slip that changes now                 */
         put_bearing_rate(run, work, k, rate);
         bearing->mode = may_hold(bearing) ? (rate > 0) - (rate < 0) : 1;
         if (SET_IN_SERIES && !bearing->mode)
@@ -240,12 +240,12 @@ ALWAYS_INLINE int input_of_bearing(const omniroll_run_t *run, int k)
 /* The torques of those that turn; the others stick, or where `hold` is 0 take none. */
 static void enter_bearings(const omniroll_run_t *run, const work_t *work, int hold)
 {
-    for (int k = 0; k < run->core_bearing_count; k++) {
+    for (int k = 0; k < run->bearings.core_count; k++) {
         omniroll_bearing_t *const bearing = core_bearings(run) + k;
         bearing->torque = -bearing->mode*bearing->sliding;
         work->states.torque[k] = lanes_of(bearing->torque);
         if (input_of_bearing(run, k) >= 0)
-            run->inputs[input_of_bearing(run, k)] = bearing->torque;
+            run->acts.inputs[input_of_bearing(run, k)] = bearing->torque;
         work->states.sticks[k] = lanes_of(hold && bearing->mode == 0);
     }
 }
@@ -253,7 +253,7 @@ static void enter_bearings(const omniroll_run_t *run, const work_t *work, int ho
 /* What holds those that stick, from the last evaluation at this instant. */
 static void find_bearing_torques(const omniroll_run_t *run, const work_t *work)
 {
-    for (int k = 0; k < run->core_bearing_count; k++)
+    for (int k = 0; k < run->bearings.core_count; k++)
         if (core_bearings(run)[k].mode == 0)
             core_bearings(run)[k].torque = work->states.holding[k][0];
 }
@@ -263,16 +263,18 @@ ALWAYS_INLINE double residual_of_rates(const omniroll_run_t *run)
 {
     if (!SET_AXLES_STICK && !SET_ROLLERS_TURN)
         return 0;
-    const double rest = limit_of_step(run) - run->elapsed, h = run->step > 0 ? fmin(run->step, rest) : rest;
-    return sweep_tolerance(run, h)*fmax(run->speed, run->fastest)*run->rate_of_speed;
+    const double rest = limit_of_step(run) - run->state.elapsed;
+    const double h = run->past.step > 0 ? fmin(run->past.step, rest) : rest;
+    return sweep_tolerance(run, h)*fmax(run->task.speed, run->past.fastest)*run->bearings.rate_of_speed;
 }
 
 /* What the rates are rounded against in the phase that starts now. */
 static void size_bearings(const omniroll_run_t *run, const work_t *work)
 {
-    for (int k = 0; k < run->core_bearing_count; k++)
+    for (int k = 0; k < run->bearings.core_count; k++)
         if (!SET_IN_SERIES || core_bearings(run)[k].mode)    /* see engine_calls.h                              */
-            core_bearings(run)[k].size = fabs(bearing_rate(run, work, k)) + length3(run->nu)*run->rate_of_speed;
+            core_bearings(run)[k].size = fabs(bearing_rate(run, work, k))
+                + length3(run->state.nu)*run->bearings.rate_of_speed;
 }
 
 ALWAYS_INLINE double noise_of_bearing(const omniroll_bearing_t *bearing, double rate)
@@ -284,9 +286,10 @@ ALWAYS_INLINE double noise_of_bearing(const omniroll_bearing_t *bearing, double 
  * there are. */
 static int stop_bearings(omniroll_run_t *run, const work_t *work)
 {
-    const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0, left = residual_of_rates(run);
+    const double together = run->past.at_event ? tau(run, run->state.elapsed - run->past.phase_start) : 0;
+    const double left = residual_of_rates(run);
     lanes_t nu_dot[3];
-    int count = 0, near = run->at_event;
+    int count = 0, near = run->past.at_event;
     for (int k = 0; k < count_in_core(run, work); k++) {
         const omniroll_bearing_t *const bearing = core_bearings(run) + k;
         const double rate = bearing_rate(run, work, k);

@@ -37,12 +37,12 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < 3; k++)
         fastest = fmax(fastest, fabs(nu_dot[k][0]));
     for (int c = 0; c < work->core; c++)
-        fastest = fmax(fastest, fabs(work->core_dot[c][0])/run->rate_of_speed);
-    const double time = fastest > 0 ? SOON*length3(run->nu)/fastest : 0;
+        fastest = fmax(fastest, fabs(work->core_dot[c][0])/run->bearings.rate_of_speed);
+    const double time = fastest > 0 ? SOON*length3(run->state.nu)/fastest : 0;
     for (int k = 0; k < 3; k++)
         now.arrays.nu[k][1] += time*nu_dot[k][0];
     for (int i = 0; i < run->wheels; i++) {
-        now.arrays.chi[i][1] += time*run->core[rates_at(run->wheels) + i];
+        now.arrays.chi[i][1] += time*run->state.core[rates_at(run->wheels) + i];
         now.arrays.chi[i] = lanes_clamp(now.arrays.chi[i], run->joint[i]);
     }
     for (int c = 0; c < work->core; c++)
@@ -60,7 +60,7 @@ ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
  * many there are. */
 static int stop_in_series(omniroll_run_t *run, const work_t *work)
 {
-    const double speed = length3(run->nu)*run->rate_of_speed;
+    const double speed = length3(run->state.nu)*run->bearings.rate_of_speed;
     const double left = residual_of_rates(run);
     int count = 0, near[MOST_WHEELS], some = 0;
     for (int i = 0; i < run->wheels; i++) {

@@ -16,7 +16,7 @@ static void put_moments(const omniroll_run_t *run)
             moments[0] += torque*cos(place), moments[1] += torque*sin(place);
         }
         for (int k = 0; k < 2; k++)
-            run->inputs[(SET_MOMENTS_INPUT + k)*run->wheels + i] = moments[k];
+            run->acts.inputs[(SET_MOMENTS_INPUT + k)*run->wheels + i] = moments[k];
     }
 }
 
@@ -45,7 +45,7 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
 static void rest_slipping_bearings(omniroll_run_t *run, const work_t *work)
 {
     find_bearing_rates(run, work);
-    find_resting_bearings(run, work, length3(run->nu));
+    find_resting_bearings(run, work, length3(run->state.nu));
     put_bearings_to_rest(run, work);
 }
 
@@ -53,7 +53,7 @@ static void rest_slipping_bearings(omniroll_run_t *run, const work_t *work)
 static void begin_torques(omniroll_run_t *run, const work_t *work)
 {
     run->hold.count = 0;
-    for (int k = 0; k < run->core_bearing_count; k++)
+    for (int k = 0; k < run->bearings.core_count; k++)
         run->hold.count += SET_ROLLERS_TURN || core_bearings(run)[k].mode == 0;
     size_bearings(run, work);
     run->hold.undecided = 0;
@@ -71,7 +71,7 @@ static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work
         keep_rollers_at_rest(run, work);
     if (run->hold.count)
         hold_axles(run, work);
-    if (landed < 0 || landed >= run->core_bearing_count)
+    if (landed < 0 || landed >= run->bearings.core_count)
         return;
     omniroll_bearing_t *const axle = core_bearings(run) + landed;
     if (axle->mode == 0)
@@ -82,7 +82,7 @@ static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work
 /* Wheels have passed to their next rollers, which changes no rate of theirs. */
 static void axles_have_switched(omniroll_run_t *run)
 {
-    for (int k = 0; k < run->core_bearing_count; k++)
+    for (int k = 0; k < run->bearings.core_count; k++)
         core_bearings(run)[k].released = 0;
     run->hold.undecided = 1;
 }

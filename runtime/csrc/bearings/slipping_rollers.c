@@ -45,7 +45,7 @@ static void rollers_have_switched(const omniroll_run_t *run, const int *directio
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work)
 {
     find_bearing_rates(run, work);
-    for (int k = work->states.rollers_at; k < run->core_bearing_count; k++)
+    for (int k = work->states.rollers_at; k < run->bearings.core_count; k++)
         if (core_bearings(run)[k].resting)
             put_bearing_rate(run, work, k, 0);
 }

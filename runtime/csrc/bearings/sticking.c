@@ -1,9 +1,9 @@
 /* Bearings that stick: a mode for each axle and each roller in contact, and what holds those that stick. */
 ALWAYS_INLINE double *bearing_input(const omniroll_run_t *run, int bearing)
 {
-    const int of_axle = bearing < run->axle_count;
+    const int of_axle = bearing < run->bearings.axle_count;
     const int kind = of_axle ? SET_BEARING_INPUT : SET_CONTACT_BEARING_INPUT;
-    return run->inputs + kind*run->wheels + (of_axle ? bearing : bearing - run->axle_count);
+    return run->acts.inputs + kind*run->wheels + (of_axle ? bearing : bearing - run->bearings.axle_count);
 }
 
 /* What the rate of a bearing is rounded against: nu is what is left of larger numbers, each of about its length. */
@@ -16,10 +16,10 @@ ALWAYS_INLINE double size_of_rate(const omniroll_bearing_t *bearing, const doubl
 static void find_nearer(omniroll_run_t *run, const work_t *work)
 {
     double nearer[MOST_WHEELS], per_chi[MOST_WHEELS];
-    if (!SET_ROLLERS_STICK || rows_count(run) == run->axle_count)
+    if (!SET_ROLLERS_STICK || rows_count(run) == run->bearings.axle_count)
         return;
-    omniroll_bearing_t *const contacts = run->bearings + run->axle_count;
-    nearer_at(run->wheels, &work->vehicle, contacts, run->joint, run->chi, nearer, per_chi);
+    omniroll_bearing_t *const contacts = run->bearings.each + run->bearings.axle_count;
+    nearer_at(run->wheels, &work->vehicle, contacts, run->joint, run->state.chi, nearer, per_chi);
     for (int i = 0; i < run->wheels; i++)
         contacts[i].nearer = nearer[i];
 }
@@ -28,10 +28,10 @@ static void find_nearer(omniroll_run_t *run, const work_t *work)
  * left is rounding of what nu has been. */
 static void find_resting(omniroll_run_t *run, const work_t *work)
 {
-    const double speed = fmax(length3(run->nu), run->hold.speed);
+    const double speed = fmax(length3(run->state.nu), run->hold.speed);
     for (int i = 0; i < rows_count(run); i++) {
-        omniroll_bearing_t *const bearing = run->bearings + i;
-        bearing->resting |= fabs(dot3(bearing->row, run->nu)) <= AT_REST*EPS*length3(bearing->row)*speed;
+        omniroll_bearing_t *const bearing = run->bearings.each + i;
+        bearing->resting |= fabs(dot3(bearing->row, run->state.nu)) <= AT_REST*EPS*length3(bearing->row)*speed;
     }
     if (SET_SPINS_STICK)
         find_resting_bearings(run, work, speed);
@@ -43,7 +43,7 @@ static int bearings_of(const omniroll_run_t *run, int sticking, int at_zero, bea
 {
     bearings->count = 0;
     for (int i = 0; i < rows_count(run); i++) {
-        const omniroll_bearing_t *const bearing = run->bearings + i;
+        const omniroll_bearing_t *const bearing = run->bearings.each + i;
         if (!(sticking ? bearing->mode == 0 : bearing->resting))
             continue;
         places[bearings->count] = i;
@@ -64,15 +64,15 @@ static void put_to_rest(omniroll_run_t *run, const work_t *work)
     find_resting(run, work);
     bearings_of(run, 0, 1, &bearings, places);
     const int rank = span_of(&bearings, basis);
-    take_across(rank, (const vector3_t *)basis, run->nu);
+    take_across(rank, (const vector3_t *)basis, run->state.nu);
     if (rank == 3)
-        memset(run->nu, 0, sizeof(vector3_t));
+        memset(run->state.nu, 0, sizeof(vector3_t));
     find_resting(run, work);
-    if (length3(run->nu) == 0)
+    if (length3(run->state.nu) == 0)
         run->hold.speed = 0;
     for (int i = 0; i < rows_count(run); i++) {
-        omniroll_bearing_t *const bearing = run->bearings + i;
-        const double rate = dot3(bearing->row, run->nu);
+        omniroll_bearing_t *const bearing = run->bearings.each + i;
+        const double rate = dot3(bearing->row, run->state.nu);
         bearing->mode = bearing->resting ? 0 : (rate > 0) - (rate < 0);
     }
     if (SET_SPINS_STICK)
@@ -83,7 +83,7 @@ static void put_to_rest(omniroll_run_t *run, const work_t *work)
 static void turn_bearings(const omniroll_run_t *run, const work_t *work)
 {
     for (int i = 0; i < rows_count(run); i++)
-        *bearing_input(run, i) = -run->bearings[i].mode*run->bearings[i].sliding;
+        *bearing_input(run, i) = -run->bearings.each[i].mode*run->bearings.each[i].sliding;
     if (SET_SPINS_STICK)
         enter_bearings(run, work, 1);
 }
@@ -95,8 +95,9 @@ static void put_standing(const omniroll_run_t *run, standing_t *standing)
     standing->count = standing->rows.count;
     standing->radius = -1, standing->arm = 1, standing->most_holding = 0;
     for (int d = 0; d < standing->count; d++) {
-        const int of_axle = standing->bearing[d] < run->axle_count;
-        standing->wheel[d] = standing->bearing[d] - (of_axle ? 0 : run->axle_count), standing->direction[d] = of_axle;
+        const int of_axle = standing->bearing[d] < run->bearings.axle_count;
+        standing->wheel[d] = standing->bearing[d] - (of_axle ? 0 : run->bearings.axle_count);
+        standing->direction[d] = of_axle;
         standing->holding[d] = standing->rows.bounds[d];
         standing->most_holding = fmax(standing->most_holding, standing->holding[d]);
     }
@@ -131,8 +132,8 @@ static void hold(omniroll_run_t *run, const work_t *work)
         held->per_force[k] = held->free < 3 && held->free ? 1/mass[k][k] : 0;
     put_standing(run, work->standing);
     round_use(run, work);
-    for (int i = rows_count(run); i < run->bearing_count; i++)
-        held->count += run->bearings[i].mode == 0;
+    for (int i = rows_count(run); i < run->bearings.count; i++)
+        held->count += run->bearings.each[i].mode == 0;
     turn_bearings(run, work);
 }
 
@@ -156,12 +157,12 @@ static void find_torques(omniroll_run_t *run, const work_t *work)
     int places[MOST_BEARINGS];
     double torques[MOST_BEARINGS];
     for (int i = 0; i < rows_count(run); i++)
-        run->bearings[i].torque = *bearing_input(run, i);
+        run->bearings.each[i].torque = *bearing_input(run, i);
     if (!bearings_of(run, 1, 0, &sticking, places))
         return;
     least_torques(&sticking, run->hold.force, work->problem, torques);
     for (int k = 0; k < sticking.count; k++)
-        run->bearings[places[k]].torque = torques[k];
+        run->bearings.each[places[k]].torque = torques[k];
 }
 
 /* All generalised forces but those of the bearings at rest, and the sums of the sizes of their terms. */
@@ -180,9 +181,9 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     for (int k = 0; k < 3; k++)
         held->size[k] = fabs(held->force[k]), force[k] = -held->force[k];
     for (int i = 0; i < rows_count(run); i++) {
-        const omniroll_bearing_t *const bearing = run->bearings + i;
+        const omniroll_bearing_t *const bearing = run->bearings.each + i;
         double drives = 0;
-        for (int input = 0; input < SET_INPUTS && i < run->axle_count; input++)
+        for (int input = 0; input < SET_INPUTS && i < run->bearings.axle_count; input++)
             drives += fabs(input_now(run, input*run->wheels + i));
         for (int k = 0; k < 3; k++)
             held->size[k] += fabs(bearing->row[k])*drives;
@@ -205,16 +206,16 @@ static void guard_rates(omniroll_run_t *run, const work_t *work)
 {
     run->hold.guard_count = 0;
     for (int i = 0; i < rows_count(run); i++) {
-        const omniroll_bearing_t *const bearing = run->bearings + i;
-        const int place = run->guard_count + run->hold.guard_count;
-        double *const guard = run->guards + 6*place;
+        const omniroll_bearing_t *const bearing = run->bearings.each + i;
+        const int place = run->acts.guard_count + run->hold.guard_count;
+        double *const guard = run->acts.guards + 6*place;
         if (bearing->mode == 0)
             continue;
         guard[0] = guard[1] = 0;
         for (int k = 0; k < 3; k++)
             guard[2 + k] = -bearing->mode*bearing->row[k];
-        guard[5] = size_of_rate(bearing, run->nu);
-        run->leads_to[2*place + 1] = i;
+        guard[5] = size_of_rate(bearing, run->state.nu);
+        run->acts.leads_to[2*place + 1] = i;
         run->hold.guard_count++;
     }
     if (SET_SPINS_STICK)
@@ -226,10 +227,10 @@ static void bearings_have_jumped(omniroll_run_t *run, const double *before)
 {
     vector3_t change;
     for (int k = 0; k < 3; k++)
-        change[k] = run->nu[k] - before[k];
-    for (int i = 0; i < run->bearing_count; i++) {
-        omniroll_bearing_t *const bearing = run->bearings + i;
-        const double rounding = EPS*(size_of_rate(bearing, before) + size_of_rate(bearing, run->nu));
+        change[k] = run->state.nu[k] - before[k];
+    for (int i = 0; i < run->bearings.count; i++) {
+        omniroll_bearing_t *const bearing = run->bearings.each + i;
+        const double rounding = EPS*(size_of_rate(bearing, before) + size_of_rate(bearing, run->state.nu));
         bearing->resting &= !SET_ROLLERS_STICK && fabs(dot3(bearing->row, change)) <= AT_REST*rounding;
         bearing->released = 0;
     }

@@ -19,7 +19,7 @@ ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
 /* In a row 0 where one sticks, else the sign of its rate. */
 ALWAYS_INLINE long long bearing_mode(const variations_t *w, long long row, int k)
 {
-    return w->run->bearing_mode[row*MOST_OWN(w) + k];
+    return w->run->bearings.mode[row*MOST_OWN(w) + k];
 }
 
 /* What the functions take and give of axles and of rollers in contact at a point, or as these move. */
@@ -77,7 +77,7 @@ ALWAYS_INLINE lanes_t *torque_of_bearing(const variations_t *w, lanes_t *own, in
 ALWAYS_INLINE void put_bearing_mode(const variations_t *w, int k, long long mode)
 {
     *of_bearing(w, k, w->bearings.sticks, w->bearings.sticks + w->wheels, w->spins.sticks) = lanes_of(mode == 0);
-    *torque_of_bearing(w, w->point, k) = lanes_of(-(double)mode*w->run->bearing_sliding[k]);
+    *torque_of_bearing(w, w->point, k) = lanes_of(-(double)mode*w->run->bearings.sliding[k]);
 }
 
 /* The modes of bearings as in a row. */

@@ -24,17 +24,17 @@ static void slips_in_row(const variations_t *w, long long row, lanes_t *slip)
 static int goes_on(const variations_t *w, long long row, int i)
 {
     const int wheels = OWN_WHEELS(w->wheels), turns = turns_in(w, row, i);
-    const double *const heading = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels + i;
+    const double *const heading = w->run->motion.drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels + i;
     lanes_t slip[2*MOST_WHEELS];
     if (!slides_in(w, row, i) || !slides_in(w, row + 1, i) || turns != turns_in(w, row + 1, i))
         return 0;
     if (!turns)
         return heading[0]*heading[SET_INPUTS*wheels] < 0;
-    if (row == 0 || w->run->step_of[row - 1] < 0 || w->run->step_of[row] >= 0
+    if (row == 0 || w->run->motion.step_of[row - 1] < 0 || w->run->motion.step_of[row] >= 0
         || cos(heading[SET_INPUTS*wheels] - heading[0]) > SAME_DIRECTION)
         return 0;
     slips_in_row(w, row, slip);
-    return hypot(slip[2*i][0], slip[2*i + 1][0]) <= w->run->slip_rounding[row*wheels + i];
+    return hypot(slip[2*i][0], slip[2*i + 1][0]) <= w->run->contacts.slip_rounding[row*wheels + i];
 }
 
 /* Whether a contact comes to rest between a row and the next. */
@@ -55,7 +55,7 @@ static int slips_along_axle(const variations_t *w, const change_t *e, int i)
     slips_in_row(w, e->row, slip);
     for (int j = 0; j < wheels; j++)
         fastest = fmax(fastest, fabs(slip[2*j][0]));
-    return fabs(slip[2*i][0]) > fmax(SAME*fastest, w->run->slip_rounding[e->row*wheels + i]);
+    return fabs(slip[2*i][0]) > fmax(SAME*fastest, w->run->contacts.slip_rounding[e->row*wheels + i]);
 }
 
 /* Whether the speed of a bearing is one that what holds it may bring to rest: along the axle of a massless roller where
@@ -160,7 +160,7 @@ static int modes_differ(const variations_t *w, long long row, long long other)
  * long the run is. */
 static double time_of_modes(const variations_t *w, long long row)
 {
-    const double *const elapsed = w->run->elapsed, whole = elapsed[w->run->rows - 1];
+    const double *const elapsed = w->run->motion.elapsed, whole = elapsed[w->run->motion.rows - 1];
     long long first = row;
     while (first > 0 && !modes_differ(w, first - 1, row))
         first--;
@@ -189,11 +189,12 @@ static int changes_modes(const variations_t *w, long long row)
 /* Whether a drive jumps between a row and the next. */
 static int drives_jump(const variations_t *w, long long row)
 {
-    const double *const before = w->run->drive + row*SET_INPUTS*w->wheels, *const after = before + SET_INPUTS*w->wheels;
+    const int inputs = SET_INPUTS*w->wheels;
+    const double *const before = w->run->motion.drive + row*inputs, *const after = before + inputs;
     for (int k = 0; k < SET_MOVING*w->wheels; k++) {
         const int input = k/w->wheels;
         if (input != SET_BEARING_INPUT && input != SET_CONTACT_BEARING_INPUT
-            && fabs(after[k] - before[k]) > w->run->jumps*fmax(fabs(after[k]), fabs(before[k])))
+            && fabs(after[k] - before[k]) > w->run->bounds.jumps*fmax(fabs(after[k]), fabs(before[k])))
             return 1;
     }
     return 0;
@@ -203,7 +204,7 @@ static int drives_jump(const variations_t *w, long long row)
  * comes into contact, and where wheels roll. */
 static int rests_at_switch(const variations_t *w, long long row)
 {
-    const long long *const contact = w->run->contact + row*w->wheels;
+    const long long *const contact = w->run->motion.contact + row*w->wheels;
     for (int k = 0; k < MOST_OWN(w) && !SET_HOLDS; k++) {
         const int roller = k - AXLES(w), places = OF_A_WHEEL(w), i = roller/places;
         const int passed = roller < 0 ? 0 : (int)(contact[w->wheels + i] - contact[i]) + w->rollers;
@@ -224,5 +225,5 @@ static int are_same(const variations_t *w, const lanes_t *one, const lanes_t *ot
         const double x = one[place_of_core(w, a)][0], y = other[place_of_core(w, a)][0];
         apart = fmax(apart, fabs(x - y)), largest = fmax(largest, fmax(fabs(x), fabs(y)));
     }
-    return apart <= w->run->jumps*largest;
+    return apart <= w->run->bounds.jumps*largest;
 }

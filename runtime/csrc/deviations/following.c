@@ -26,10 +26,10 @@ static void lay_out_lanes(variations_t *w, parts_t *parts)
     const int groups = w->groups, wheels = w->wheels, ground = SET_GRIPS*wheels;
     const long long free = SET_GATHERS*FREE(w), in_columns = free*groups, at_nodes = NODES*groups;
     const struct { lanes_t **array; long long lanes; } part[] = {
-        {&w->moved, w->size*groups}, {&w->began, w->size*groups}, {&w->given, (w->inputs + SET_MOVING*wheels)*groups},
-        {&w->axial, wheels*w->rollers*groups}, {&w->held, 2*HELD_SIZE}, {&w->point, point_size(w)},
-        {&w->along, point_size(w) + groups}, {&w->felt_at, (w->felt + 1)*at_nodes}, {&w->core_at, w->core*at_nodes},
-        {&w->carried_at, (wheels + 3)*at_nodes}, {&w->solving.right, w->equations*at_nodes},
+        {&w->moved, w->size*groups}, {&w->phase.moved, w->size*groups}, {&w->axial, wheels*w->rollers*groups},
+        {&w->given, (w->inputs + SET_MOVING*wheels)*groups}, {&w->held, 2*HELD_SIZE}, {&w->point, point_size(w)},
+        {&w->along, point_size(w) + groups}, {&w->step.felt, (w->felt + 1)*at_nodes}, {&w->step.core, w->core*at_nodes},
+        {&w->step.carried, (wheels + 3)*at_nodes}, {&w->solving.right, w->equations*at_nodes},
         {&w->solving.memory, blockwise_memory(w->equations, 3, NODES/LANES, groups)},
         {&w->contacts.pushed, 12*ground}, {&w->contacts.yielding, 2*ground}, {&w->contacts.towards, 2*ground},
         {&w->contacts.slipping, ground}, {&w->contacts.turned, 2*ground}, {&w->bearings.sticks, 2*wheels},
@@ -49,8 +49,9 @@ static void lay_out_nodes(variations_t *w, parts_t *parts)
 {
     const long long numbers = w->run->models - 1, equations = w->equations, ground = SET_GRIPS*2*w->wheels;
     const struct { nodes_t **array; long long nodes; } part[] = {
-        {&w->slope, equations*w->directions}, {&w->core_by, numbers*equations}, {&w->chi_by, numbers*w->wheels},
-        {&w->pose_by, numbers*3}, {&w->solving.block, equations*equations*NODES}, {&w->contacts.towards_at, ground},
+        {&w->slopes.core, equations*w->directions}, {&w->slopes.core_by, numbers*equations},
+        {&w->slopes.chi_by, numbers*w->wheels}, {&w->slopes.pose_by, numbers*3},
+        {&w->solving.block, equations*equations*NODES}, {&w->contacts.towards_at, ground},
         {&w->contacts.slipping_at, ground}, {&w->contacts.slip_slope, ground*slip_directions(w)},
     };
     for (int k = 0; k < (int)(sizeof part/sizeof *part); k++)
@@ -61,18 +62,18 @@ static void lay_out_nodes(variations_t *w, parts_t *parts)
 static void lay_out_numbers(variations_t *w, parts_t *parts)
 {
     const int columns = w->columns, equations = w->equations;
-    w->momenta = numbers_part(parts, 2*w->wheels);
-    w->free_axial = numbers_part(parts, w->wheels*w->rollers);
-    w->weight = numbers_part(parts, (w->run->degree + 1)*NODES);
+    w->phase.momenta = numbers_part(parts, 2*w->wheels);
+    w->phase.free_axial = numbers_part(parts, w->wheels*w->rollers);
+    w->step.of_coefficients = numbers_part(parts, (w->run->motion.degree + 1)*NODES);
     w->contacts.aimed = numbers_part(parts, w->wheels);
     w->spins.basis = numbers_part(parts, SET_GATHERS*2*SUMS(w));
     w->solving.row = numbers_part(parts, equations);
     w->solving.pivot_row = numbers_part(parts, 3*NODES);
     w->solving.kind = numbers_part(parts, equations*equations);
-    w->is_still = numbers_part(parts, equations*w->directions);
+    w->slopes.is_still = numbers_part(parts, equations*w->directions);
     w->is_given = numbers_part(parts, w->inputs);
-    w->numbered_column = numbers_part(parts, columns);
-    w->number_of = numbers_part(parts, columns);
+    w->numbers.column = numbers_part(parts, columns);
+    w->numbers.which = numbers_part(parts, columns);
 }
 
 /* Returns how many lanes it takes; without memory nothing is there. */
@@ -88,7 +89,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, lane
     w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_GATHERS*2*wheels;
     w->equations = w->core + SET_TURNS*wheels;
     w->directions = first_turn(w) + SET_TURNS*wheels;
-    w->nodes = run->nodes, w->blocks = run->nodes/LANES;
+    w->nodes = run->gauss.count, w->blocks = run->gauss.count/LANES;
     w->vehicle = numbers_part(&parts, (models + w->groups)*(long long)(sizeof *w->vehicle/sizeof(double) + 1));
     w->column = w->vehicle + models;
     for (int k = 0; k < models + w->groups; k++) {
@@ -111,11 +112,11 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (lanes_t *)run->work);
-    w->numbered = 0, w->contacts.aimed_row = -1, w->inside = 0;
+    w->numbers.count = 0, w->contacts.aimed_row = -1, w->inside = 0;
     for (int p = 0; p < run->columns; p++)
         if (run->number[p]) {
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
-            w->numbered_column[w->numbered] = p, w->number_of[w->numbered++] = run->number[p] - 1;
+            w->numbers.column[w->numbers.count] = p, w->numbers.which[w->numbers.count++] = run->number[p] - 1;
         }
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
@@ -123,23 +124,23 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->contacts.pushed, 0, SET_GRIPS*12*w->wheels*sizeof *w->contacts.pushed);
     memset(w->contacts.yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->contacts.yielding);
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
-    memset(w->carries, 0, sizeof w->carries);
-    memset(w->chi_by, 0, (run->models - 1)*w->wheels*sizeof *w->chi_by);
+    memset(w->slopes.carries, 0, sizeof w->slopes.carries);
+    memset(w->slopes.chi_by, 0, (run->models - 1)*w->wheels*sizeof *w->slopes.chi_by);
     for (int i = 0; i < SET_SLIPS*w->wheels; i++)
-        w->carries[i][3 + i] = 1;           /* a wheel's rate is a number of the core, whatever the vehicle's are */
+        w->slopes.carries[i][3 + i] = 1;    /* a wheel's rate is a number of the core, whatever the vehicle's are */
     if (SET_GATHERS)
         prepare_spins(w);
     const int nodes = w->nodes;
-    const double *const integral = run->gauss_integral;
+    const double *const integral = run->gauss.integrals;
     take_step(w);
     for (int j = 0; j < nodes; j++)
         for (int k = 0; k < nodes; k++) {
-            w->once[j].node[k] = integral[j*nodes + k];
-            w->inverse[j].node[k] = j == k, w->twice[j].node[k] = 0;
+            w->step.once[j].node[k] = integral[j*nodes + k];
+            w->step.inverse[j].node[k] = j == k, w->step.twice[j].node[k] = 0;
             for (int i = 0; i < nodes; i++)
-                w->twice[j].node[k] += integral[j*nodes + i]*integral[i*nodes + k];
+                w->step.twice[j].node[k] += integral[j*nodes + i]*integral[i*nodes + k];
         }
-    divide_at_nodes(w, w->once, w->inverse);
+    divide_at_nodes(w, w->step.once, w->step.inverse);
 }
 
 /* The axial speeds' deviations at the start of a phase. */
@@ -153,7 +154,7 @@ static void enter(variations_t *w, long long row, long long phase)
 {
     if (SET_HAS_ROLLERS)
         into_lanes(w, axial_of(w, phase), w->wheels*w->rollers, w->axial);
-    into_lanes(w, row_of(w, w->run->phase_start[phase]), w->size, w->began);
+    into_lanes(w, row_of(w, w->run->motion.phase_start[phase]), w->size, w->phase.moved);
     begin_phase(w, phase);
     into_lanes(w, row_of(w, row), w->size, w->moved);
 }
@@ -207,11 +208,11 @@ static int pass_others(variations_t *w, long long row, const double *knot)
  * that was known how; else nothing has been done. */
 static int enter_step(variations_t *w, long long row)
 {
-    if (!SET_BEARINGS_STICK || !w->run->enters[row])
+    if (!SET_BEARINGS_STICK || !w->run->bearings.enters[row])
         return 1;
     if (!pass_change(w, &(change_t){row, row - 1, row, 0, 0}))
         return 0;
-    w->run->enters[row] = 0;
+    w->run->bearings.enters[row] = 0;
     out_of_lanes(w, w->moved, w->size, row_of(w, row));
     return 1;
 }
@@ -227,7 +228,7 @@ static int switch_wheels(variations_t *w, long long phase, long long row, const 
     pass_switch(w, phase, row, direction, rate);
     if (SET_HOLDS)
         take_what_sticks(w, row + 1);       /* also what goes on to stick through an impact */
-    memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);
+    memcpy(w->phase.moved, w->moved, w->size*w->groups*sizeof *w->moved);
     if (SET_HAS_ROLLERS)
         out_of_lanes(w, w->axial, w->wheels*w->rollers, axial_of(w, phase + 1));
     return 1;
@@ -241,13 +242,13 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     prepare(w, run);
     enter(w, first, phase);
     refuse(w, UNKNOWN, 0);
-    if (SET_BEARINGS_STICK && run->enters[first])
+    if (SET_BEARINGS_STICK && run->bearings.enters[first])
         return first;
     for (long long row = first; row < last; row++) {
-        if (run->step_of[row] >= 0) {
-            exchange_given(w, run->step_of[row]);
+        if (run->motion.step_of[row] >= 0) {
+            exchange_given(w, run->motion.step_of[row]);
             aim_rests(w, row + 1);
-            if (!vary_along(w, run->step_of[row], row))
+            if (!vary_along(w, run->motion.step_of[row], row))
                 return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
@@ -268,7 +269,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
 /* The step whose number is given begins, in its phase. Returns its row. */
 static long long enter_step_of(variations_t *w, long long step, long long phase)
 {
-    const long long row = w->run->step_rows[step];
+    const long long row = w->run->motion.step_rows[step];
     enter(w, row, phase);
     exchange_given(w, step);
     aim_rests(w, row + 1);
@@ -284,7 +285,7 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
     for (long long k = 0; k < count; k++) {
         const long long row = enter_step_of(w, steps[k], phases[k]);
         begin_step(w, row);
-        in_pieces[k] = !vary_piece(w, steps[k], row, w->length, rates + k*w->nodes*w->size*w->columns);
+        in_pieces[k] = !vary_piece(w, steps[k], row, w->step.length, rates + k*w->nodes*w->size*w->columns);
     }
 }
 
@@ -320,13 +321,13 @@ static void put_start(variations_t *w, const double *spins)
         put_state(w, 0, at);
         put_moved(w, w->moved, w->groups, g, moved);
         for (int k = 0; k < count; k++) {
-            spin[k] = lanes_of(w->run->spins[k]);
+            spin[k] = lanes_of(w->run->motion.spins[k]);
             for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++)
                 spin_moved[k][p%LANES] = spins[k*w->columns + p];
         }
         set_axial_speeds_along(wheels, &w->column[g], at, at + chi, spin, moved, moved + chi, spin_moved, axial,
                                axial_moved);
-        take_free(w, w->run->contact, g, axial_moved);
+        take_free(w, w->run->motion.contact, g, axial_moved);
         take_switched(w, g, -1, at, moved);
     }
     out_of_lanes(w, w->axial, wheels*w->rollers, axial_of(w, 0));

@@ -141,9 +141,9 @@ static double arm_along(const variations_t *w, int column, const row_t *row, dou
 {
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), model = column < 0 ? 0 : w->run->number[column];
     lanes_t reach[MOST_WHEELS], reach_moved[MOST_WHEELS];
-    *moved = column < 0 ? 0 : -w->run->standing_moved[column];
+    *moved = column < 0 ? 0 : -w->run->contacts.standing_moved[column];
     if (row->is_axle)
-        return -w->run->standing[0];
+        return -w->run->contacts.standing[0];
     set_contact_reaches_along(wheels, &w->vehicle[model], w->point + chi, w->along + chi, reach, reach_moved);
     *moved = reach_moved[row->wheel][0];
     return reach[row->wheel][0];
@@ -154,7 +154,7 @@ static double arm_along(const variations_t *w, int column, const row_t *row, dou
 static double use_of_contact(const variations_t *w, int column, const held_t *held, int i, double *moved)
 {
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    const double *const per_reach = w->run->per_reach + 2*i;
+    const double *const per_reach = w->run->contacts.per_reach + 2*i;
     const double *const grown = per_reach + 2*w->wheels*(column < 0 ? 0 : w->run->number[column]);
     double squared = 0, rises = 0;
     for (int c = 0; c < 2; c++) {
@@ -200,7 +200,7 @@ static int find_motion(const variations_t *w, const held_t *held, int broken, do
 /* How the largest torque of a bearing at rest moves with a column. */
 ALWAYS_INLINE double moved_most(const variations_t *w, int column, int k)
 {
-    return column < 0 ? 0 : w->run->bearing_bound_moved[column*MOST_OWN(w) + k];
+    return column < 0 ? 0 : w->run->bearings.bound_moved[column*MOST_OWN(w) + k];
 }
 
 /* How much of what bearings can hold is used where one breaks away, and how that moves; not a number where that is not
@@ -215,7 +215,7 @@ static double use_of_all(const variations_t *w, int column, const held_t *held, 
         return *moved = NAN;
     for (int j = 0; j < held->count; j++) {
         const row_t *const row = &held->row[j];
-        const double rate = dot3(row->row, n), most = w->run->bearing_bound[row->bearing];
+        const double rate = dot3(row->row, n), most = w->run->bearings.bound[row->bearing];
         if (fabs(rate) <= IS_AT_REST*length3(row->row)) {
             facet.row[facet.count++] = *row;
             continue;
@@ -236,7 +236,7 @@ static double use_of_all(const variations_t *w, int column, const held_t *held, 
 static double use_of_bearing(const variations_t *w, int column, const held_t *held, int k, double *moved)
 {
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    const double most = w->run->bearing_bound[k];
+    const double most = w->run->bearings.bound[k];
     double torque = demand_on_bearing(w, &at, k), torque_moved = demand_on_bearing(w, &along, k);
     if (goes_with_nu(w, k) && !held->is_only)
         return use_of_all(w, column, held, k, moved);
@@ -255,8 +255,8 @@ static int find_small_torques(const variations_t *w, held_t *held, const lanes_t
     memcpy(right, asked, sizeof right);
     for (int j = 0; j < held->count; j++) {
         const row_t *const row = &held->row[j];
-        const double arm = arm_along(w, TIMES_ALONE, row, &moved), most = w->run->bearing_bound[row->bearing];
-        by[j] = 1/(w->run->per_reach[2*row->wheel + row->is_axle]/(arm*arm) + 1/(most*most));
+        const double arm = arm_along(w, TIMES_ALONE, row, &moved), most = w->run->bearings.bound[row->bearing];
+        by[j] = 1/(w->run->contacts.per_reach[2*row->wheel + row->is_axle]/(arm*arm) + 1/(most*most));
         for (int c = 0; c < 9; c++)
             matrix[c] += by[j]*row->row[c/3]*row->row[c%3];
     }
@@ -274,7 +274,7 @@ static int find_small_torques(const variations_t *w, held_t *held, const lanes_t
 static int is_at_bound(const variations_t *w, const change_t *e)
 {
     const point_t at = point_of(w, w->vehicle, w->point);
-    const double most = 1 - w->run->reached;
+    const double most = 1 - w->run->bounds.reached;
     double moved;
     held_t held;
     find_held(w, e, AFTER, w->vehicle, &held);

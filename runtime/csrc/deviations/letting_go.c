@@ -14,7 +14,8 @@ static void turn_pushes(const variations_t *w, long long row, int model, const p
     slips_of(w, at, along, slip, moved);
     for (int i = 0; i < wheels && SET_TURNS; i++) {
         const lanes_t *const own = slip + 2*i, *const way = moved + 2*i;
-        const double squared = own[0][0]*own[0][0] + own[1][0]*own[1][0], noise = w->run->slip_rounding[row*wheels + i];
+        const double squared = own[0][0]*own[0][0] + own[1][0]*own[1][0];
+        const double noise = w->run->contacts.slip_rounding[row*wheels + i];
         if (!slides_in(w, row, i) || !slips_both_ways(at, i) || squared <= noise*noise)
             continue;
         const lanes_t turn = (own[0]*way[1] - own[1]*way[0])*(1/squared);
@@ -73,15 +74,16 @@ static void put_uses(const variations_t *w, const change_t *e, int column, const
 static int keep_reached(const variations_t *w, const change_t *e, const lanes_t *before, int *unit, int all,
                         double *rises)
 {
-    const double lasted = time_of_modes(w, e->before) + w->run->elapsed[e->row] - w->run->elapsed[e->before];
+    const double *const elapsed = w->run->motion.elapsed;
+    const double lasted = time_of_modes(w, e->before) + elapsed[e->row] - elapsed[e->before];
     double use[all + 1], moved[all + 1];
     int count = 0;
     put_uses(w, e, TIMES_ALONE, before, unit, all, use, moved);
     for (int j = 0; j < all; j++)
-        if (!(use[j] - 1 < -w->run->reached))
+        if (!(use[j] - 1 < -w->run->bounds.reached))
             rises[count] = moved[j], unit[count++] = unit[j];
     for (int j = 0; j < count; j++)
-        if (!(rises[j]*lasted > w->run->only_just))
+        if (!(rises[j]*lasted > w->run->bounds.only_just))
             return refuse(w, LETS_GO_ONLY_JUST, 0);
     return count;
 }

@@ -34,8 +34,8 @@ static int put_carried_slope(const variations_t *w, const nodes_t *slope, const 
 static void put_block(const variations_t *w, double h, const blockwise_t *e, const int *unknown, int p, int q)
 {
     const int a = unknown[p], c = unknown[q], turns = c >= w->core, at = turns ? first_turn(w) + c - w->core : c;
-    const nodes_t *const slope = w->slope + a*w->directions;
-    const int *const still = w->is_still + a*w->directions;
+    const nodes_t *const slope = w->slopes.core + a*w->directions;
+    const int *const still = w->slopes.is_still + a*w->directions;
     const int linear = !still[at], is_change = c >= 3 && !turns;
     nodes_t carried, *const to = block_of(e, p, q);
     if (!linear && a != c && c >= CARRYING(w->wheels)) {
@@ -51,8 +51,9 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
     for (int j = 0; is_full && j < w->nodes; j++) {
         const double own = slope[c].node[j];
         for (int b = 0; b < w->blocks; b++)
-            to[j].lanes[b] = is_change ? (a == c)*(1/h)*w->inverse[j].lanes[b] - h*carried.node[j]*w->once[j].lanes[b]
-                                       : -h*own*w->once[j].lanes[b] - h*h*carried.node[j]*w->twice[j].lanes[b];
+            to[j].lanes[b] = is_change
+                ? (a == c)*(1/h)*w->step.inverse[j].lanes[b] - h*carried.node[j]*w->step.once[j].lanes[b]
+                : -h*own*w->step.once[j].lanes[b] - h*h*carried.node[j]*w->step.twice[j].lanes[b];
         to[j].node[j] += is_change ? -own : a == c;
     }
 }
@@ -61,9 +62,9 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
 static void put_rates_of_changes(variations_t *w, double h, lanes_t *value)
 {
     const long long size = w->nodes*w->groups*(long long)sizeof *value;
-    lanes_t *const rate = w->felt_at;          /* not needed any more */
+    lanes_t *const rate = w->step.felt;    /* not needed any more */
     memset(rate, 0, size);
-    add_product_of(w, w->inverse, 1/h, value, rate);
+    add_product_of(w, w->step.inverse, 1/h, value, rate);
     memcpy(value, rate, size);
 }
 
@@ -95,26 +96,26 @@ static int list_unknowns(const variations_t *w, long long row, int *unknown)
 static void put_rates_that_follow(variations_t *w, double h, const int *unknown, int count)
 {
     const int groups = w->groups, nodes = w->nodes, all = NODES*groups;
-    lanes_t *const rate = w->carried_at;
-    memset(w->core_at, 0, w->core*all*sizeof *rate);
-    memset(w->felt_at, 0, w->felt*all*sizeof *rate);
+    lanes_t *const rate = w->step.carried;
+    memset(w->step.core, 0, w->core*all*sizeof *rate);
+    memset(w->step.felt, 0, w->felt*all*sizeof *rate);
     for (int p = 0; p < count; p++)
         if (unknown[p] < w->core)
-            add_product_of(w, w->once, h, w->solving.row[unknown[p]], w->core_at + unknown[p]*all);
+            add_product_of(w, w->step.once, h, w->solving.row[unknown[p]], w->step.core + unknown[p]*all);
     for (int f = 0; f < w->felt; f++) {
         for (int k = 0; k < nodes*groups; k++)
-            rate[k] = carried_by(w, carries_felt(w, f), w->core_at + k, w->core_at + 3*all + k, all);
-        add_product_of(w, w->once, h, rate, w->felt_at + f*all);
+            rate[k] = carried_by(w, carries_felt(w, f), w->step.core + k, w->step.core + 3*all + k, all);
+        add_product_of(w, w->step.once, h, rate, w->step.felt + f*all);
     }
     for (int p = count; unknown[p] >= 0; p++) {
         const int a = unknown[p];
         for (int d = 0; d < w->directions; d++) {
             const int turns = d - first_turn(w);
-            if (w->is_still[a*w->directions + d] || (d >= w->core + w->felt && turns < 0))
+            if (w->slopes.is_still[a*w->directions + d] || (d >= w->core + w->felt && turns < 0))
                 continue;
-            const lanes_t *const by = d < w->core ? w->core_at + d*all : turns < 0 ? w->felt_at + (d - w->core)*all
+            const lanes_t *const by = d < w->core ? w->step.core + d*all : turns < 0 ? w->step.felt + (d - w->core)*all
                                                                        : w->solving.row[w->core + turns];
-            const nodes_t *const slope = &w->slope[a*w->directions + d];
+            const nodes_t *const slope = &w->slopes.core[a*w->directions + d];
             for (int j = 0; j < nodes; j++)
                 for (int g = 0; g < groups; g++)
                     w->solving.row[a][j*groups + g] += slope->node[j]*by[j*groups + g];

@@ -99,7 +99,7 @@ static void axial_in_row(const variations_t *w, long long row, lanes_t *axial)
     const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
     lanes_t spins[count], still[count];
     for (int k = 0; k < count; k++)
-        spins[k] = lanes_of(w->run->spins[row*count + k]), still[k] = lanes_of(0);
+        spins[k] = lanes_of(w->run->motion.spins[row*count + k]), still[k] = lanes_of(0);
     lanes_t zero[MOST_WHEELS + 3] = {{0}}, moved[count];
     put_state(w, row, w->point);
     set_axial_speeds_along(wheels, w->vehicle, w->point, w->point + point_chi(w), spins, zero, zero, still, axial,
@@ -112,16 +112,16 @@ static void begin_phase(variations_t *w, long long phase)
     if (!SET_HAS_ROLLERS)
         return;
     const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
-    const long long row = w->run->phase_start[phase];
+    const long long row = w->run->motion.phase_start[phase];
     lanes_t axial[count], moved[count], momenta[2*MOST_WHEELS], momenta_moved[2*MOST_WHEELS];
     axial_in_row(w, row, axial);
     for (int k = 0; k < count; k++)
-        w->free_axial[k] = axial[k][0];
+        w->phase.free_axial[k] = axial[k][0];
     for (int g = 0; g < w->groups && SET_HOLDS_MOMENTA; g++) {
-        put_free(w, w->run->contact + row*wheels, g, moved);
+        put_free(w, w->run->motion.contact + row*wheels, g, moved);
         set_momenta_along(wheels, &w->column[g], axial, moved, momenta, momenta_moved);
         for (int k = 0; k < 2*wheels; k++) {
-            w->momenta[k] = momenta[k][0];
+            w->phase.momenta[k] = momenta[k][0];
             w->given[(SET_MOVING*wheels + k)*w->groups + g] = momenta_moved[k];
         }
     }
@@ -130,7 +130,7 @@ static void begin_phase(variations_t *w, long long phase)
 /* +1 or -1 where a wheel's contact has passed on between two rows, else 0; how many have. */
 static int directions_of(const variations_t *w, long long row, int *direction)
 {
-    const long long *const contact = w->run->contact + row*w->wheels;
+    const long long *const contact = w->run->motion.contact + row*w->wheels;
     int count = 0;
     for (int i = 0; i < w->wheels; i++) {
         const long long passed = (contact[w->wheels + i] - contact[i] + w->rollers)%w->rollers;
@@ -148,7 +148,7 @@ static void follow_axial(variations_t *w, int group, const long long *contact, c
     const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
     lanes_t axial[count], moved[count], later[count], later_moved[count];
     for (int k = 0; k < count; k++)
-        axial[k] = lanes_of(w->free_axial[k]);
+        axial[k] = lanes_of(w->phase.free_axial[k]);
     put_free(w, contact, group, moved);
     axial_later_along(wheels, &w->column[group], after, after + point_chi(w), axial, before + POINT_CORE,
                       after + POINT_CORE, lanes_of(elapsed), after_moved, after_moved + point_chi(w), moved,
@@ -185,7 +185,7 @@ static void exchange_rollers(variations_t *w, int group, long long row, const in
                              const lanes_t *moved, lanes_t *spin, lanes_t *spin_moved)
 {
     const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), count = FREE(w), places = w->rollers - 1;
-    const long long *const contact = w->run->contact + row*wheels;
+    const long long *const contact = w->run->motion.contact + row*wheels;
     const vehicle_t *const v = &w->column[group];
     lanes_t axial[count], axial_moved[count], spins[count], spins_moved[count];
     lanes_t own[MOST_WHEELS], speed_moved[MOST_WHEELS];
@@ -205,7 +205,7 @@ static void exchange_rollers(variations_t *w, int group, long long row, const in
 static void exchange_contacts(variations_t *w, int group, long long row, const int *direction, lanes_t *moved)
 {
     const int wheels = OWN_WHEELS(w->wheels), own = POINT_CORE + wheels;
-    const long long *const leaves = w->run->contact + row*wheels, *const enters = leaves + wheels;
+    const long long *const leaves = w->run->motion.contact + row*wheels, *const enters = leaves + wheels;
     for (int i = 0; i < wheels; i++)
         if (direction[i]) {
             w->axial[(i*w->rollers + (int)leaves[i])*w->groups + group] = moved[own + i];
@@ -224,7 +224,7 @@ static void apply_switch(variations_t *w, int group, long long row, const int *d
         exchange_rollers(w, group, row, direction, at, moved, spin, spin_moved);
     for (int i = 0; i < wheels; i++)
         if (direction[i]) {
-            at[chi + i] = lanes_of(w->run->y[(row + 1)*w->run->row_size + w->run->place[3 + i]]);
+            at[chi + i] = lanes_of(w->run->motion.y[(row + 1)*w->run->motion.row_size + w->run->place[3 + i]]);
             moved[chi + i] = lanes_of(0);
         }
     if (SET_HAS_IMPACT && w->run->impact)
@@ -251,8 +251,8 @@ static void move_time(variations_t *w, int group, long long from, const lanes_t 
     put_state(w, from, start);
     put_state(w, row, at);
     put_moved(w, w->moved, w->groups, group, moved);
-    follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, at, moved,
-                 w->run->elapsed[row] - w->run->elapsed[from], time);
+    follow_axial(w, group, w->run->motion.contact + row*w->wheels, start, start_moved, at, moved,
+                 w->run->motion.elapsed[row] - w->run->motion.elapsed[from], time);
 }
 
 /* Take what the switch has made of a state, whose core begins anew. */
@@ -263,7 +263,7 @@ ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lane
         const int count = FREE(w);
         lanes_t axial[count], axial_moved[count];
         axial_in_row(w, row + 1, axial);
-        put_free(w, w->run->contact + (row + 1)*wheels, group, axial_moved);
+        put_free(w, w->run->motion.contact + (row + 1)*wheels, group, axial_moved);
         start_core_along(wheels, &w->column[group], at, at + point_chi(w), axial, moved, moved + point_chi(w),
                          axial_moved, at + POINT_CORE, moved + POINT_CORE);
     }
@@ -283,7 +283,7 @@ static void pass_switch(variations_t *w, long long phase, long long row, const i
         first++;
     for (int g = 0; g < w->groups; g++) {
         time[g] = -w->moved[(3 + first)*w->groups + g]/rate[3 + first];
-        move_time(w, g, w->run->phase_start[phase], w->began, row, rate, time[g]);
+        move_time(w, g, w->run->motion.phase_start[phase], w->phase.moved, row, rate, time[g]);
         put_state(w, row, at);
         memset(moved, 0, sizeof moved);
         put_moved(w, w->moved, w->groups, g, moved);

@@ -15,18 +15,18 @@
 /* Work at the nodes of a whole step: where slips are near rest, roundings of other weights would be seen. */
 static void take_step(variations_t *w)
 {
-    memcpy(w->node.node, w->run->node, w->nodes*sizeof(double));
-    memcpy(w->weight, w->run->weight, (w->run->degree + 1)*w->nodes*sizeof(double));
+    memcpy(w->step.part.node, w->run->gauss.nodes, w->nodes*sizeof(double));
+    memcpy(w->step.of_coefficients, w->run->gauss.of_coefficients, (w->run->motion.degree + 1)*w->nodes*sizeof(double));
 }
 
 /* Or of a piece of it, from a part of it on and such a part of it long. */
 static void take_piece(variations_t *w, double from, double part)
 {
-    const int degree = w->run->degree, nodes = w->nodes;
+    const int degree = w->run->motion.degree, nodes = w->nodes;
     for (int j = 0; j < nodes; j++) {
-        const double x = from + part*w->run->node[j], rest = 1 - x;
-        double factor = 1, *const own = w->weight + j;
-        w->node.node[j] = x;
+        const double x = from + part*w->run->gauss.nodes[j], rest = 1 - x;
+        double factor = 1, *const own = w->step.of_coefficients + j;
+        w->step.part.node[j] = x;
         for (int c = 0; c <= degree; c++, factor *= x*(degree + 1 - c)/c)
             own[c*nodes] = factor;
         factor = 1;
@@ -44,10 +44,10 @@ static double fastest(const variations_t *w, double h)
     for (int a = 0; a < w->core; a++)
         for (int c = 0; c <= a; c++) {
             const int one = a*w->directions + c, other = c*w->directions + a;
-            if (w->is_still[one] || w->is_still[other])
+            if (w->slopes.is_still[one] || w->slopes.is_still[other])
                 continue;
             for (int b = 0; b < w->blocks; b++)
-                sum[b] += (a == c ? 1 : 2)*lanes_abs(w->slope[one].lanes[b]*w->slope[other].lanes[b]);
+                sum[b] += (a == c ? 1 : 2)*lanes_abs(w->slopes.core[one].lanes[b]*w->slopes.core[other].lanes[b]);
         }
     for (int j = 0; j < w->nodes; j++)
         most = fmax(most, sum[j/LANES][j%LANES]);
@@ -61,10 +61,10 @@ static int are_too_fast(const variations_t *w, long long row, double h)
     double rate = fastest(w, h);
     for (int i = 0; i < w->wheels; i++)
         rate *= !turns_in(w, row, i);       /* a turn goes with the rates, and what it does is no slope of theirs */
-    if (!(rate > (w->inside ? FAST_INSIDE : FAST)*nodes) || h < SHORTEST*w->length)
+    if (!(rate > (w->inside ? FAST_INSIDE : FAST)*nodes) || h < SHORTEST*w->step.length)
         return 0;
     const double behind = 4*nodes*exp(nodes*(nodes + 1)/rate);
-    const double most = w->run->most_wrong*(w->inside ? fmin(behind, MOST_INSIDE) : behind);
+    const double most = w->run->bounds.most_wrong*(w->inside ? fmin(behind, MOST_INSIDE) : behind);
     for (int g = 0; g < w->groups; g++) {
         lanes_t tail = {0}, size = {0};
         for (int a = 0; a < speeds; a++) {
@@ -72,13 +72,13 @@ static int are_too_fast(const variations_t *w, long long row, double h)
             size += lanes_abs(end);
             for (int j = 0; j < nodes; j++) {
                 const lanes_t change = h*w->solving.row[a][j*w->groups + g];
-                last += w->run->gauss_last[j]*change, before += w->run->gauss_before_last[j]*change;
-                end += w->run->gauss_weight[j]*change;
+                last += w->run->gauss.last[j]*change, before += w->run->gauss.before_last[j]*change;
+                end += w->run->gauss.weights[j]*change;
             }
             tail += lanes_abs(last) + lanes_abs(before), size += lanes_abs(end);
         }
         for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
-            if (tail[k] > most*(size[k] + w->run->least[g*LANES + k]/w->length))
+            if (tail[k] > most*(size[k] + w->run->bounds.least[g*LANES + k]/w->step.length))
                 return 1;
     }
     return 0;

@@ -32,7 +32,7 @@ static void put_speeds_moved(const variations_t *w, const vehicle_t *vehicle, la
     free = spins_moved;
 #endif
     for (int i = 0; i < wheels && SET_IN_SERIES; i++)   /* where no contact sticks no speed comes to rest: changes.c */
-        rate_moved[1][i] = SET_STRIPS ? to[2*i]/w->run->standing[1] : lanes_of(0);
+        rate_moved[1][i] = SET_STRIPS ? to[2*i]/w->run->contacts.standing[1] : lanes_of(0);
     for (int k = 0; k < MOST_OWN(w); k++)
         to[2*wheels + k] = *of_bearing(w, k, axles, rate_moved[1], free);
 }

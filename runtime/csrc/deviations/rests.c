@@ -112,10 +112,10 @@ static void begin_aiming(const variations_t *w, long long row, double *heading)
 {
     const int wheels = OWN_WHEELS(w->wheels);
     lanes_t slip[2*MOST_WHEELS];
-    memcpy(heading, w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels, wheels*sizeof *heading);
-    if (row == 0 || w->run->step_of[row - 1] < 0)
+    memcpy(heading, w->run->motion.drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels, wheels*sizeof *heading);
+    if (row == 0 || w->run->motion.step_of[row - 1] < 0)
         return;
-    put_point(w, w->run->step_of[row - 1], row - 1, w->blocks - 1);
+    put_point(w, w->run->motion.step_of[row - 1], row - 1, w->blocks - 1);
     slips_at(w, w->point, slip);
     for (int i = 0; i < wheels; i++)
         heading[i] = atan2(slip[2*i + 1][0], slip[2*i][0]);
@@ -124,7 +124,8 @@ static void begin_aiming(const variations_t *w, long long row, double *heading)
 /* Turn slips that come to rest behind a row to where they go last: against their rates, to which their forces add. */
 static void aim_rests(variations_t *w, long long row)
 {
-    if (!SET_TURNS || row == w->contacts.aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
+    const omniroll_motion_t *const motion = &w->run->motion;
+    if (!SET_TURNS || row == w->contacts.aimed_row || row + 1 >= motion->rows || motion->step_of[row] >= 0)
         return;
     int component[2*MOST_WHEELS];
     const int count = list_rests(w, row, 1, component);
@@ -165,7 +166,7 @@ static int put_directions_right(variations_t *w, const change_t *e)
             force[k*groups + g] = speed[(c + 1)*groups + g]*towards[0] - speed[c*groups + g]*towards[1];
     }
     for (int k = 0; k < rests && SET_STRIPS; k++)   /* where others hold the vehicle along an axle no slip turns */
-        if (fabs(turns[k*rests + k]) <= SAME/w->run->only_just*w->run->grazes)
+        if (fabs(turns[k*rests + k]) <= SAME/w->run->bounds.only_just*w->run->bounds.grazes)
             return 0;
     if (solve_small(turns, rests, force, groups, SET_STRIPS ? SAME : 0) < rests)
         return 0;
@@ -185,10 +186,11 @@ static int rest_grazes(const variations_t *w, const resting_t *rests, const doub
         const int unit = rests->unit[j], k = unit - 2*w->wheels;
         const lanes_t *const towards = w->contacts.towards + unit/2*2;
         if (k < 0)
-            found |= -(dot[unit/2*2]*towards[0][0] + dot[unit/2*2 + 1]*towards[1][0]) <= w->run->grazes;
+            found |= -(dot[unit/2*2]*towards[0][0] + dot[unit/2*2 + 1]*towards[1][0]) <= w->run->bounds.grazes;
         else {
-            const double possible = fabs(dot[unit]) + (fabs(asked[k]) + w->run->bearing_bound[k])/w->run->bearing_inertia[k];
-            found |= fabs(dot[unit]) <= w->run->only_just*possible;
+            const omniroll_bearing_modes_t *const of = &w->run->bearings;
+            const double possible = fabs(dot[unit]) + (fabs(asked[k]) + of->bound[k])/of->inertia[k];
+            found |= fabs(dot[unit]) <= w->run->bounds.only_just*possible;
         }
     }
     return found && !refuse(w, RESTS_ONLY_JUST, 0);
@@ -221,7 +223,7 @@ static int put_times_of_stops(const variations_t *w, const resting_t *rests, con
 static void forget_what_is_held(const variations_t *w, const resting_t *rests, double *to_own)
 {
     const int count = rests->count;
-    const double *const inertia = w->run->bearing_inertia, arm = w->run->standing[1];
+    const double *const inertia = w->run->bearings.inertia, arm = w->run->contacts.standing[1];
     for (int j = 0; j < count; j++) {
         const double size = j < rests->contacts ? inertia[roller_bearing(w, 0, 0)]/(arm*arm)
                                                 : inertia[rests->unit[j] - 2*w->wheels];

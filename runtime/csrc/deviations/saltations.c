@@ -22,12 +22,12 @@ static int settles_only_just(const variations_t *w, const change_t *e, const lan
     move_along(w, e->row, TIMES_ALONE, before);
     for (int i = 0; i < w->wheels; i++) {
         const int k = roller_bearing(w, i, 0);
-        const double possible = fabs(dot[2*w->wheels + k]) + run->bearing_bound[k]/run->bearing_inertia[k];
+        const double possible = fabs(dot[2*w->wheels + k]) + run->bearings.bound[k]/run->bearings.inertia[k];
         const double mode = (double)bearing_mode(w, e->before, k);
-        const int holds_more = run->bearing_bound[k] > (1 + run->jumps)*run->bearing_sliding[k];
+        const int holds_more = run->bearings.bound[k] > (1 + run->bounds.jumps)*run->bearings.sliding[k];
         found |= mode != 0 && bearing_mode(w, e->after, k) == -bearing_mode(w, e->before, k) && !is_held(w, e, k);
         found |= settles(w, e, k) && !sticks_in(w, e->row, i) && holds_more
-            && -mode*falls[i][0] <= run->only_just*possible;
+            && -mode*falls[i][0] <= run->bounds.only_just*possible;
     }
     take_way_back(w);
     return found;

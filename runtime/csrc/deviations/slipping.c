@@ -7,13 +7,13 @@ ALWAYS_INLINE int contact_speed(const variations_t *w, int i, int k) { return 3 
 
 ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
 {
-    return SET_GRIPS && w->run->drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
+    return SET_GRIPS && w->run->motion.drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
 }
 
 /* Whether a contact slips under a load. */
 ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
 {
-    return SET_GRIPS && !sticks_in(w, row, i) && w->run->grip[i] > 0;
+    return SET_GRIPS && !sticks_in(w, row, i) && w->run->contacts.grip[i] > 0;
 }
 
 /* The same in a direction that turns. */
@@ -72,7 +72,7 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
         const double heading = at->inputs[SET_HEADINGS_INPUT*wheels + i][0];
         const double rolling = SET_STRIPS && !turns ? copysign(1, heading) : sin(heading);
         const lanes_t *const own = slip + 2*i, size = lanes_sqrt(own[0]*own[0] + own[1]*own[1]);
-        const lane_mask_t known = size > (turns ? w->run->slip_rounding[row*wheels + i] : INFINITY);
+        const lane_mask_t known = size > (turns ? w->run->contacts.slip_rounding[row*wheels + i] : INFINITY);
         const lanes_t inverse = 1/lanes_select(known, size, lanes_of(1));
         lanes_t *const towards = w->contacts.towards + 2*i;
         towards[0] = lanes_select(known, own[0]*inverse, lanes_of(turns ? cos(heading) : 0));
@@ -111,7 +111,7 @@ static void put_corners(const variations_t *w, const point_t *at, const point_t 
 NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
 {
     const int wheels = OWN_WHEELS(w->wheels), pair = 2*MOST_WHEELS;
-    const double *const grip = w->run->grip, *const grown = grip + 3*wheels*model;
+    const double *const grip = w->run->contacts.grip, *const grown = grip + 3*wheels*model;
     lanes_t load[MOST_WHEELS], load_moved[MOST_WHEELS], friction[pair], friction_moved[pair], still[pair];
     lanes_t slope[2*pair], slope_moved[2*pair];
     for (int i = 0; i < wheels; i++) {

@@ -17,11 +17,11 @@ static const lanes_t *carried_to_nodes(variations_t *w, double h)
 {
     const int groups = w->groups, wheels = w->wheels;
     for (int i = 0; i <= wheels; i++) {
-        const lanes_t *const rate = w->carried_at + (i < wheels ? i : wheels + 2)*NODES*groups;
+        const lanes_t *const rate = w->step.carried + (i < wheels ? i : wheels + 2)*NODES*groups;
         const lanes_t *const start = w->moved + (i < wheels ? 3 + i : 5 + wheels)*groups;
-        come_to_nodes(w, h, start, rate, w->felt_at + i*NODES*groups);      /* which is not needed any more */
+        come_to_nodes(w, h, start, rate, w->step.felt + i*NODES*groups);  /* which is not needed any more */
     }
-    return w->felt_at;
+    return w->step.felt;
 }
 
 /* Into w->along what deviates at a node in a vector of columns, but for the spins. */
@@ -29,7 +29,7 @@ static void put_moved_at_node(variations_t *w, int j, int g, const lanes_t *carr
 {
     const int groups = w->groups, wheels = w->wheels;
     for (int c = 0; c < first_momentum(w); c++)
-        w->along[c] = w->core_at[(c*NODES + j)*groups + g];
+        w->along[c] = w->step.core[(c*NODES + j)*groups + g];
     for (int i = 0; i <= wheels; i++)
         w->along[i < wheels ? point_chi(w) + i : point_heading(w)] = carried[(i*NODES + j)*groups + g];
     for (int u = 0; u < SET_MOVING*wheels; u++)
@@ -66,11 +66,11 @@ static void put_axial_rates(variations_t *w, int j, int g)
 static void put_faded(const variations_t *w, int wheel, double h, nodes_t *to)
 {
     const int momentum = first_momentum(w) + 2*wheel;
-    const nodes_t *const own = &w->slope[momentum*w->directions + momentum];
+    const nodes_t *const own = &w->slopes.core[momentum*w->directions + momentum];
     nodes_t left[NODES];
     for (int j = 0; j < w->nodes; j++) {
         for (int b = 0; b < w->blocks; b++) {
-            to[j].lanes[b] = h*w->once[j].lanes[b];
+            to[j].lanes[b] = h*w->step.once[j].lanes[b];
             left[j].lanes[b] = -to[j].lanes[b]*own->lanes[b];
         }
         left[j].node[j] += 1;
@@ -104,7 +104,7 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
             lanes_t end = start[g];
             for (int j = 0; j < nodes; j++) {
                 const lanes_t change = changes[j*groups + g];
-                end += h*w->run->gauss_weight[j]*(own[j*groups + g] + w->spins.fading[k]*change);
+                end += h*w->run->gauss.weights[j]*(own[j*groups + g] + w->spins.fading[k]*change);
                 own[j*groups + g] = start[g] + change;
             }
             start[g] = end;

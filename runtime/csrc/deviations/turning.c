@@ -17,18 +17,18 @@
 static void put_carries(variations_t *w, long long row, int i)
 {
     const int felt = w->core + w->felt, numbers = w->run->models - 1;
-    memset(w->carries[i], 0, sizeof w->carries[i]);
+    memset(w->slopes.carries[i], 0, sizeof w->slopes.carries[i]);
     for (int number = 0; number < numbers; number++)
-        w->chi_by[number*w->wheels + i] = (nodes_t){{{0}}};
+        w->slopes.chi_by[number*w->wheels + i] = (nodes_t){{{0}}};
     if (!sticks_in(w, row, i)) {
-        w->carries[i][contact_speed(w, i, 0)] = 1;
+        w->slopes.carries[i][contact_speed(w, i, 0)] = 1;
         return;
     }
     for (int c = 0; c < 3; c++)
-        w->carries[i][c] = slope_of_speed(w, i, 0, c, 0)[0];
+        w->slopes.carries[i][c] = slope_of_speed(w, i, 0, c, 0)[0];
     for (int number = 0; number < numbers; number++)
         for (int b = 0; b < w->blocks; b++)
-            w->chi_by[number*w->wheels + i].lanes[b] = slope_of_speed(w, i, 0, felt + number, b);
+            w->slopes.chi_by[number*w->wheels + i].lanes[b] = slope_of_speed(w, i, 0, felt + number, b);
 }
 
 /* The row of the direction of a contact that slips. */
@@ -37,10 +37,10 @@ static void put_row_of_turn(variations_t *w, int i)
     const int a = w->core + i, felt = w->core + w->felt;
     const nodes_t *const towards = w->contacts.towards_at + 2*i;
     const nodes_t *const x = slope_of_slip(w, i, 0), *const y = slope_of_slip(w, i, 1);
-    nodes_t *const slope = w->slope + a*w->directions;
+    nodes_t *const slope = w->slopes.core + a*w->directions;
     memset(slope, 0, w->directions*sizeof *slope);
     for (int place = 0; place < slip_directions(w); place++) {
-        nodes_t *const to = place < felt ? slope + place : w->core_by + (place - felt)*w->equations + a;
+        nodes_t *const to = place < felt ? slope + place : w->slopes.core_by + (place - felt)*w->equations + a;
         for (int b = 0; b < w->blocks; b++)
             to->lanes[b] = x[place].lanes[b]*towards[1].lanes[b] - y[place].lanes[b]*towards[0].lanes[b];
     }

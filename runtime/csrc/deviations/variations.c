@@ -60,6 +60,36 @@ typedef struct {
     lanes_t **row;              /* equations: right sides at the nodes, NODES x groups, which become the core's rates */
 } solving_t;
 
+/* What a phase begins with. */
+typedef struct {
+    lanes_t *moved;             /* size x groups: deviations                                    */
+    double *momenta;
+    double *free_axial;         /* wheels*(rollers - 1): by place                               */
+} phase_t;
+
+/* The columns of numbers of the vehicle. */
+typedef struct {
+    int count, *column, *which; /* these columns, and the numbers that they are of              */
+} numbers_t;
+
+/* Slopes of rates at the nodes of a step. */
+typedef struct {
+    nodes_t *core;              /* equations x directions                                       */
+    int *is_still;              /* equations x directions: whether a slope is zero              */
+    nodes_t *core_by, *chi_by, *pose_by;    /* by each number: equations, wheels, 3             */
+    nodes_t pose[3][4];         /* of the rates of the pose by nu and the heading               */
+    double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
+} slopes_t;
+
+/* A step, and what there is at its nodes. */
+typedef struct {
+    double length;              /* in s                                                         */
+    nodes_t part;               /* where the nodes are in it, from 0 to 1                       */
+    nodes_t twice[NODES], once[NODES], inverse[NODES];  /* T^2, T and T^-1 by rows                  */
+    double *of_coefficients;    /* degree + 1 x nodes: weights of the polynomials' coefficients         */
+    lanes_t *felt, *core, *carried;     /* deviations: felt x NODES, core x NODES, (wheels + 3) x NODES */
+} varied_step_t;
+
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
     const omniroll_variations_t *run;
@@ -70,31 +100,21 @@ typedef struct {
     int equations, directions;  /* the core and turns of directions; all that these have slopes by          */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
     vehicle_t *column;          /* groups: each lane has the number of its column               */
+    numbers_t numbers;
     lanes_t *moved;             /* size x groups: deviations now                                */
-    lanes_t *began;             /* the same at the start of the phase                           */
     lanes_t *given;             /* (inputs + SET_MOVING*wheels) x groups: inputs, and how fast drives change */
+    int *is_given;              /* inputs: whether any column has one in a step                 */
     lanes_t *axial;             /* wheels*rollers x groups: by physical roller                  */
-    double *momenta;            /* of the phase                                                 */
+    phase_t phase;
     lanes_t *held;              /* what sticks leaves to nu, and what holds it: at a point, and how these move */
-    double *free_axial;         /* wheels*(rollers - 1): at its start, by place                 */
     lanes_t *point, *along;     /* state, inputs and rates at nodes, and a direction            */
-    nodes_t *slope;             /* equations x directions                                       */
-    nodes_t *core_by, *chi_by, *pose_by;    /* of each number: equations, wheels, 3             */
-    nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
-    double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
-    nodes_t twice[NODES], once[NODES], inverse[NODES];  /* T^2, T and T^-1 by rows                  */
-    nodes_t node;               /* where the nodes are in a step, from 0 to 1                   */
-    double length;              /* of the step, in s                                            */
-    double *weight;             /* degree + 1 x nodes: of the polynomials' coefficients at the nodes    */
     int inside;                 /* whether somebody looks at steps between their rows           */
-    int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
-    lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
-    int *is_still;              /* equations x directions: whether a slope is zero              */
+    varied_step_t step;
+    slopes_t slopes;
     contacts_t contacts;
     bearing_modes_t bearings;
     spins_t spins;
     solving_t solving;
-    int *is_given;              /* inputs: whether any column has one in a step                 */
 } variations_t;
 
 /* Where what a point needs stands among w->point and w->along. */
@@ -197,7 +217,8 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
 ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 {
     const int numbers = w->run->models - 1;
-    const double *const own = SET_DIRECTIONS ? w->run->allowed + w->run->hold[row]*(12 + 9*numbers) : 0;
+    const omniroll_bearing_modes_t *const of = &w->run->bearings;
+    const double *const own = SET_DIRECTIONS ? of->allowed + of->hold[row]*(12 + 9*numbers) : 0;
     for (int k = 0; k < 12*SET_DIRECTIONS; k++)
         w->held[k] = lanes_of(own[k]);
     for (int k = 0; k < 9*SET_DIRECTIONS; k++)
@@ -207,7 +228,7 @@ ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 /* Where contacts slip whose slip is rounding, at a point of the phase of a row. */
 ALWAYS_INLINE void put_headings(const variations_t *w, long long row, lanes_t *point)
 {
-    const double *const own = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels;
+    const double *const own = w->run->motion.drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels;
     const double *const heading = row == w->contacts.aimed_row ? w->contacts.aimed : own;
     for (int i = 0; i < SET_GRIPS*w->wheels; i++)
         point[point_inputs(w) + SET_HEADINGS_INPUT*w->wheels + i] = lanes_of(heading[i]);
@@ -220,13 +241,13 @@ static void put_state(const variations_t *w, long long row, lanes_t *point)
     for (int k = 0; k < w->size; k++) {
         const int place = point_of_place(w, k);
         if (place >= 0)
-            point[place] = lanes_of(run->y[row*run->row_size + run->place[k]]);
+            point[place] = lanes_of(run->motion.y[row*run->motion.row_size + run->place[k]]);
     }
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
-        point[point_inputs(w) + k] = lanes_of(run->drive[row*SET_INPUTS*w->wheels + k]);
+        point[point_inputs(w) + k] = lanes_of(run->motion.drive[row*SET_INPUTS*w->wheels + k]);
     put_headings(w, row, point);
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
-        point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
+        point[point_momenta(w) + k] = lanes_of(w->phase.momenta[k]);
 }
 
 /* One of some vectors of each of the deviations of what a point has. */
@@ -286,7 +307,7 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
         lanes_t *const way = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
-        nodes_t *const to = number < 0 ? w->slope + d : w->core_by + number*w->equations;
+        nodes_t *const to = number < 0 ? w->slopes.core + d : w->slopes.core_by + number*w->equations;
         const int stride = number < 0 ? directions : 1;
         if (is_idle(w, row, d)) {
             for (int a = 0; a < w->core; a++)
@@ -328,16 +349,16 @@ NEVER_INLINE void slopes_of_followers(variations_t *w, int b)
             nu[d] = lanes_of(1);
         set_pose_rates_along(wheels, v, w->point, w->point[point_heading(w)], nu, nu[3], rate, rate_along);
         for (int c = 0; c < 3; c++)
-            *(number < 0 ? &w->pose_slope[c][d].lanes[b] : &w->pose_by[3*number + c].lanes[b]) = rate_along[c];
+            *(number < 0 ? &w->slopes.pose[c][d].lanes[b] : &w->slopes.pose_by[3*number + c].lanes[b]) = rate_along[c];
         if (d < 3)
-            w->carries[wheels][d] = rate_along[2][0];
+            w->slopes.carries[wheels][d] = rate_along[2][0];
         if (!SET_SLIPS)
             set_wheel_speeds_along(wheels, v, w->point, nu, chi_dot, chi_dot_along);
         for (int i = 0; i < wheels && !SET_SLIPS && d != 3; i++)
             if (number < 0)
-                w->carries[i][d] = chi_dot_along[i][0];
+                w->slopes.carries[i][d] = chi_dot_along[i][0];
             else
-                w->chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
+                w->slopes.chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
     }
 }
 
@@ -345,27 +366,28 @@ NEVER_INLINE void slopes_of_followers(variations_t *w, int b)
 static void put_point(const variations_t *w, long long step, long long row, int b)
 {
     const omniroll_variations_t *const run = w->run;
-    const double *const dense = run->dense + step*(run->degree + 1)*run->row_size;
+    const double *const dense = run->motion.dense + step*(run->motion.degree + 1)*run->motion.row_size;
     for (int k = 0; k < w->size; k++) {
         const int place = point_of_place(w, k);
         if (place < 0)
             continue;
         lanes_t sum = {0};
-        for (int c = 0; c <= run->degree; c++) {
+        for (int c = 0; c <= run->motion.degree; c++) {
             lanes_t weight;
-            memcpy(&weight, w->weight + c*w->nodes + b*LANES, sizeof weight);
-            sum += weight*dense[c*run->row_size + run->place[k]];
+            memcpy(&weight, w->step.of_coefficients + c*w->nodes + b*LANES, sizeof weight);
+            sum += weight*dense[c*run->motion.row_size + run->place[k]];
         }
         w->point[place] = sum;
     }
-    const double *const first = run->drive + row*SET_INPUTS*w->wheels, *const then = first + SET_INPUTS*w->wheels;
-    for (int k = 0; k < SET_INPUTS*w->wheels; k++)
-        w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->node.lanes[b]*(then[k] - first[k])
+    const int inputs = SET_INPUTS*w->wheels;
+    const double *const first = run->motion.drive + row*inputs, *const then = first + inputs;
+    for (int k = 0; k < inputs; k++)
+        w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->step.part.lanes[b]*(then[k] - first[k])
                                                                  : lanes_of(first[k]);
     put_bearing_modes(w, row);      /* of the step: in its last row may be those of the next one */
     put_headings(w, SET_TURNS ? row + 1 : row, w->point);   /* a slip's rest knows where it went */
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
-        w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
+        w->point[point_momenta(w) + k] = lanes_of(w->phase.momenta[k]);
 }
 
 /* Add what the numbers of the vehicle do by themselves, each in the lane of its column: to the vectors of columns at a
@@ -374,8 +396,8 @@ ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int str
 {
     double *const column = (double *)to;
     const nodes_t *const own = by + place;
-    for (int k = 0; k < w->numbered; k++)
-        column[w->numbered_column[k]] += own[w->number_of[k]*stride].node[node];
+    for (int k = 0; k < w->numbers.count; k++)
+        column[w->numbers.column[k]] += own[w->numbers.which[k]*stride].node[node];
 }
 
 /* Where what the core feels stands among the deviations. */
@@ -386,7 +408,7 @@ ALWAYS_INLINE int place_of_felt(const variations_t *w, int f)
 
 ALWAYS_INLINE const double *carries_felt(const variations_t *w, int f)
 {
-    return w->carries[SET_FEELS_CHI && f < w->wheels ? f : w->wheels];
+    return w->slopes.carries[SET_FEELS_CHI && f < w->wheels ? f : w->wheels];
 }
 
 #define AT_ONCE 4               /* sums that are made beside each other, */
@@ -431,7 +453,7 @@ static void come_to_nodes(const variations_t *w, double h, const lanes_t *start,
 {
     for (int j = 0; j < w->nodes; j++)
         memcpy(to + j*w->groups, start, w->groups*sizeof *to);
-    add_product_of(w, w->once, h, rate, to);
+    add_product_of(w, w->step.once, h, rate, to);
 }
 
 /* The rate of something carried by the numbers of the core that carry it, each `stride` vectors behind the other. */
@@ -451,9 +473,9 @@ static void put_felt(variations_t *w, double h)
     for (int f = 0; f < w->felt; f++) {
         const double *const carries = carries_felt(w, f);
         const int place = place_of_felt(w, f), is_chi = place < 3 + w->wheels;
-        const nodes_t *const by = is_chi ? w->chi_by : w->pose_by;
+        const nodes_t *const by = is_chi ? w->slopes.chi_by : w->slopes.pose_by;
         const int stride = is_chi ? w->wheels : 3;
-        lanes_t *const rate = w->carried_at;
+        lanes_t *const rate = w->step.carried;
         for (int g = 0; g < groups; g++) {
             const lanes_t *const moved = w->moved + g;
             const lanes_t carried = carried_by(w, carries, moved, moved + place_of_core(w, 3)*groups, groups);
@@ -462,7 +484,7 @@ static void put_felt(variations_t *w, double h)
         }
         for (int j = 0; j < w->nodes; j++)
             add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
-        come_to_nodes(w, h, w->moved + place*groups, rate, w->felt_at + f*NODES*groups);
+        come_to_nodes(w, h, w->moved + place*groups, rate, w->step.felt + f*NODES*groups);
     }
 }
 
@@ -470,15 +492,15 @@ static void put_felt(variations_t *w, double h)
 ALWAYS_INLINE lanes_t given_at(const variations_t *w, int u, int j, int g)
 {
     const lanes_t own = w->given[u*w->groups + g], *const rises = w->given + (w->inputs + u)*w->groups;
-    return u < SET_MOVING*w->wheels ? own + w->length*w->node.node[j]*rises[g] : own;
+    return u < SET_MOVING*w->wheels ? own + w->step.length*w->step.part.node[j]*rises[g] : own;
 }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, int a)
 {
     const int groups = w->groups, fed = w->core + w->felt;
-    const nodes_t *const slope = w->slope + a*w->directions;
-    const int *const still = w->is_still + a*w->directions;
+    const nodes_t *const slope = w->slopes.core + a*w->directions;
+    const int *const still = w->slopes.is_still + a*w->directions;
     lanes_t *const row = w->solving.row[a];
     for (int g = 0; g < groups; g++)
         for (int j = 0; j < w->nodes; j += AT_ONCE) {
@@ -488,7 +510,7 @@ static void put_right(variations_t *w, int a)
                     sum[i] += slope[c].node[j + i]*start_of_core(w, c)[g];
             for (int f = 0; f < w->felt; f++)
                 for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
-                    sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
+                    sum[i] += slope[w->core + f].node[j + i]*w->step.felt[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
                 for (int i = 0; i < AT_ONCE && !still[fed + u]; i++)
                     sum[i] += slope[fed + u].node[j + i]*given_at(w, u, j + i, g);
@@ -496,7 +518,7 @@ static void put_right(variations_t *w, int a)
                 row[(j + i)*groups + g] = sum[i];
         }
     for (int j = 0; j < w->nodes; j++)
-        add_numbers(w, w->core_by, w->equations, a, j, row + j*groups);
+        add_numbers(w, w->slopes.core_by, w->equations, a, j, row + j*groups);
 }
 
 /* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. */
@@ -596,7 +618,7 @@ static void put_slopes(variations_t *w, long long step, long long row)
             put_row_of_turn(w, i);
     }
     for (int k = 0; k < w->equations*w->directions; k++)
-        w->is_still[k] = are_zero(w->slope[k].lanes, w->blocks);
+        w->slopes.is_still[k] = are_zero(w->slopes.core[k].lanes, w->blocks);
 }
 
 /* The deviations of the core at the nodes, from its rates: of those of its numbers that carry something, or that spins
@@ -605,37 +627,37 @@ static void put_core(variations_t *w, double h)
 {
     const int groups = w->groups, count = SET_GATHERS ? first_momentum(w) : CARRYING(w->wheels);
     for (int a = 0; a < count; a++)
-        come_to_nodes(w, h, start_of_core(w, a), w->solving.row[a], w->core_at + a*NODES*groups);
+        come_to_nodes(w, h, start_of_core(w, a), w->solving.row[a], w->step.core + a*NODES*groups);
 }
 
 /* The rates at the nodes of the deviations of wheels and pose. */
 static void put_carried_rates(variations_t *w, double h)
 {
     const int groups = w->groups, wheels = w->wheels;
-    const lanes_t *const core = w->core_at, *const rates = core + 3*NODES*groups;
-    lanes_t *const heading = w->felt_at;            /* not needed any more */
+    const lanes_t *const core = w->step.core, *const rates = core + 3*NODES*groups;
+    lanes_t *const heading = w->step.felt;      /* not needed any more */
     for (int i = 0; i <= wheels; i++) {
         const int place = i < wheels ? i : wheels + 2;
         for (int j = 0; j < w->nodes; j++) {
-            lanes_t *const to = w->carried_at + (place*NODES + j)*groups;
+            lanes_t *const to = w->step.carried + (place*NODES + j)*groups;
             for (int k = j*groups, g = 0; g < groups; k++, g++)
-                to[g] = carried_by(w, w->carries[i], core + k, rates + k, NODES*groups);
+                to[g] = carried_by(w, w->slopes.carries[i], core + k, rates + k, NODES*groups);
             if (i < wheels)
-                add_numbers(w, w->chi_by, wheels, i, j, to);
+                add_numbers(w, w->slopes.chi_by, wheels, i, j, to);
             else
-                add_numbers(w, w->pose_by, 3, 2, j, to);
+                add_numbers(w, w->slopes.pose_by, 3, 2, j, to);
         }
     }
-    come_to_nodes(w, h, w->moved + (5 + wheels)*groups, w->carried_at + (wheels + 2)*NODES*groups, heading);
+    come_to_nodes(w, h, w->moved + (5 + wheels)*groups, w->step.carried + (wheels + 2)*NODES*groups, heading);
     for (int c = 0; c < 2; c++)
         for (int j = 0; j < w->nodes; j++) {
-            lanes_t *const to = w->carried_at + ((wheels + c)*NODES + j)*groups;
+            lanes_t *const to = w->step.carried + ((wheels + c)*NODES + j)*groups;
             for (int g = 0; g < groups; g++) {
-                to[g] = w->pose_slope[c][3].node[j]*heading[j*groups + g];
+                to[g] = w->slopes.pose[c][3].node[j]*heading[j*groups + g];
                 for (int d = 0; d < 3; d++)
-                    to[g] += w->pose_slope[c][d].node[j]*core[(d*NODES + j)*groups + g];
+                    to[g] += w->slopes.pose[c][d].node[j]*core[(d*NODES + j)*groups + g];
             }
-            add_numbers(w, w->pose_by, 3, c, j, to);
+            add_numbers(w, w->slopes.pose_by, 3, c, j, to);
         }
 }
 
@@ -645,7 +667,7 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
         return w->solving.row[core] + node*w->groups;
-    return w->carried_at + ((place - 3)*NODES + node)*w->groups;
+    return w->step.carried + ((place - 3)*NODES + node)*w->groups;
 }
 
 /* Whether the nodes see what the deviations of nu do in a step: of its rates, as Legendre's polynomials, the last one
@@ -659,15 +681,15 @@ static int are_seen(const variations_t *w, double h)
             lanes_t sum = {0};
             for (int j = 0; j < w->nodes; j++) {
                 const lanes_t rate = w->solving.row[a][j*w->groups + g];
-                sum += w->run->gauss_last[j]*rate;
-                size += h*h*w->run->gauss_weight[j]*lanes_abs(rate);
+                sum += w->run->gauss.last[j]*rate;
+                size += h*h*w->run->gauss.weights[j]*lanes_abs(rate);
             }
             last += lanes_abs(sum), size += h*lanes_abs(w->moved[a*w->groups + g]);
         }
         for (int i = 0; i < w->wheels; i++)
             size += lanes_abs(w->moved[(3 + i)*w->groups + g]);
         for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
-            if (h*h*last[k] > w->run->most_last*(size[k] + w->run->least[g*LANES + k]))
+            if (h*h*last[k] > w->run->bounds.most_last*(size[k] + w->run->bounds.least[g*LANES + k]))
                 return 0;
     }
     return 1;
@@ -683,7 +705,7 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
     put_slopes(w, step, row);
     put_felt(w, h);
     put_core_rates(w, row, h);
-    if ((w->run->most_last > 0 && !are_seen(w, h)) || are_too_fast(w, row, h))
+    if ((w->run->bounds.most_last > 0 && !are_seen(w, h)) || are_too_fast(w, row, h))
         return 0;
     put_core(w, h);
     put_carried_rates(w, h);
@@ -693,7 +715,7 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
         for (int j = 0; j < w->nodes; j++) {
             const lanes_t *const rate = rate_at_node(w, place, j);
             for (int g = 0; g < groups; g++)
-                w->moved[place*groups + g] += h*w->run->gauss_weight[j]*rate[g];
+                w->moved[place*groups + g] += h*w->run->gauss.weights[j]*rate[g];
             if (rates)
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }
@@ -703,7 +725,7 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
 /* A step begins in a row. */
 static void begin_step(variations_t *w, long long row)
 {
-    w->length = w->run->elapsed[row + 1] - w->run->elapsed[row];
+    w->step.length = w->run->motion.elapsed[row + 1] - w->run->motion.elapsed[row];
     if (SET_GATHERS)
         begin_spins(w, row);
     find_given(w);
@@ -719,7 +741,7 @@ static void vary_in_pieces(variations_t *w, long long step, long long row, doubl
         take_piece(w, part*(double)piece, part);
         if (SET_GATHERS && piece > 0)
             put_momenta_moved(w);
-        if (!vary_piece(w, step, row, part*w->length, 0)) {
+        if (!vary_piece(w, step, row, part*w->step.length, 0)) {
             halved++, piece *= 2;
             continue;
         }
@@ -734,7 +756,7 @@ static void vary_in_pieces(variations_t *w, long long step, long long row, doubl
 static int vary_along(variations_t *w, long long step, long long row)
 {
     begin_step(w, row);
-    if (!vary_piece(w, step, row, w->length, 0)) {
+    if (!vary_piece(w, step, row, w->step.length, 0)) {
         if (w->nodes < NODES)
             return 0;
         vary_in_pieces(w, step, row, 1);

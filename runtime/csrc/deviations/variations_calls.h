@@ -2,61 +2,83 @@
  *
  * N wheels, n rollers a wheel, P columns (deviations that are followed together), m numbers that deviate: nu, chi, the
  * pose, then the rest of the core. T rows, S steps, K phases between switches. */
+
+/* The run: its rows, its steps, and the phases between switches. */
 typedef struct {
-    int wheels, rollers_per_wheel;
-    int impact;                             /* the law of the switches: impact, or smooth               */
-    int columns, size;                      /* P, m                                                     */
-    int row_size, degree;                   /* numbers of a row of y; of the steps' polynomials         */
-    int models;                             /* 1 + the numbers of the vehicle that deviate              */
-    const omniroll_model *const *model;     /* with their slopes: the first in which nothing deviates   */
-    const int *number;                      /* P: the model of each column                              */
-    const int *place;                       /* m: places in a row of y                                  */
     long long rows;                         /* T                                                        */
-    int nodes;                              /* of a step: NODES or fewer, a multiple of LANES           */
-    const double *node, *gauss_weight;      /* nodes: from 0 to 1, and of the integral over a step      */
-    double most_last;                       /* of the deviations of nu: how much the last of Legendre's polynomials
-                                             * of their rates may make of them in a step; 0: it is not asked */
-    const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
-    const double *gauss_last;               /* nodes: of the coefficient of that                        */
-    const double *gauss_before_last;        /* nodes: of the coefficient before the last                */
-    double most_wrong;                      /* of the deviations of speeds: what these may be off by behind a step in
-                                             * which rates are fast                             */
-    const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
-    const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
+    int row_size, degree;                   /* numbers of a row of y; of the steps' polynomials         */
     const double *elapsed;                  /* T                                                        */
     const double *y;                        /* T x row_size                                             */
     const double *spins;                    /* T x N x (n-1), or null                                   */
     const long long *contact;               /* T x N                                                    */
     const double *drive;                    /* T x inputs of the set x N                                */
-    const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
-    const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
-                                             * of its columns are absent, 3; how the directions move with each number */
-    const long long *bearing_mode;          /* T x B: of bearings 0 where one sticks, else its rate's sign: of axles,
-                                             * then of rollers by wheel and place, of others than free ones those in
-                                             * contact; or null */
-    const double *bearing_sliding, *bearing_bound, *bearing_bound_moved, *bearing_inertia;
-                                            /* B, of these: torques of those that turn;
-                                             * the largest at rest; P x B, how these move; B, inertias */
-    int *enters;                            /* T: not 0 where something happens as a step begins, until it is passed; or
-                                             * null */
-    const double *knot;                     /* P: by how much the time deviates at which drives jump at `first`; or null */
-    int *why;                               /* 2: why a row has not been passed, and by which column: why_t in ways.c */
-    const double *grip;                     /* models x N x 3: loads of the contacts, their friction along
-                                             * the axle and along the rolling direction; behind the first how they
-                                             * move. Or null */
-    const double *per_reach;                /* models x N x 2: one over the squares of what static friction can hold;
-                                             * behind the first how they move. Or null */
-    const double *slip_rounding;            /* T x N: slips within these do not say where they go; or null */
-    const double *standing;                 /* where wheels may stand: radius, distance of the rollers' axes from the
-                                             * ground in their middles. Or null */
-    const double *standing_moved;           /* P: how the radius moves. Or null */
+    const double *dense;                    /* S x degree + 1 x row_size                                */
+    const long long *step_of, *step_rows;   /* T: the step that starts in this row, or -1; S: and back  */
+    const long long *phase_start;           /* K: the rows at which phases start                        */
+} omniroll_motion_t;
+
+/* Gauss's quadrature in a step. */
+typedef struct {
+    int count;                              /* nodes: NODES or fewer, a multiple of LANES               */
+    const double *nodes, *weights;          /* nodes: from 0 to 1, and of the integral over a step      */
+    const double *integrals;                /* nodes x nodes: from 0 to each node, by rows              */
+    const double *last, *before_last;       /* nodes: of Legendre's polynomials' last coefficient; of that before */
+    const double *of_coefficients;          /* degree + 1 x nodes: of the steps' polynomials            */
+} omniroll_gauss_t;
+
+/* What is nothing, what is too much, and what only just happens. */
+typedef struct {
+    double most_last;                       /* of the deviations of nu: how much the last of Legendre's polynomials
+                                             * of their rates may make of them in a step; 0: it is not asked */
+    const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
+    double most_wrong;                      /* of the deviations of speeds: what these may be off by behind a step in
+                                             * which rates are fast                             */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
                                              * how fast a slip comes to rest that only just does        */
     double only_just;                       /* of what is used up, how much more in the time of the modes: with less a
                                              * contact lets go only just                                */
-    const double *dense;                    /* S x degree + 1 x row_size                                */
-    const long long *step_of, *step_rows;   /* T: the step that starts in this row, or -1; S: and back  */
-    const long long *phase_start;           /* K: the rows at which phases start                        */
+} omniroll_bounds_t;
+
+/* Bearings that may stick, B of them: of axles, then of rollers by wheel and place, of others than free ones those in
+ * contact. Each array is null where there is none. */
+typedef struct {
+    const long long *hold;                  /* T: which of `allowed` is that of a row                   */
+    const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
+                                             * of its columns are absent, 3; how the directions move with each number */
+    const long long *mode;                  /* T x B: 0 where one sticks, else its rate's sign          */
+    const double *sliding;                  /* B: torques of those that turn                            */
+    const double *bound, *bound_moved;      /* B: the largest at rest; P x B: how these move            */
+    const double *inertia;                  /* B                                                        */
+    int *enters;                            /* T: not 0 where something happens as a step begins, until it is passed */
+} omniroll_bearing_modes_t;
+
+/* Contacts that may stick, or wheels that may stand. Each array is null where there is none. */
+typedef struct {
+    const double *grip;                     /* models x N x 3: loads of the contacts, their friction along
+                                             * the axle and along the rolling direction; behind the first how they
+                                             * move                                                     */
+    const double *per_reach;                /* models x N x 2: one over the squares of what static friction can hold;
+                                             * behind the first how they move                           */
+    const double *slip_rounding;            /* T x N: slips within these do not say where they go       */
+    const double *standing;                 /* radius, distance of the rollers' axes from the ground in their middles */
+    const double *standing_moved;           /* P: how the radius moves                                  */
+} omniroll_contact_modes_t;
+
+typedef struct {
+    int wheels, rollers_per_wheel;
+    int impact;                             /* the law of the switches: impact, or smooth               */
+    int columns, size;                      /* P, m                                                     */
+    int models;                             /* 1 + the numbers of the vehicle that deviate              */
+    const omniroll_model *const *model;     /* with their slopes: the first in which nothing deviates   */
+    const int *number;                      /* P: the model of each column                              */
+    const int *place;                       /* m: places in a row of y                                  */
+    omniroll_motion_t motion;
+    omniroll_gauss_t gauss;
+    omniroll_bounds_t bounds;
+    omniroll_bearing_modes_t bearings;
+    omniroll_contact_modes_t contacts;
+    const double *knot;                     /* P: by how much the time deviates at which drives jump at `first`; or null */
+    int *why;                               /* 2: why a row has not been passed, and by which column: why_t in ways.c */
     double *moved;                          /* T x m x P: deviations in the rows                        */
     double *given;                          /* S x given_size x P: of what drives the steps             */
     double *axial;                          /* K x N x n x P: of the rollers' axial speeds at the phases' starts */

@@ -5,9 +5,9 @@
 /* The step that ends last in a row or before it, or -1. */
 static long long step_before(const variations_t *w, long long row)
 {
-    while (row > 0 && w->run->step_of[row - 1] < 0)
+    while (row > 0 && w->run->motion.step_of[row - 1] < 0)
         row--;
-    return row > 0 ? w->run->step_of[row - 1] : -1;
+    return row > 0 ? w->run->motion.step_of[row - 1] : -1;
 }
 
 /* How inputs move along a column at the end of the last step, or with time. */
@@ -18,11 +18,11 @@ static void put_inputs_along(const variations_t *w, long long row, int column)
     const int moving = SET_MOVING*w->wheels, all = SET_INPUTS*w->wheels;
     lanes_t *const to = w->along + point_inputs(w);
     if (step >= 0) {
-        const long long first = run->step_rows[step];
-        const double h = run->elapsed[first + 1] - run->elapsed[first];
+        const long long first = run->motion.step_rows[step];
+        const double h = run->motion.elapsed[first + 1] - run->motion.elapsed[first];
         const double *const own = run->given + step*run->given_size*columns + column;
         const double *const rises = own + (all + held_inputs(w))*columns;
-        const double *const drive = run->drive + first*all;
+        const double *const drive = run->motion.drive + first*all;
         for (int k = 0; k < moving; k++)
             to[k] = lanes_of(column < 0 ? (drive[all + k] - drive[k])/h : own[k*columns] + h*rises[k*columns]);
         for (int k = 0; k < MOST_OWN(w) && column < 0; k++)     /* are constant in a step */

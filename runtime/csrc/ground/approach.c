@@ -151,7 +151,7 @@ static int may_approach(const omniroll_run_t *run, const step_t *s, double longe
     for (int i = 0; i < run->wheels; i++)
         keeps |= s->contact.keeps[i];
     return s->contact.turning && s->contact.rest_in <= longest && !keeps && !s->stiff.on && s->event.guards == 0
-        && !stands_somewhere(run) && run->row_count + MOST_PIECES <= run->row_capacity;
+        && !stands_somewhere(run) && run->record.row_count + MOST_PIECES <= run->record.row_capacity;
 }
 
 /* A step towards the first rest, if there is one from here: of at most the length `longest`. most: that of a step in
@@ -161,7 +161,7 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
 {
     if (!may_approach(run, s, longest))
         return NO_APPROACH;
-    find_power_of_turn(work, s, run->grips[s->contact.rests].towards);
+    find_power_of_turn(work, s, run->ground.grips[s->contact.rests].towards);
     const int power = choose_clock(s);
     if (power == 0) {
         const double transient = s->approach.fades > FADES_FAST ? TRANSIENT*s->contact.rest_in/s->approach.fades : INFINITY;
@@ -172,20 +172,20 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
     set_clock(s, power);
     s->h = s->contact.rest_in*(1 - s->approach.leaves);
     s->event.landing = s->approach.leaves > 0 ? -1 : wheels + s->contact.rests, s->event.late = 0;
-    if (settle_approach(s, wheels, size*run->tolerance, sweep_tolerance) && s->h <= longest) {
+    if (settle_approach(s, wheels, size*run->task.tolerance, sweep_tolerance) && s->h <= longest) {
         states_at_nodes(s, wheels);
         end_of_step(s, wheels);
         end_of_core(s);
-        integrate_pose(s, run->pose);
+        integrate_pose(s, run->state.pose);
         if (nothing_else_happens(s, wheels)) {
             if (SET_ACCOUNTS)
                 accounts_at_nodes(s, wheels);
-            run->step_error = fmax(run->step_error, missed(s)/size);
-            run->sweep_error += s->rest/size;
+            run->figures.step_error = fmax(run->figures.step_error, missed(s)/size);
+            run->figures.sweep_error += s->rest/size;
             return APPROACHES;
         }
     }
-    run->rejected_count++;
+    run->figures.rejected_count++;
     s->approach.stretched = 0;
     return MISSES_REST;
 }
@@ -193,8 +193,8 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
 /* The length of steps from before the way to rest stands again behind it. */
 static void keep_step_behind(omniroll_run_t *run, const step_t *s, double calm)
 {
-    run->step = fmax(calm, run->calm_step), run->rest_error = 0;
-    run->calm_step = s->approach.leaves > 0 ? run->step : 0;
+    run->past.step = fmax(calm, run->past.calm_step), run->past.rest_error = 0;
+    run->past.calm_step = s->approach.leaves > 0 ? run->past.step : 0;
 }
 
 /* A piece of such a step. Columns of `values` make the rates in time at the nodes of the piece from the Legendre
@@ -274,10 +274,10 @@ static void begin_row(const omniroll_run_t *run, const step_t *s, double part, d
 {
     const int inputs = SET_INPUTS*run->wheels;
     const long long size = row_size(run);
-    memcpy(row, run->rows + size*(run->row_count - 1), size*sizeof *row);
-    row[0] = run->elapsed + (run->carry + s->h*part);
+    memcpy(row, run->record.rows + size*(run->record.row_count - 1), size*sizeof *row);
+    row[0] = run->state.elapsed + (run->state.carry + s->h*part);
     for (int k = 0; k < inputs; k++)
-        row[size - inputs + k] += run->inputs[inputs + k]*s->h*part;
+        row[size - inputs + k] += run->acts.inputs[inputs + k]*s->h*part;
 }
 
 /* The step as several ones, and the rows between them. */
@@ -286,8 +286,8 @@ static void put_pieces(omniroll_run_t *run, const step_t *s)
     piece_t pieces[MOST_PIECES];
     const int count = divide_way(s, pieces);
     const long long width = row_size(run), step_width = step_size(run);
-    double *const rows = run->rows + width*(run->row_count - 1);
-    double *const steps = run->steps ? run->steps + step_width*(run->row_count - 1) : 0;
+    double *const rows = run->record.rows + width*(run->record.row_count - 1);
+    double *const steps = run->record.steps ? run->record.steps + step_width*(run->record.row_count - 1) : 0;
     for (int k = 0; k < count; k++) {
         if (k < count - 1)
             begin_row(run, s, pieces[k].to, rows + (k + 1)*width);
@@ -307,7 +307,7 @@ static void put_pieces(omniroll_run_t *run, const step_t *s)
             memcpy(steps + k*step_width + 2 + NODES*c, in_time.node, sizeof in_time);
         }
     }
-    run->row_count += count - 1;
+    run->record.row_count += count - 1;
 }
 
 /* Whether there is room for the rows of the next step. A call that begins at the row `first` with little more than that
@@ -315,8 +315,8 @@ static void put_pieces(omniroll_run_t *run, const step_t *s)
 static int has_room(const omniroll_run_t *run, long long first)
 {
     long long rows = 1;
-    if (SET_APPROACHES && run->row_capacity - first > MOST_PIECES + 1)
+    if (SET_APPROACHES && run->record.row_capacity - first > MOST_PIECES + 1)
         rows = MOST_PIECES;
     (void)first;
-    return run->row_count + rows <= run->row_capacity;
+    return run->record.row_count + rows <= run->record.row_capacity;
 }

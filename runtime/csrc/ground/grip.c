@@ -16,9 +16,9 @@
 static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
 {
     for (int i = 0; i < run->wheels; i++) {
-        work->load[i] = lanes_of(run->grips[i].load);
+        work->load[i] = lanes_of(run->ground.grips[i].load);
         for (int k = 0; k < 2; k++)
-            work->friction[2*i + k] = lanes_of(run->grips[i].sliding[k]);
+            work->friction[2*i + k] = lanes_of(run->ground.grips[i].sliding[k]);
     }
 }
 
@@ -29,14 +29,14 @@ static void find_loads(const omniroll_run_t *run, const work_t *work)
         return;
     lanes_t tilt[3], tilt_rate[3], presses[MOST_WHEELS], load[MOST_WHEELS], margin[MOST_WHEELS], rise[MOST_WHEELS];
     for (int k = 0; k < 3; k++) {
-        tilt[k] = lanes_of(run->core[tilt_at(run->wheels) + k]);
-        tilt_rate[k] = lanes_of(run->core[tilt_rates_at(run->wheels) + k]);
+        tilt[k] = lanes_of(run->state.core[tilt_at(run->wheels) + k]);
+        tilt_rate[k] = lanes_of(run->state.core[tilt_rates_at(run->wheels) + k]);
     }
     for (int i = 0; i < run->wheels; i++)
-        presses[i] = lanes_of(run->inputs[SET_PRESSES_INPUT*run->wheels + i]);
+        presses[i] = lanes_of(run->acts.inputs[SET_PRESSES_INPUT*run->wheels + i]);
     set_support_state(run->wheels, &work->vehicle, tilt, tilt_rate, presses, load, margin, rise);
     for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         grip->carries = presses[i][0] > 0.5;
         grip->load = grip->carries ? fmax(load[i][0], LEAST_LOAD*grip->at_rest) : 0;
         work->load[i] = lanes_of(grip->load);
@@ -74,8 +74,8 @@ static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step
 /* The speeds that make a slip, in m/s. */
 static double speeds_of_slip(const omniroll_run_t *run, int contact)
 {
-    const double *const arms = run->ground.arms, *const core = run->core;
-    double sizes = arms[0]*(fabs(run->nu[0]) + fabs(run->nu[1])) + arms[1]*fabs(run->nu[2])
+    const double *const arms = run->ground.arms, *const core = run->state.core;
+    double sizes = arms[0]*(fabs(run->state.nu[0]) + fabs(run->state.nu[1])) + arms[1]*fabs(run->state.nu[2])
         + arms[2]*fabs(core[rates_at(run->wheels) + contact]);
     if (SET_HAS_CONTACT_SPEEDS)
         sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
@@ -86,8 +86,8 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
  * speeds are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
 static double rounding_of_speeds(const omniroll_run_t *run, double speeds)
 {
-    if (may_stand(core_bearings(run), run->core_bearing_count)) {
-        const double left = run->sweep_tolerance*fmax(run->speed, run->fastest)*run->ground.arms[0];
+    if (may_stand(core_bearings(run), run->bearings.core_count)) {
+        const double left = run->task.sweep_tolerance*fmax(run->task.speed, run->past.fastest)*run->ground.arms[0];
         return fmax(left, SLIP_AT_REST*EPS*fmax(speeds, LEFT_OF*run->hold.speed));
     }
     return SLIP_AT_REST*EPS*speeds;
@@ -117,13 +117,13 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
     state_in_lanes(run, nu, chi);
     rolling_wheels(run->wheels, &work->vehicle, nu, chi, speeds);
     for (int i = 0; i < run->wheels; i++)
-        if (sticking ? run->grips[i].sticks : run->grips[i].resting)
-            run->core[rates_at(run->wheels) + i] = speeds[i][0];
+        if (sticking ? run->ground.grips[i].sticks : run->ground.grips[i].resting)
+            run->state.core[rates_at(run->wheels) + i] = speeds[i][0];
     if (SET_HAS_CONTACT_SPEEDS) {
         rolling_axial(run->wheels, &work->vehicle, nu, chi, core_in_lanes(run, work), speeds);
         for (int i = 0; i < run->wheels; i++)
-            if (sticking ? run->grips[i].sticks : run->grips[i].resting)
-                run->core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
+            if (sticking ? run->ground.grips[i].sticks : run->ground.grips[i].resting)
+                run->state.core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
     }
 }
 
@@ -140,11 +140,11 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
     double slip[2*MOST_WHEELS] = {0};
     int all = 1;
     for (int i = 0; i < run->wheels; i++)
-        all &= run->grips[i].resting;
+        all &= run->ground.grips[i].resting;
     if (!all)
         slips_now(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
         grip->resting = grip->carries && !pivots(run, i) && (grip->resting || size <= slip_rounding(run, i));
         for (int k = 0; k < 2 && !grip->resting && !grip->keeps && size > 0; k++)
@@ -159,7 +159,7 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 /* How much of its static friction a contact takes at this instant, squared, less 1. */
 static double excess_now(const omniroll_run_t *run, const work_t *work, int contact)
 {
-    const omniroll_grip_t *const grip = run->grips + contact;
+    const omniroll_grip_t *const grip = run->ground.grips + contact;
     double taken = -(grip->load/grip->at_rest)*(grip->load/grip->at_rest);
     for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
         const double part = work->ground_force[2*contact + k][0]/(grip->at_rest*grip->staying[k]);
@@ -171,7 +171,7 @@ static double excess_now(const omniroll_run_t *run, const work_t *work, int cont
 /* Where a contact goes, as rows have it: which tells those whose massless rollers turn. */
 static double heading_of(const omniroll_run_t *run, int contact)
 {
-    const double *const towards = run->grips[contact].towards;
+    const double *const towards = run->ground.grips[contact].towards;
     if (SET_STRIPS && roller_mode(run, contact))
         return copysign(TURN/4, towards[1]);
     return atan2(towards[1], towards[0]);
@@ -181,10 +181,10 @@ static double heading_of(const omniroll_run_t *run, int contact)
 static void put_modes(omniroll_run_t *run)
 {
     for (int i = 0; i < run->wheels; i++) {
-        const omniroll_grip_t *const grip = run->grips + i;
-        run->inputs[SET_MODES_INPUT*run->wheels + i] = grip->sticks;
+        const omniroll_grip_t *const grip = run->ground.grips + i;
+        run->acts.inputs[SET_MODES_INPUT*run->wheels + i] = grip->sticks;
         if (!pivots(run, i))                    /* else it is from where a creep is counted                 */
-            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
+            run->acts.inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
     }
 }
 
@@ -194,8 +194,8 @@ static void let_go_together(omniroll_run_t *run, const work_t *work)
 {
     rates_at_this_instant(run, work, run->wheels, work->nu_dot);
     for (int i = 0; i < run->wheels; i++)
-        if (run->grips[i].sticks && excess_now(run, work, i) > -2*edge_at_end(run))
-            run->grips[i].released = HAS_ENDED;
+        if (run->ground.grips[i].sticks && excess_now(run, work, i) > -2*edge_at_end(run))
+            run->ground.grips[i].released = HAS_ENDED;
 }
 
 /* Wheels have passed to their next rollers, which come with the spins that they have. */
@@ -203,9 +203,9 @@ static void contacts_have_switched(omniroll_run_t *run, const int *directions)
 {
     for (int i = 0; i < run->wheels; i++) {
         if (SET_FIRST_DIRECTION == 0 || SET_HAS_ROWS || SET_CHI_FEEDS_BACK)
-            run->grips[i].resting &= directions[i] == 0;
-        run->grips[i].keeps &= directions[i] == 0;
-        run->grips[i].released = 0;
+            run->ground.grips[i].resting &= directions[i] == 0;
+        run->ground.grips[i].keeps &= directions[i] == 0;
+        run->ground.grips[i].released = 0;
     }
     (void)directions;
     run->ground.undecided = 1;
@@ -253,7 +253,7 @@ static void stand_at_end(omniroll_run_t *run, const work_t *work)
 {
     int comes_to_rest = 0;
     for (int i = 0; i < run->wheels; i++)
-        comes_to_rest |= run->grips[i].resting && !run->grips[i].sticks;
+        comes_to_rest |= run->ground.grips[i].resting && !run->ground.grips[i].sticks;
     if (comes_to_rest && forbid(run, work))
         roll(run, work, 0);
 }
@@ -268,7 +268,7 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
     if (s->contact.turning)
         slips_now(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         const double size = s->contact.turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->event.landing >= s->wheels + s->event.guards && ends_mode(s, i);
         const int turns = s->contact.turning && may_turn(s, i);
@@ -278,7 +278,7 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
             grip->towards[k] = known ? slip[2*i + k]/size : found[k];
         /* the row says where it goes: its slip does not */
         if (turns && !(known && size > far_from_noise(s)*s->slip.noise[i]))
-            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
+            run->acts.inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
         grip->keeps = turns && !known;
         grip->resting = grip->sticks || ends;
         grip->released = grip->sticks && ends;
@@ -302,7 +302,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     s->slip.turn_noise = 0;
     s->contact.settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
-        const omniroll_grip_t *const grip = run->grips + i;
+        const omniroll_grip_t *const grip = run->ground.grips + i;
         if (slides(run, i))
             contacts[s->contact.place[i] = s->contact.responding++] = i;
         s->contact.slides[i] = slides(run, i), s->contact.grips[i] = grip->sticks, s->slip.noise[i] = slip_rounding(run, i);
@@ -346,7 +346,7 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
         s->slip.excess_late[i] = 0, s->slip.knows_response[i] = 0;
         if (SET_STANDS)
             s->slip.turned_together[i] = 0;
-        s->slip.begun[2*i] = run->grips[i].towards[0], s->slip.begun[2*i + 1] = run->grips[i].towards[1];
+        s->slip.begun[2*i] = run->ground.grips[i].towards[0], s->slip.begun[2*i + 1] = run->ground.grips[i].towards[1];
         begin_direction(s, i);
         for (int b = 0; b < BLOCKS && SET_LOADS_FOLLOW; b++)
             s->slip.at_load[i].lanes[b] = work->load[i];
@@ -381,18 +381,18 @@ ALWAYS_INLINE double error_at_rest(const step_t *s, double error)
  * nothing left to turn, the slip keeps it up to rest. */
 static double longest_before_rest(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
+    const double speed = fmax(fmax(largest3(s->nu), run->task.speed), run->past.fastest);
     double time[MOST_WHEELS], first = INFINITY;
     s->contact.rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
         s->contact.keeps[i] = 0, time[i] = INFINITY;
         if (!s->contact.turning || !may_turn(s, i))
             continue;
-        const double *const slip = s->slip.start + 2*i, *const towards = run->grips[i].towards;
+        const double *const slip = s->slip.start + 2*i, *const towards = run->ground.grips[i].towards;
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
         const double left = slip[0]*towards[0] + slip[1]*towards[1];
         const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
-        s->contact.residual_slip[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip.noise[i]);
+        s->contact.residual_slip[i] = fmax(TURNS_AWAY*run->task.tolerance*speed*run->ground.arms[0], s->slip.noise[i]);
         if (!(falls > s->contact.settles && left > 0))
             continue;
         s->contact.keeps[i] = !s->contact.strays && fabs(across)*left <= falls*s->contact.residual_slip[i];
@@ -405,7 +405,7 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
         if (!s->contact.keeps[i] && time[i] < s->contact.rest_in)
             s->contact.rest_in = time[i], s->contact.rests = i;
     }
-    return (1 - (run->rest_error > 0 ? left_before_rest(run->rest_error) : LEFT))*s->contact.rest_in;
+    return (1 - (run->past.rest_error > 0 ? left_before_rest(run->past.rest_error) : LEFT))*s->contact.rest_in;
 }
 
 /* The length of the next try after a step towards a rest that missed too much: by what this tells about the rest, and
@@ -424,12 +424,12 @@ static double farther_from_rest(const step_t *s, double error, const tried_t *be
 static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm, double error)
 {
     if (s->event.landing >= s->wheels + s->event.guards) {
-        run->step = fmax(run->step, run->calm_step);
-        run->calm_step = run->rest_error = 0;
+        run->past.step = fmax(run->past.step, run->past.calm_step);
+        run->past.calm_step = run->past.rest_error = 0;
     } else if (s->contact.rest_in < INFINITY) {
         if (s->contact.rest_in < calm)
-            run->calm_step = fmax(run->calm_step, calm);
-        run->rest_error = fmax(error_at_rest(s, error), EPS);
+            run->past.calm_step = fmax(run->past.calm_step, calm);
+        run->past.rest_error = fmax(error_at_rest(s, error), EPS);
     }
 }
 

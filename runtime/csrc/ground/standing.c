@@ -15,7 +15,7 @@ static void find_standing(const omniroll_run_t *run, const work_t *work, int res
     rows->count = 0;
     rows_in_directions(run, work, all);
     for (int k = 0; k < 2*run->wheels; k++) {
-        const omniroll_grip_t *const grip = run->grips + k/2;
+        const omniroll_grip_t *const grip = run->ground.grips + k/2;
         const omniroll_bearing_t *const bearing = bearing_in_direction(run, k);
         work->standing->stands[k] = bearing
             && (resting ? grip->resting && bearing->resting : grip->sticks && bearing->mode == 0);
@@ -35,12 +35,12 @@ static void stand(omniroll_run_t *run, const work_t *work)
     standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
     memset(standing->size, 0, sizeof standing->size);
-    for (int k = 0; k < run->core_bearing_count; k++) {
+    for (int k = 0; k < run->bearings.core_count; k++) {
         standing->has_part[k] = 0;
         standing->most_holding = fmax(standing->most_holding, core_bearings(run)[k].holding);
     }
     for (int k = 0; k < 2*run->wheels; k++) {
-        standing->of_ground[k] = run->grips[k/2].load*run->grips[k/2].staying[k%2];
+        standing->of_ground[k] = run->ground.grips[k/2].load*run->ground.grips[k/2].staying[k%2];
         if (!standing->stands[k])
             continue;
         const int d = standing->count++, place = (int)(bearing_in_direction(run, k) - core_bearings(run));
@@ -77,7 +77,8 @@ static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_
 {
     find_bearing_rates(run, work);
     for (int k = 0; k < count_in_core(run, work); k++) {
-        const double rate = fabs(bearing_rate(run, work, k)), size = rate + length3(run->nu)*run->rate_of_speed;
+        const double rate = fabs(bearing_rate(run, work, k));
+        const double size = rate + length3(run->state.nu)*run->bearings.rate_of_speed;
         core_bearings(run)[k].resting |= may_hold(core_bearings(run) + k)
             && rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
     }
@@ -89,7 +90,7 @@ static double least_arm_now(const omniroll_run_t *run, const work_t *work)
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS], least = INFINITY;
     if (!SET_ROLLERS_TURN)
         return least;
-    find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
+    find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->state.chi, arm, per_chi);
     for (int i = 0; i < run->wheels; i++)
         least = fmin(least, arm[i]);
     return least;
@@ -129,9 +130,9 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < count_in_core(run, work); k++)
         moves |= core_bearings(run)[k].mode;
     for (int k = 0; k < 3; k++)
-        moves |= run->nu[k] != 0;
+        moves |= run->state.nu[k] != 0;
     for (int i = 0; i < run->wheels; i++)
-        moves |= run->core[rates_at(run->wheels) + i] != 0;
+        moves |= run->state.core[rates_at(run->wheels) + i] != 0;
     run->hold.speed = moves ? run->hold.speed : FROM_REST*run->ground.settles;
 }
 
@@ -139,14 +140,15 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 static void contacts_that_rest_with_rollers(const omniroll_run_t *run, int *rested)
 {
     for (int i = 0; i < run->wheels; i++)
-        rested[i] = run->grips[i].resting && core_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
+        rested[i] = run->ground.grips[i].resting && core_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
 }
 
 /* And behind it: such a contact rests as before where its new roller rests, too. */
 static void keep_contacts_at_rest(omniroll_run_t *run, const int *rested)
 {
+    const omniroll_bearing_t *const rollers = core_bearings(run) + (SET_AXLES_STICK ? run->wheels : 0);
     for (int i = 0; i < run->wheels; i++)
-        run->grips[i].resting |= rested[i] && core_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
+        run->ground.grips[i].resting |= rested[i] && rollers[i].resting;
 }
 
 /* ---- what is asked for ---------------------------------------------------------------------------------------- */
@@ -163,7 +165,7 @@ static void demand_now(const omniroll_run_t *run, const work_t *work, demand_t *
         now->along[k] = work->ground_force[k][0];
     for (int d = 0; SET_STANDS && d < standing->count; d++)
         now->of_bearings[2*standing->wheel[d] + standing->direction[d]] = work->states.holding[standing->bearing[d]][0];
-    find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
+    find_arms(run->wheels, &work->vehicle, standing, run->joint, run->state.chi, now->arm, per_chi);
 }
 
 /* The torques of all bearings; of standing wheels beside the forces of least norm, or where all is `used_up`
@@ -171,7 +173,7 @@ static void demand_now(const omniroll_run_t *run, const work_t *work, demand_t *
 static void find_all_torques(const omniroll_run_t *run, const work_t *work, const demand_t *now, int used_up)
 {
     const standing_t *const standing = work->standing;
-    for (int k = 0; k < run->core_bearing_count; k++) {
+    for (int k = 0; k < run->bearings.core_count; k++) {
         omniroll_bearing_t *const bearing = core_bearings(run) + k;
         bearing->torque = bearing->mode ? -bearing->mode*bearing->sliding : work->states.holding[k][0];
     }
@@ -199,13 +201,13 @@ static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
         const double speeds = fmax(speeds_of_slip(run, i), LEFT_OF*run->hold.speed);
         const int says = length_of(pair + 2*i, 2) > SLIP_AT_REST*EPS*speeds;
         for (int k = 2*i; k < 2*i + 2; k++)
-            toward[k] = lanes_of(says ? pair[k] : run->grips[i].towards[k - 2*i]);
+            toward[k] = lanes_of(says ? pair[k] : run->ground.grips[i].towards[k - 2*i]);
     }
     demand_on_rollers(run, work, toward, asked);
     for (int i = 0; i < run->wheels; i++)
         if (slides(run, i) && !roller_mode(run, i)) {
             in_series(run, work)[i].torque = asked[i];
-            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(toward[2*i + 1][0], toward[2*i][0]);
+            run->acts.inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(toward[2*i + 1][0], toward[2*i][0]);
         }
 }
 
@@ -217,9 +219,9 @@ static void release_used(omniroll_run_t *run, const standing_t *standing, const 
         const int i = standing->wheel[d];
         const double of_bearing = bearing_use(standing, now, forces, d);
         if (SET_STANDS)
-            run->grips[i].released |= contact_use(standing, now, forces, i) >= use*(1 - USED);
+            run->ground.grips[i].released |= contact_use(standing, now, forces, i) >= use*(1 - USED);
         if (fabs(of_bearing) >= use*(1 - USED))
-            run->bearings[standing->bearing[d]].released = of_bearing > 0 ? -1 : 1;
+            run->bearings.each[standing->bearing[d]].released = of_bearing > 0 ? -1 : 1;
     }
 }
 
@@ -247,7 +249,7 @@ static int hold_what_falls_back(omniroll_run_t *run, const work_t *work)
 {
     int count = 0;
     for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         double falls = -(grip->towards[0]*work->slip_dot[2*i][0] + grip->towards[1]*work->slip_dot[2*i + 1][0]);
         const int holds = grip->released && grip->resting && !grip->sticks && falls > run->ground.settles;
         grip->released &= !holds;
@@ -279,7 +281,7 @@ static void size_all(const omniroll_run_t *run, const work_t *work)
     if (SET_STRIPS)
         find_bearing_rates(run, work);
     size_bearings(run, work);
-    for (int k = 0; k < run->core_bearing_count; k++)
+    for (int k = 0; k < run->bearings.core_count; k++)
         if (!SET_IN_SERIES || core_bearings(run)[k].mode)
             core_bearings(run)[k].size = fmax(core_bearings(run)[k].size, least_rate(run, work, k, least_arm));
 }
@@ -288,13 +290,13 @@ static void size_all(const omniroll_run_t *run, const work_t *work)
 static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
 {
     omniroll_bearing_t *const bearings = core_bearings(run);
-    for (int k = 0; k < run->core_bearing_count; k++) {
+    for (int k = 0; k < run->bearings.core_count; k++) {
         bearings[k].resting = bearings[k].mode == 0;
         bearings[k].released = 0;
     }
     for (int k = 0; k < work->states.rollers_at; k++)
         if (bearings[k].resting)
-            run->core[rates_at(run->wheels) + k] = 0;
+            run->state.core[rates_at(run->wheels) + k] = 0;
     if (SET_DISKS_STICK)
         keep_rollers_at_rest(run, work);
     else
@@ -313,14 +315,14 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     demand_now(run, work, &now);
-    const int used_up = landed >= run->core_bearing_count && release_where_used(run, work, &now, -INFINITY);
+    const int used_up = landed >= run->bearings.core_count && release_where_used(run, work, &now, -INFINITY);
     find_all_torques(run, work, &now, used_up);
     if (SET_STRIPS)
         find_torques_in_row(run, work);
     if (landed < 0)
         return;
     run->hold.ended = 1;
-    if (landed >= run->core_bearing_count)
+    if (landed >= run->bearings.core_count)
         return;
     if (bearings[landed].mode == 0)
         bearings[landed].released = work->states.holding[landed][0] > 0 ? -1 : 1;

@@ -53,9 +53,9 @@ static int forbid_rates(omniroll_run_t *run, const bearings_t *rows)
     if (!rows->count)
         return 0;
     const int rank = span_of(rows, basis);
-    take_across(rank, (const vector3_t *)basis, run->nu);
+    take_across(rank, (const vector3_t *)basis, run->state.nu);
     if (rank == 3)
-        memset(run->nu, 0, sizeof(vector3_t));
+        memset(run->state.nu, 0, sizeof(vector3_t));
     return 1;
 }
 

@@ -20,7 +20,7 @@ static void demand_on_rollers(const omniroll_run_t *run, const work_t *work, con
 {
     double arm[MOST_WHEELS], per_chi[MOST_WHEELS];
     lanes_t force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
-    find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
+    find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->state.chi, arm, per_chi);
     set_sliding_forces(run->wheels, &work->vehicle, toward, work->load, work->friction, force, slope);
     (void)slope;
     for (int i = 0; i < run->wheels; i++)
@@ -48,7 +48,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
     int still[MOST_WHEELS];
     slips_now(run, work, pair);
     for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         const double size = length_of(pair + 2*i, 2);
         still[i] = size <= slip_rounding(run, i);
         if (still[i])
@@ -60,7 +60,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
     }
     demand_on_rollers(run, work, toward, asked);
     for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         if (roller->resting && grip->carries && !grip->resting && !still[i])
             turn_in_series(roller, asked[i]);
@@ -68,7 +68,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
             roller->size = 0;
     }
     for (int i = 0; i < run->wheels; i++) {     /* contacts whose rollers turn slip along rolling directions alone */
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         const int turns = !in_series(run, work)[i].resting;
         pair[2*i] = turns ? 0 : pair[2*i];
         const double size = length_of(pair + 2*i, 2);

@@ -24,7 +24,7 @@ static void list_contacts(const omniroll_run_t *run, const work_t *work, at_rest
 {
     for (int rolls = 0; rolls <= SET_STRIPS; rolls++) {
         for (int i = 0; SET_GRIPS && i < run->wheels; i++) {
-            omniroll_grip_t *const grip = run->grips + i;
+            omniroll_grip_t *const grip = run->ground.grips + i;
             grip->sticks = grip->resting;
             if (!grip->resting || (SET_STRIPS && rolls == in_series(run, work)[i].resting))
                 continue;
@@ -41,7 +41,7 @@ static void list_contacts(const omniroll_run_t *run, const work_t *work, at_rest
 /* Bearings that are elements by themselves: massless rollers are parts of their contacts. */
 ALWAYS_INLINE int count_deciding(const omniroll_run_t *run, const work_t *work)
 {
-    return SET_IN_SERIES ? work->states.rollers_at : run->bearing_count;
+    return SET_IN_SERIES ? work->states.rollers_at : run->bearings.count;
 }
 
 /* All that rests, which sticks so far. */
@@ -51,8 +51,8 @@ static void list_at_rest(const omniroll_run_t *run, const work_t *work)
     elements_t *const problem = work->problem;
     rest->count = problem->apart = 0;
     list_contacts(run, work, rest);
-    for (int k = 0; k < run->bearing_count; k++) {
-        omniroll_bearing_t *const bearing = run->bearings + k;
+    for (int k = 0; k < run->bearings.count; k++) {
+        omniroll_bearing_t *const bearing = run->bearings.each + k;
         const int decides = k < count_deciding(run, work);
         if (bearing->resting && (decides || SET_STRIPS))
             bearing->mode = 0;
@@ -65,7 +65,7 @@ static void list_at_rest(const omniroll_run_t *run, const work_t *work)
     problem->width = 2 - SET_FIRST_DIRECTION, problem->wide = rest->contacts;
     if (SET_STRIPS) {
         double per_chi[MOST_WHEELS];
-        find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, rest->arm, per_chi);
+        find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->state.chi, rest->arm, per_chi);
     }
 }
 
@@ -83,7 +83,7 @@ static void put_bound_of_contact(const omniroll_run_t *run, const work_t *work, 
                                  elements_t *problem)
 {
     const int i = rest->which[element];
-    const omniroll_grip_t *const grip = run->grips + i;
+    const omniroll_grip_t *const grip = run->ground.grips + i;
     const double *const friction = rest->broken[element] ? grip->sliding : grip->staying;
     double *const reach = problem->reach + forces_at(problem->wide, problem->width, element);
     if (element >= rest->contacts) {
@@ -104,7 +104,7 @@ static void put_bounds(const omniroll_run_t *run, const work_t *work, const at_r
     const int size = forces_at(problem->wide, problem->width, rest->count);
     double most = 0;
     for (int e = 0; e < rest->count; e++) {
-        const omniroll_bearing_t *const bearing = run->bearings + rest->which[e];
+        const omniroll_bearing_t *const bearing = run->bearings.each + rest->which[e];
         if (e < contacts_among(rest))
             put_bound_of_contact(run, work, rest, e, problem);
         else
@@ -184,7 +184,7 @@ static int stop_rollers(const omniroll_run_t *run, const work_t *work, const at_
     int count = 0;
     for (int e = rest->contacts; e < contacts_among(rest); e++) {
         const int i = rest->which[e];
-        omniroll_grip_t *const grip = run->grips + i;
+        omniroll_grip_t *const grip = run->ground.grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         if (!rest->broken[e] || bound_beside_bearing(grip, grip->sliding, roller->sliding/rest->arm[i]) > 0)
             continue;
@@ -208,7 +208,7 @@ ALWAYS_INLINE double edge_of(const elements_t *problem, int released)
 /* The same of a contact whose step has ended there. */
 ALWAYS_INLINE double edge_at_end(const omniroll_run_t *run)
 {
-    return fmax(AT_EDGE, ALIKE*run->tolerance);
+    return fmax(AT_EDGE, ALIKE*run->task.tolerance);
 }
 
 /* A contact goes in this direction if it slips. */
@@ -246,7 +246,7 @@ static void take_pair(const omniroll_run_t *run, const work_t *work, const at_re
                       int e)
 {
     const double *const force = problem->force + 2*e, *const reach = problem->reach + 2*e;
-    omniroll_grip_t *const grip = run->grips + rest->which[e];
+    omniroll_grip_t *const grip = run->ground.grips + rest->which[e];
     omniroll_bearing_t *const roller = in_series(run, work) + rest->which[e];
     const double place[2] = {force[0]/reach[0], force[1]/reach[1]};
     const int used = grip->released && length_of(place, 2) >= 1 - USED;
@@ -281,13 +281,13 @@ static void take_modes(const omniroll_run_t *run, const work_t *work, const at_r
 {
     for (int e = 0; e < rest->count; e++)
         if (e >= contacts_among(rest))
-            take_bearing(run->bearings + rest->which[e], problem, e, rest->slips[e]);
+            take_bearing(run->bearings.each + rest->which[e], problem, e, rest->slips[e]);
         else if (e >= rest->contacts)
-            take_rolling(run->grips + rest->which[e], problem, e, rest->slips[e]);
+            take_rolling(run->ground.grips + rest->which[e], problem, e, rest->slips[e]);
         else if (SET_STRIPS)
             take_pair(run, work, rest, problem, e);
         else
-            take_contact(run, run->grips + rest->which[e], problem, e, rest->slips[e]);
+            take_contact(run, run->ground.grips + rest->which[e], problem, e, rest->slips[e]);
 }
 
 /* Decides the elements of the list, whose problem is known. Returns 0 where rollers that stop have changed it. */

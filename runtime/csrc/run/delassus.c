@@ -12,7 +12,7 @@ ALWAYS_INLINE int first_apart(const omniroll_run_t *run, const work_t *work)
         return 0;
     if (SET_DISKS_STICK)
         return work->states.rollers_at + run->wheels;
-    return run->bearing_count - (SET_SPINS_STICK ? run->core_bearing_count : 0);
+    return run->bearings.count - (SET_SPINS_STICK ? run->bearings.core_count : 0);
 }
 
 /* Elements that are contacts; and which of the components of the slip is component c of one. */
@@ -29,7 +29,7 @@ ALWAYS_INLINE int direction_of(const at_rest_t *rest, int element, int c)
 /* Whether a massless roller passes on the force that its contact is given: one that does not turn. */
 ALWAYS_INLINE int gives_its_force(const omniroll_run_t *run, const work_t *work, int k)
 {
-    return SET_STRIPS && k >= work->states.rollers_at && run->bearings[k].mode == 0;
+    return SET_STRIPS && k >= work->states.rollers_at && run->bearings.each[k].mode == 0;
 }
 
 /* The rates of the core under these forces of the ground; `free`: where nothing sticks, and under the torques in
@@ -44,22 +44,22 @@ static void rates_pushed(const omniroll_run_t *run, const work_t *work, int free
         now.absent[k] = lanes_of(0);
     for (int i = 0; free && i < run->wheels; i++)
         now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
-    for (int k = 0; free && k < run->core_bearing_count; k++) {
+    for (int k = 0; free && k < run->bearings.core_count; k++) {
         if (input_of_bearing(run, k) >= 0)
             now.arrays.input[input_of_bearing(run, k)] = work->states.torque[k];
         work->states.rate[k] = work->states.sticks[k], work->states.sticks[k] = lanes_of(gives_its_force(run, work, k));
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
     core_rates_there(run->wheels, &now.point, nu_dot);
-    for (int k = 0; free && k < run->core_bearing_count; k++)
+    for (int k = 0; free && k < run->bearings.core_count; k++)
         work->states.sticks[k] = work->states.rate[k];
 }
 
 /* The torques of bearings that turn, into work->states.torque, where those at rest take none. */
 static void turn_free(const omniroll_run_t *run, const work_t *work)
 {
-    for (int k = 0; k < run->core_bearing_count; k++)
-        work->states.torque[k] = lanes_of(-run->bearings[k].mode*run->bearings[k].sliding);
+    for (int k = 0; k < run->bearings.core_count; k++)
+        work->states.torque[k] = lanes_of(-run->bearings.each[k].mode*run->bearings.each[k].sliding);
 }
 
 /* What an element is moved by. */
@@ -68,8 +68,8 @@ static double typical_of(const omniroll_run_t *run, const at_rest_t *rest, int e
     double most = 0;
     if (element < contacts_among(rest))
         return run->ground.typical;
-    for (int k = 0; k < run->core_bearing_count; k++)
-        most = fmax(most, run->bearings[k].holding);
+    for (int k = 0; k < run->bearings.core_count; k++)
+        most = fmax(most, run->bearings.each[k].holding);
     return most > 0 ? most : 1;
 }
 
@@ -119,7 +119,7 @@ static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest
     lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(1)}, chi[MOST_WHEELS];
     lanes_t *const rates = work->states.rate;
     for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(run->chi[i]);
+        chi[i] = lanes_of(run->state.chi[i]);
     for (int c = 0; c < work->core; c++)
         work->core_here[c] = lanes_of(0);
     if (SET_SPINS_STICK)
@@ -127,9 +127,9 @@ static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest
     else
         bearing_rates_in_lanes(&work->states, &work->vehicle, run->wheels, nu, chi, work->core_here, rates);
     for (int k = 0; k < problem->apart; k++) {
-        const int bearing = rest->which[problem->count + k] - (run->bearing_count - run->core_bearing_count);
+        const int bearing = rest->which[problem->count + k] - (run->bearings.count - run->bearings.core_count);
         problem->yaw[k] = rates[bearing][0];
-        problem->mobility[k] = 1/run->roller_inertia;
+        problem->mobility[k] = 1/run->bearings.roller_inertia;
     }
 }
 
@@ -234,7 +234,7 @@ static void put_problem_of_rolling(const omniroll_run_t *run, const work_t *work
     under_root((const vector3_t *)root, third, yaw);
     problem->yaw_yaw = dot3(yaw, yaw);
     for (int e = 0; e < count; e++) {
-        const omniroll_bearing_t *const bearing = run->bearings + rest->which[e];
+        const omniroll_bearing_t *const bearing = run->bearings.each + rest->which[e];
         for (int k = 0; k < 3; k++)
             rows[e][k] = bearing->row[k]*bearing->nearer;
         under_root((const vector3_t *)root, rows[e], rows[e]);

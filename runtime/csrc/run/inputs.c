@@ -29,15 +29,15 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
     pass_knots(&sampler->target, time);
     curve_after(&sampler->target, time, 0, wanted, slope);
     for (int k = 0; k < 3; k++)
-        lacking[k] = lanes_of(SET_SLIPS || SET_PIVOTS ? wanted[k] : wanted[k] - run->nu[k]);
+        lacking[k] = lanes_of(SET_SLIPS || SET_PIVOTS ? wanted[k] : wanted[k] - run->state.nu[k]);
     if (SET_CARRIES)
         rates_in_the_middle(run, work, lacking, in_lanes);
     else
         rolling_wheels(run->wheels, &work->vehicle, lacking, 0, in_lanes);
     for (int i = 0; i < run->wheels; i++)
-        errors[i] = in_lanes[i][0] - (SET_HAS_ROWS && !SET_SLIPS ? rate_by(run->wheel_rows + 3*i, run->nu) : 0);
+        errors[i] = in_lanes[i][0] - (SET_HAS_ROWS && !SET_SLIPS ? rate_by(run->wheel_rows + 3*i, run->state.nu) : 0);
     for (int i = 0; SET_SLIPS && i < run->wheels; i++)
-        errors[i] -= run->core[rates_at(run->wheels) + i];
+        errors[i] -= run->state.core[rates_at(run->wheels) + i];
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS) {
         wheel_rates_now(run, work, in_lanes);
         for (int i = 0; i < run->wheels; i++)
@@ -56,19 +56,19 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
 /* The times known beforehand that have come. */
 static void pass_times(omniroll_run_t *run, const work_t *work)
 {
-    for (int k = 0; k < run->table_count; k++)
-        pass_knots(&run->tables[k].curve, run->elapsed);
-    for (int k = 0; k < run->sampler_count; k++)
-        if ((double)run->samplers[k].samples*run->samplers[k].sample_time <= run->elapsed)
-            take_sample(run, work, &run->samplers[k]);
+    for (int k = 0; k < run->acts.table_count; k++)
+        pass_knots(&run->acts.tables[k].curve, run->state.elapsed);
+    for (int k = 0; k < run->acts.sampler_count; k++)
+        if ((double)run->acts.samplers[k].samples*run->acts.samplers[k].sample_time <= run->state.elapsed)
+            take_sample(run, work, &run->acts.samplers[k]);
 }
 
 /* Whether a sample has come that the caller must take. */
 static int caller_samples(const omniroll_run_t *run)
 {
-    for (int k = 0; k < run->sampler_count; k++) {
-        const omniroll_sampler_t *const sampler = &run->samplers[k];
-        if (!sampler->proportional && (double)sampler->samples*sampler->sample_time <= run->elapsed)
+    for (int k = 0; k < run->acts.sampler_count; k++) {
+        const omniroll_sampler_t *const sampler = &run->acts.samplers[k];
+        if (!sampler->proportional && (double)sampler->samples*sampler->sample_time <= run->state.elapsed)
             return 1;
     }
     return 0;
@@ -77,13 +77,13 @@ static int caller_samples(const omniroll_run_t *run)
 static double next_known_time(const omniroll_run_t *run)
 {
     double time = INFINITY;
-    for (int k = 0; k < run->table_count; k++) {
-        const omniroll_curve_t *const curve = &run->tables[k].curve;
+    for (int k = 0; k < run->acts.table_count; k++) {
+        const omniroll_curve_t *const curve = &run->acts.tables[k].curve;
         if (curve->next < curve->count)
             time = fmin(time, curve->times[curve->next]);
     }
-    for (int k = 0; k < run->sampler_count; k++)
-        time = fmin(time, (double)run->samplers[k].samples*run->samplers[k].sample_time);
+    for (int k = 0; k < run->acts.sampler_count; k++)
+        time = fmin(time, (double)run->acts.samplers[k].samples*run->acts.samplers[k].sample_time);
     return time;
 }
 
@@ -91,7 +91,7 @@ static double next_known_time(const omniroll_run_t *run)
 static void put_guard(omniroll_run_t *run, const double *row, int wheel, omniroll_affine_t margin, double value,
                       double slope, long long follows)
 {
-    double *const guard = run->guards + guard_size(run->wheels)*run->guard_count;
+    double *const guard = run->acts.guards + guard_size(run->wheels)*run->acts.guard_count;
     guard[0] = margin.at_zero + margin.per_signal*value;
     guard[1] = margin.per_signal*slope;
     for (int k = 0; k < 3; k++)
@@ -101,16 +101,16 @@ static void put_guard(omniroll_run_t *run, const double *row, int wheel, omnirol
     for (int k = 6 + run->wheels; k < guard_size(run->wheels); k++)
         guard[k] = 0;
     guard[5] = fabs(margin.at_zero) + fabs(margin.per_signal*value);
-    run->leads_to[2*run->guard_count] = follows;
-    run->leads_to[2*run->guard_count + 1] = wheel;
-    run->guard_count++;
+    run->acts.leads_to[2*run->acts.guard_count] = follows;
+    run->acts.leads_to[2*run->acts.guard_count + 1] = wheel;
+    run->acts.guard_count++;
 }
 
 /* The torques of a drive with modes, what falls with the wheels' speeds apart, and where a mode ends. */
 static void modes_act(omniroll_run_t *run, const omniroll_modal_t *drive)
 {
     const int wheels = run->wheels, slopes = (SET_INPUTS + 1)*wheels, laws = 1 + drive->event_count;
-    double *const torque = run->signals, *const damping = torque + wheels;
+    double *const torque = run->acts.signals, *const damping = torque + wheels;
     const double *const signal = torque + drive->signal*wheels;
     for (int i = 0; i < wheels; i++) {
         const long long mode = drive->modes[i];
@@ -132,35 +132,36 @@ static void renew_inputs(omniroll_run_t *run)
 {
     const int wheels = run->wheels, size = (SET_INPUTS + 1)*wheels;
     for (int k = 0; k < 2*size; k++)
-        run->signals[k] = 0;
-    for (int t = 0; t < run->table_count; t++) {
-        double value[MOST_WHEELS], slope[MOST_WHEELS], *const signal = run->signals + run->tables[t].signal*wheels;
-        curve_after(&run->tables[t].curve, run->elapsed, run->carry, value, slope);
+        run->acts.signals[k] = 0;
+    for (int t = 0; t < run->acts.table_count; t++) {
+        const omniroll_table_t *const table = run->acts.tables + t;
+        double value[MOST_WHEELS], slope[MOST_WHEELS], *const signal = run->acts.signals + table->signal*wheels;
+        curve_after(&table->curve, run->state.elapsed, run->state.carry, value, slope);
         for (int i = 0; i < wheels; i++)
             signal[i] += value[i], signal[size + i] += slope[i];
     }
-    for (int t = 0; t < run->sampler_count; t++)
+    for (int t = 0; t < run->acts.sampler_count; t++)
         for (int i = 0; i < wheels; i++)
-            run->signals[run->samplers[t].signal*wheels + i] += run->samplers[t].output[i];
-    run->guard_count = 0;
-    if (SET_INPUTS > 1 && run->modal_count)
-        modes_act(run, run->modal);
+            run->acts.signals[run->acts.samplers[t].signal*wheels + i] += run->acts.samplers[t].output[i];
+    run->acts.guard_count = 0;
+    if (SET_INPUTS > 1 && run->acts.modal_count)
+        modes_act(run, run->acts.modal);
     for (int k = 0; k < SET_INPUTS*wheels; k++) {
-        run->signals[2*size + k] = run->inputs[SET_INPUTS*wheels + k];
-        run->inputs[k] = run->signals[k];
-        run->inputs[SET_INPUTS*wheels + k] = run->signals[size + k];
+        run->acts.signals[2*size + k] = run->acts.inputs[SET_INPUTS*wheels + k];
+        run->acts.inputs[k] = run->acts.signals[k];
+        run->acts.inputs[SET_INPUTS*wheels + k] = run->acts.signals[size + k];
     }
-    run->inputs_elapsed = run->elapsed;
-    run->inputs_carry = run->carry;
-    run->next_time = next_known_time(run);
+    run->acts.inputs_elapsed = run->state.elapsed;
+    run->acts.inputs_carry = run->state.carry;
+    run->acts.next_time = next_known_time(run);
 }
 
 /* The modes of the guards that are passed. */
 static void pass_guards(omniroll_run_t *run)
 {
-    for (int k = 0; k < run->guard_count; k++)
-        if (run->passed[k] && run->modal_count)
-            run->modal->modes[run->leads_to[2*k + 1]] = run->leads_to[2*k];
+    for (int k = 0; k < run->acts.guard_count; k++)
+        if (run->acts.passed[k] && run->acts.modal_count)
+            run->acts.modal->modes[run->acts.leads_to[2*k + 1]] = run->acts.leads_to[2*k];
 }
 
 /* What happens at this instant beside switches: times that have come, guards that are passed, bearings that stop or
@@ -169,24 +170,24 @@ static int pass_events(omniroll_run_t *run, const work_t *work)
 {
     for (;;) {
         settle_modes(run, work);
-        const int is_time = run->elapsed >= run->next_time;
+        const int is_time = run->state.elapsed >= run->acts.next_time;
         const int guards = is_time ? 0 : guards_passed(run, work);
         const int bearings = is_time ? 0 : pass_bearings(run, work);
         const int contacts = is_time ? 0 : pass_contacts(run);
         if (!is_time && !guards && !bearings && !contacts) {
-            run->at_event = 0;
+            run->past.at_event = 0;
             return OMNIROLL_RUN_DONE;
         }
         if (is_time && caller_samples(run))
             return OMNIROLL_RUN_ASK;
-        run->phase_start = run->elapsed;
-        run->at_event = 0;
+        run->past.phase_start = run->state.elapsed;
+        run->past.at_event = 0;
         if (!has_progress(run, 1))
             return OMNIROLL_RUN_STUCK;
         if (!is_time && !guards)
             continue;
         run->hold.undecided = run->ground.undecided = 1;    /* since the inputs change                   */
-        if (run->asks)
+        if (run->acts.asks)
             return OMNIROLL_RUN_ASK;
         if (is_time)
             pass_times(run, work);

@@ -11,22 +11,22 @@ typedef struct {
 ALWAYS_INLINE void state_in_lanes(const omniroll_run_t *run, lanes_t *nu, lanes_t *chi)
 {
     for (int k = 0; k < 3; k++)
-        nu[k] = lanes_of(run->nu[k]);
+        nu[k] = lanes_of(run->state.nu[k]);
     for (int i = 0; i < run->wheels; i++)
-        chi[i] = lanes_of(run->chi[i]);
+        chi[i] = lanes_of(run->state.chi[i]);
 }
 
 ALWAYS_INLINE const lanes_t *core_in_lanes(const omniroll_run_t *run, const work_t *work)
 {
     for (int c = 0; c < work->core; c++)
-        work->core_here[c] = lanes_of(run->core[c]);
+        work->core_here[c] = lanes_of(run->state.core[c]);
     return work->core_here;
 }
 
 /* The mode of a roller in contact. */
 ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
 {
-    return run->bearings[run->axle_count + wheel].mode;
+    return run->bearings.each[run->bearings.axle_count + wheel].mode;
 }
 
 /* Where contacts slip and their massless rollers turn, at these angles: their forces in N, and how far they slip along
@@ -37,8 +37,8 @@ static void corners_at(const omniroll_run_t *run, const work_t *work, const lane
     int corner[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++) {
         corner[i] = slides(run, i) && roller_mode(run, i);
-        toward[2*i] = lanes_of(0), toward[2*i + 1] = lanes_of(copysign(1, run->grips[i].towards[1]));
-        torque[i] = lanes_of(-roller_mode(run, i)*run->bearings[run->axle_count + i].sliding);
+        toward[2*i] = lanes_of(0), toward[2*i + 1] = lanes_of(copysign(1, run->ground.grips[i].towards[1]));
+        torque[i] = lanes_of(-roller_mode(run, i)*run->bearings.each[run->bearings.axle_count + i].sliding);
     }
     put_corner_forces(run->wheels, &work->vehicle, corner, chi, toward, work->load, work->friction, torque, push, yield);
 }
@@ -48,7 +48,7 @@ static void forces_along(const omniroll_run_t *run, const work_t *work, const la
 {
     lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
     for (int k = 0; k < 2*run->wheels; k++)
-        toward[k] = lanes_of(run->grips[k/2].towards[k%2]);
+        toward[k] = lanes_of(run->ground.grips[k/2].towards[k%2]);
     set_sliding_forces(run->wheels, &work->vehicle, toward, load, work->friction, push, slope);
     (void)slope;
 }
@@ -73,7 +73,7 @@ static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *p
 static double *next_roller(const omniroll_run_t *run, int wheel)
 {
     const int others = run->rollers_per_wheel - 1;
-    return run->axial + wheel*others + (run->chi[wheel] < 0 ? 0 : (int)run->rollers[wheel] - 2);
+    return run->state.axial + wheel*others + (run->state.chi[wheel] < 0 ? 0 : (int)run->rollers[wheel] - 2);
 }
 
 ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
@@ -83,7 +83,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
         .all_turn = all_turn(wheels, &work->vehicle)};
     state_in_lanes(run, now->arrays.nu, now->arrays.chi);
     if (SET_HAS_HEADING)
-        now->point.heading = lanes_of(remainder(run->pose[2], TURN));
+        now->point.heading = lanes_of(remainder(run->state.pose[2], TURN));
     if (SET_INPUTS) {
         for (int k = 0; k < SET_INPUTS*wheels; k++)
             now->arrays.input[k] = lanes_of(input_now(run, k));
@@ -147,7 +147,7 @@ static void axial_in_lanes(const omniroll_run_t *run, lanes_t *axial)
 {
     const int size = run->wheels*(run->rollers_per_wheel - 1);
     for (int k = 0; k < size; k++)
-        axial[k] = lanes_of(run->axial[k]);
+        axial[k] = lanes_of(run->state.axial[k]);
 }
 
 /* The two numbers of each wheel's free rollers, which are constant up to the next switch unless the core has them. */
@@ -166,8 +166,8 @@ static void begin_core(omniroll_run_t *run, const work_t *work)
         axial_in_lanes(run, work->axial);
     start_core(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_here);
     for (int c = 0; c < work->core; c++)
-        run->core[c] = run->core_before[c] = work->core_here[c][0];
-    run->axial_elapsed = run->elapsed;
+        run->state.core[c] = run->state.core_before[c] = work->core_here[c][0];
+    run->state.axial_elapsed = run->state.elapsed;
 }
 
 /* The axial speeds of the free rollers as they are now. */
@@ -178,11 +178,11 @@ static void update_axial(omniroll_run_t *run, const work_t *work)
     at_this_instant(run, work, run->wheels, &now);
     axial_in_lanes(run, work->axial);
     for (int c = 0; c < work->core; c++)
-        work->core_dot[c] = lanes_of(run->core_before[c]);
+        work->core_dot[c] = lanes_of(run->state.core_before[c]);
     axial_later(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_dot,
-                work->core_here, lanes_of(run->elapsed - run->axial_elapsed), work->later);
+                work->core_here, lanes_of(run->state.elapsed - run->state.axial_elapsed), work->later);
     for (int k = 0; k < size; k++)
-        run->axial[k] = work->later[k][0];
+        run->state.axial[k] = work->later[k][0];
 }
 
 /* The mass matrix at this instant. */
@@ -203,8 +203,8 @@ static void mass_at_this_instant(const omniroll_run_t *run, const work_t *work, 
 ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
 {
     if (SET_IS_ACTED_ON)
-        return fmin(run->duration, run->next_time);
-    return run->duration;
+        return fmin(run->task.duration, run->acts.next_time);
+    return run->task.duration;
 }
 
 /* What the iteration may leave of a step of this length, over |nu|. Where something acts a vehicle may become much
@@ -214,8 +214,8 @@ ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
 ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 {
     if (SET_IS_ACTED_ON) {
-        const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
-        return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
+        const double part = fmax(h/run->task.duration, 1.0/(SHORT_STEPS + 2*(double)run->figures.step_count));
+        return run->task.pauses ? run->task.sweep_tolerance : fmax(run->task.sweep_tolerance*part, FINEST_SWEEP);
     }
-    return run->sweep_tolerance;
+    return run->task.sweep_tolerance;
 }

@@ -15,8 +15,8 @@ static void give(const omniroll_member_t *member, const double *volts)
     omniroll_run_t *const run = member->run;
     for (int i = 0; i < run->wheels; i++)
         member->volts[i] = volts[i];
-    run->next_time = run->elapsed;
-    run->at_event = 1;
+    run->acts.next_time = run->state.elapsed;
+    run->past.at_event = 1;
 }
 
 /* Those `which` go on to `until`, one after the other. */
@@ -27,8 +27,8 @@ void omniroll_run_members(long long count, const long long *which, const omnirol
         const long long states = which[k];
         omniroll_run_t *const run = members[states].run;
         give(&members[states], volts + states*run->wheels);
-        run->duration = until[states];
-        run->row_count = run->switch_count = 0;
+        run->task.duration = until[states];
+        run->record.row_count = run->record.switch_count = 0;
         statuses[k] = omniroll_run(run, model);
     }
 }
@@ -38,7 +38,7 @@ void omniroll_read_members(long long count, const omniroll_member_t *members, do
 {
     for (long long k = 0; k < count; k++) {
         const omniroll_run_t *const run = members[k].run;
-        memcpy(nu + 3*k, run->nu, 3*sizeof *nu);
-        memcpy(chi + run->wheels*k, run->chi, (size_t)run->wheels*sizeof *chi);
+        memcpy(nu + 3*k, run->state.nu, 3*sizeof *nu);
+        memcpy(chi + run->wheels*k, run->state.chi, (size_t)run->wheels*sizeof *chi);
     }
 }

@@ -29,11 +29,11 @@ static int put_at_rest(omniroll_run_t *run, const work_t *work)
             find_loads(run, work), find_resting_contacts(run, work);
     }
     for (int i = 0; SET_GRIPS && i < run->wheels; i++)
-        resting |= run->grips[i].sticks = run->grips[i].resting;
+        resting |= run->ground.grips[i].sticks = run->ground.grips[i].resting;
     if (SET_IN_SERIES && !SET_GRIPS)        /* before the axles: the ground's force across rollers depends on their modes */
         enter_bearings(run, work, 1), decide_in_series(run, work);
-    for (int k = 0; k < run->bearing_count; k++)
-        resting |= run->bearings[k].resting;
+    for (int k = 0; k < run->bearings.count; k++)
+        resting |= run->bearings.each[k].resting;
     return resting;
 }
 
@@ -42,9 +42,9 @@ static int some_mode_has_ended(const omniroll_run_t *run, const work_t *work)
 {
     int ended = 0;
     for (int i = 0; SET_GRIPS && i < run->wheels; i++)
-        ended |= run->grips[i].resting && run->grips[i].released;
-    for (int k = 0; k < (SET_STANDS ? run->bearing_count : count_deciding(run, work)); k++)
-        ended |= (SET_STANDS || run->bearings[k].resting) && run->bearings[k].released;
+        ended |= run->ground.grips[i].resting && run->ground.grips[i].released;
+    for (int k = 0; k < (SET_STANDS ? run->bearings.count : count_deciding(run, work)); k++)
+        ended |= (SET_STANDS || run->bearings.each[k].resting) && run->bearings.each[k].released;
     return ended;
 }
 
@@ -79,10 +79,10 @@ static int overloaded_contacts(const omniroll_run_t *run, const work_t *work, in
 {
     int count = 0;
     for (int i = 0; SET_GRIPS && i < run->wheels; i++) {
-        const double taken = run->grips[i].sticks ? excess_now(run, work, i) : -1;
+        const double taken = run->ground.grips[i].sticks ? excess_now(run, work, i) : -1;
         if (!(taken > GRIP_PASSED*GRIP_NOISE(taken)))
             continue;
-        run->grips[i].released |= mark;
+        run->ground.grips[i].released |= mark;
         count++;
     }
     return count;
@@ -92,8 +92,8 @@ static int overloaded_contacts(const omniroll_run_t *run, const work_t *work, in
 static int overloaded_bearings(const omniroll_run_t *run, const work_t *work, int let_go)
 {
     int count = 0;
-    for (int k = rows_count(run); k < run->bearing_count; k++) {
-        omniroll_bearing_t *const bearing = run->bearings + k;
+    for (int k = rows_count(run); k < run->bearings.count; k++) {
+        omniroll_bearing_t *const bearing = run->bearings.each + k;
         if ((SET_STANDS && work->standing->has_part[k]) || !is_beyond_bound(bearing))
             continue;
         if (let_go)
@@ -137,7 +137,7 @@ static void decide_modes(omniroll_run_t *run, const work_t *work)
         find_holding(run, work);
         again = is_overloaded(run, work, stands_somewhere(run));
     }
-    for (int round = 0; again && round <= run->bearing_count + run->grip_count; round++) {
+    for (int round = 0; again && round <= run->bearings.count + run->ground.grip_count; round++) {
         decide_at_rest(run, work);
         enter_modes(run, work);
         find_holding(run, work);
@@ -172,14 +172,14 @@ static void begin_modes(omniroll_run_t *run, const work_t *work)
         begin_torques(run, work);
     }
     for (int i = 0; SET_GRIPS && i < run->wheels; i++)
-        run->grips[i].released = run->grips[i].released == HAS_ENDED;
+        run->ground.grips[i].released = run->ground.grips[i].released == HAS_ENDED;
     run->hold.undecided = run->ground.undecided = 0;
 }
 
 /* Which elements stick from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
 {
-    if ((SET_STICKS && run->bearing_count && run->hold.undecided) || (SET_GRIPS && run->ground.undecided)) {
+    if ((SET_STICKS && run->bearings.count && run->hold.undecided) || (SET_GRIPS && run->ground.undecided)) {
         const int resting = put_at_rest(run, work);
         if (SET_HOLDS) {
             find_nearer(run, work);
@@ -193,7 +193,7 @@ static void settle_modes(omniroll_run_t *run, const work_t *work)
         run->ground.knows_rates = SET_GRIPS && resting && !some_slide(run);
     }
     if (SET_HOLDS)
-        run->hold.speed = fmax(run->hold.speed, length3(run->nu));
+        run->hold.speed = fmax(run->hold.speed, length3(run->state.nu));
 }
 
 /* ---- what the rest of the engine asks for ----------------------------------------------------------------------- */
@@ -202,9 +202,9 @@ static void settle_modes(omniroll_run_t *run, const work_t *work)
 static int stop_guarded(omniroll_run_t *run)
 {
     int count = 0;
-    for (int k = run->guard_count; k < all_guards(run); k++) {
-        omniroll_bearing_t *const bearing = run->bearings + run->leads_to[2*k + 1];
-        if (run->passed[k] && !bearing->resting) {      /* one that rests starts from rest in this phase     */
+    for (int k = run->acts.guard_count; k < all_guards(run); k++) {
+        omniroll_bearing_t *const bearing = run->bearings.each + run->acts.leads_to[2*k + 1];
+        if (run->acts.passed[k] && !bearing->resting) {  /* one that rests starts from rest in this phase    */
             bearing->resting = 1;
             count++;
         }
@@ -232,7 +232,7 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
 /* A step begins: what sticks in it, and what that is asked for. */
 static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
-    s->hold.count = run->core_bearing_count, s->hold.bearing = core_bearings(run), s->hold.states = &work->states;
+    s->hold.count = run->bearings.core_count, s->hold.bearing = core_bearings(run), s->hold.states = &work->states;
     if (!SET_HOLDS && !SET_STANDS)
         return;
     if (SET_STANDS && !stands_somewhere(run))   /* nothing that a step would have to keep, and no events            */
@@ -263,9 +263,9 @@ static double size_of_held(const omniroll_run_t *run, int input)
 /* Some time has passed. */
 static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    for (int k = 0; k < run->bearing_count; k++) {
-        run->bearings[k].resting = run->bearings[k].mode == 0;
-        run->bearings[k].released = 0;
+    for (int k = 0; k < run->bearings.count; k++) {
+        run->bearings.each[k].resting = run->bearings.each[k].mode == 0;
+        run->bearings.each[k].released = 0;
     }
     if (!SET_HOLDS) {
         slipping_bearings_have_moved(run, work, s);

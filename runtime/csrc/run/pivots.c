@@ -11,10 +11,10 @@ enum { NOTHING, TO_HERE, TO_NEXT, BY_TURN };
 static double *add_pivot_guard(omniroll_run_t *run, int by, int wheel)
 {
     const int place = all_guards(run), size = guard_size(run->wheels);
-    double *const guard = run->guards + size*place;
+    double *const guard = run->acts.guards + size*place;
     memset(guard, 0, (size_t)size*sizeof *guard);
-    run->leads_to[2*place] = by, run->leads_to[2*place + 1] = wheel;
-    run->pivot_guards++;
+    run->acts.leads_to[2*place] = by, run->acts.leads_to[2*place + 1] = wheel;
+    run->acts.pivot_guards++;
     return guard;
 }
 
@@ -25,14 +25,14 @@ static int go_on_from_joints(const omniroll_run_t *run, int *directions, int *st
     int count = 0;
     for (int i = 0; i < run->wheels; i++)
         most[i] = -INFINITY;
-    for (int k = all_guards(run) - run->pivot_guards; k < all_guards(run); k++) {
-        const int by = (int)run->leads_to[2*k], wheel = (int)run->leads_to[2*k + 1];
-        const double value = guard_value(run, run->guards + guard_size(run->wheels)*k, &noise);
-        if (by == BY_TURN || !run->passed[k] || value <= most[wheel])
+    for (int k = all_guards(run) - run->acts.pivot_guards; k < all_guards(run); k++) {
+        const int by = (int)run->acts.leads_to[2*k], wheel = (int)run->acts.leads_to[2*k + 1];
+        const double value = guard_value(run, run->acts.guards + guard_size(run->wheels)*k, &noise);
+        if (by == BY_TURN || !run->acts.passed[k] || value <= most[wheel])
             continue;
         count += stance[wheel] == STAYS;
         stance[wheel] = GOES, most[wheel] = value;
-        directions[wheel] = by == TO_HERE ? 0 : run->chi[wheel] < 0 ? -1 : 1;
+        directions[wheel] = by == TO_HERE ? 0 : run->state.chi[wheel] < 0 ? -1 : 1;
     }
     return count;
 }
@@ -44,13 +44,13 @@ static void guard_pivots(omniroll_run_t *run, const work_t *work)
     int count = 0;
     for (int i = 0; i < run->wheels; i++)
         count += pivots(run, i);
-    run->pivot_guards = 0;
+    run->acts.pivot_guards = 0;
     if (!count)
         return;
     rows_of_both(run, work, rows[0], rows[1]);
     for (int i = 0; i < run->wheels; i++)
         for (int next = 0; pivots(run, i) && next < 2; next++) {
-            const double outward = run->chi[i] < 0 ? -1 : 1;
+            const double outward = run->state.chi[i] < 0 ? -1 : 1;
             double *const guard = add_pivot_guard(run, TO_HERE + next, i);
             for (int k = 0; k < 3; k++)
                 guard[2 + k] = (next ? outward : -outward)*rows[next][3*i + k];
@@ -70,7 +70,7 @@ static int pivots_change(omniroll_run_t *run, const work_t *work, int *direction
         return 0;
     rows_of_both(run, work, here, there);
     for (int i = 0; i < run->wheels; i++) {
-        if (directions[i] && directions[i]*rate_by(there + 3*i, run->nu) < 0)
+        if (directions[i] && directions[i]*rate_by(there + 3*i, run->state.nu) < 0)
             stance[i] = STOPS, directions[i] = 0;
     }
     guards_passed(run, work);
@@ -85,7 +85,7 @@ static void change_rows(omniroll_run_t *run, const work_t *work, const int *dire
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->before, c->excess);
     for (int i = 0; i < run->wheels; i++)
         if (SET_PIVOTS && !directions[i])
-            run->contact[i] += ((stance[i] == STOPS) - (stance[i] == GOES))*run->rollers_per_wheel;
+            run->state.contact[i] += ((stance[i] == STOPS) - (stance[i] == GOES))*run->rollers_per_wheel;
     carry_rows(run, work);
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->after, demanded);
     for (int i = 0; i < run->wheels; i++)

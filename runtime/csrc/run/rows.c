@@ -165,18 +165,18 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 /* Whether the axle of a wheel is at rest, and whether it sticks in this phase. */
 ALWAYS_INLINE int rests(const omniroll_run_t *run, int wheel)
 {
-    return SET_STICKS && run->axle_count && run->bearings[wheel].resting;
+    return SET_STICKS && run->bearings.axle_count && run->bearings.each[wheel].resting;
 }
 
 ALWAYS_INLINE int sticks(const omniroll_run_t *run, int wheel)
 {
-    return SET_STICKS && run->axle_count && run->bearings[wheel].mode == 0;
+    return SET_STICKS && run->bearings.axle_count && run->bearings.each[wheel].mode == 0;
 }
 
 /* Whether a contact slips on the ground in a direction that is an unknown: those of wheels that stand follow from nu. */
 ALWAYS_INLINE int slides(const omniroll_run_t *run, int contact)
 {
-    return !run->grips[contact].sticks && run->grips[contact].carries && !pivots(run, contact);
+    return !run->ground.grips[contact].sticks && run->ground.grips[contact].carries && !pivots(run, contact);
 }
 
 ALWAYS_INLINE int some_slide(const omniroll_run_t *run)
@@ -190,7 +190,7 @@ ALWAYS_INLINE int some_slide(const omniroll_run_t *run)
 /* Guards of the effects, then of turning bearings whose rates follow from nu, then of wheels that stand on their joint. */
 ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
 {
-    return run->guard_count + (SET_HOLDS ? run->hold.guard_count : 0) + (SET_PIVOTS ? run->pivot_guards : 0);
+    return run->acts.guard_count + (SET_HOLDS ? run->hold.guard_count : 0) + (SET_PIVOTS ? run->acts.pivot_guards : 0);
 }
 
 /* How many bearings of the set have a mode in each row. */
@@ -213,24 +213,24 @@ static long long step_size(const omniroll_run_t *run)
 /* The time since the inputs were given, finer than the clock shows. */
 ALWAYS_INLINE double since_inputs(const omniroll_run_t *run)
 {
-    return (run->elapsed - run->inputs_elapsed) + (run->carry - run->inputs_carry);
+    return (run->state.elapsed - run->acts.inputs_elapsed) + (run->state.carry - run->acts.inputs_carry);
 }
 
 /* An input as it is now; they are counted over all wheels. */
 ALWAYS_INLINE double input_now(const omniroll_run_t *run, int input)
 {
-    const double slope = run->inputs[SET_INPUTS*run->wheels + input];
-    return run->inputs[input] + slope*since_inputs(run);
+    const double slope = run->acts.inputs[SET_INPUTS*run->wheels + input];
+    return run->acts.inputs[input] + slope*since_inputs(run);
 }
 
 /* The bearing whose torque an input is, or null. */
 ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *run, int input)
 {
     const int kind = input/run->wheels, wheel = input%run->wheels;
-    if (run->axle_count && kind == SET_BEARING_INPUT)
-        return run->bearings + wheel;
-    const int contacts = SET_ROLLERS_TURN || run->bearing_count - run->core_bearing_count > run->axle_count;
-    return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
+    if (run->bearings.axle_count && kind == SET_BEARING_INPUT)
+        return run->bearings.each + wheel;
+    const int contacts = SET_ROLLERS_TURN || run->bearings.count - run->bearings.core_count > run->bearings.axle_count;
+    return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings.each + run->bearings.axle_count + wheel : 0;
 }
 
 /* The same as rows show it: of bearings the torque that they take now, also where they hold. */
@@ -244,22 +244,22 @@ ALWAYS_INLINE double input_shown(const omniroll_run_t *run, int input)
 static void put_bearing_modes(const omniroll_run_t *run)
 {
     const long long most = most_bearings(run->wheels, run->rollers_per_wheel);
-    double *const mode = run->rows + row_size(run)*run->row_count - SET_INPUTS*run->wheels - most;
+    double *const mode = run->record.rows + row_size(run)*run->record.row_count - SET_INPUTS*run->wheels - most;
     for (int k = 0; k < most; k++)
-        mode[k] = k < run->bearing_count ? run->bearings[k].mode : 0;
+        mode[k] = k < run->bearings.count ? run->bearings.each[k].mode : 0;
 }
 
 static void put_row(omniroll_run_t *run)
 {
-    double *row = run->rows + row_size(run)*run->row_count++;
-    *row++ = run->elapsed;
-    for (int k = 0; k < 3; k++) *row++ = run->nu[k];
+    double *row = run->record.rows + row_size(run)*run->record.row_count++;
+    *row++ = run->state.elapsed;
+    for (int k = 0; k < 3; k++) *row++ = run->state.nu[k];
     for (int i = 0; i < run->wheels; i++) *row++ = angle_on_roller(run, i);
-    for (int k = 0; k < 3; k++) *row++ = run->pose[k];
+    for (int k = 0; k < 3; k++) *row++ = run->state.pose[k];
     if (SET_CORE_PARTS)
-        for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->core[c];
-    for (int k = 0; k < account_size(run->wheels); k++) *row++ = run->accounts[k];
-    for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
+        for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->state.core[c];
+    for (int k = 0; k < account_size(run->wheels); k++) *row++ = run->state.accounts[k];
+    for (int i = 0; i < run->wheels; i++) *row++ = (double)run->state.contact[i];
     put_bearing_modes(run);
     row += most_bearings(run->wheels, run->rollers_per_wheel);
     if (SET_INPUTS)
@@ -270,8 +270,8 @@ static void put_row(omniroll_run_t *run)
 /* A row after a transition: no step starts at the one before it. */
 static void put_row_after(omniroll_run_t *run)
 {
-    if (run->steps && run->row_count > 0)
-        run->steps[(run->row_count - 1)*step_size(run)] = 0;
+    if (run->record.steps && run->record.row_count > 0)
+        run->record.steps[(run->record.row_count - 1)*step_size(run)] = 0;
     put_row(run);
 }
 
@@ -298,9 +298,9 @@ ALWAYS_INLINE const nodes_t *rate_in_step(const omniroll_run_t *run, const step_
 
 static void put_step(omniroll_run_t *run, const step_t *s)
 {
-    if (!run->steps)
+    if (!run->record.steps)
         return;
-    double *out = run->steps + (run->row_count - 1)*step_size(run);
+    double *out = run->record.steps + (run->record.row_count - 1)*step_size(run);
     *out++ = s->h;
     *out++ = s->event.late;
     for (int c = 0; c < integrated_size(run); c++) {

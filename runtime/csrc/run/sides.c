@@ -16,13 +16,15 @@ static void put_on(const omniroll_run_t *run, const work_t *work, int what, int 
     lanes_t sides[MOST_WHEELS], turns[MOST_WHEELS];
     vehicle_t *const vehicle = (vehicle_t *)&work->vehicle;     /* the phase's, in work that a call has for itself */
     for (int i = 0; i < run->wheels; i++) {
-        const int outward = run->chi[i] < 0 ? -1 : 1;
-        const int piece = what == HERE ? piece_of(run, i) : what == NEXT ? next_piece(run, i, outward) : run->piece_count/2;
-        sides[i] = lanes_of(what*(run->contact[i]%2 ? -1 : 1));
+        const int outward = run->state.chi[i] < 0 ? -1 : 1;
+        const int piece = what == HERE ? piece_of(run, i)
+                        : what == NEXT ? next_piece(run, i, outward) : run->pieces.count/2;
+        sides[i] = lanes_of(what*(run->state.contact[i]%2 ? -1 : 1));
         turns[i] = lanes_of(all_turn || !pivots(run, i));
         if (has_pieces(run))
-            set_arc(vehicle, i, run->pieces[piece], middle_of(run, piece));
-        chi[i] = lanes_of(what == HERE ? run->chi[i] : what == NEXT ? -outward*half_of(run, i, piece) : -middle_of(run, piece));
+            set_arc(vehicle, i, run->pieces.models[piece], middle_of(run, piece));
+        chi[i] = lanes_of(what == HERE ? run->state.chi[i]
+                        : what == NEXT ? -outward*half_of(run, i, piece) : -middle_of(run, piece));
     }
     set_rows(run->wheels, vehicle, sides, turns);
 }

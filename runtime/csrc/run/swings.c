@@ -17,45 +17,47 @@
 /* The bound of a load's part that a guard is, for step.h. */
 static int bound_of_share(const omniroll_run_t *run, int guard)
 {
-    const int by = guard < all_guards(run) - run->pivot_guards ? NOTHING : (int)run->leads_to[2*guard];
-    const int wheel = (int)run->leads_to[2*guard + 1];
+    const int by = guard < all_guards(run) - run->acts.pivot_guards ? NOTHING : (int)run->acts.leads_to[2*guard];
+    const int wheel = (int)run->acts.leads_to[2*guard + 1];
     return by == TO_HERE ? -(wheel + 1) : by == TO_NEXT ? wheel + 1 : 0;
 }
 
 /* A step has been taken: whether it has landed on a guard of a wheel at its joint. */
 static void joints_have_moved(omniroll_run_t *run, const step_t *s)
 {
-    const int guard = s->event.landing - s->wheels, first = s->event.guards - run->pivot_guards;
-    run->landed_by = guard >= first && guard < s->event.guards ? (int)run->leads_to[2*guard] : NOTHING;
-    run->landed_wheel = run->landed_by != NOTHING ? (int)run->leads_to[2*guard + 1] : 0;
+    const int guard = s->event.landing - s->wheels, first = s->event.guards - run->acts.pivot_guards;
+    run->past.landed_by = guard >= first && guard < s->event.guards ? (int)run->acts.leads_to[2*guard] : NOTHING;
+    run->past.landed_wheel = run->past.landed_by != NOTHING ? (int)run->acts.leads_to[2*guard + 1] : 0;
     for (int i = 0; i < run->wheels; i++)
         if (pivots(run, i))
-            run->core[rates_at(run->wheels) + i] = 0;   /* sweeps leave roundings of it                    */
+            run->state.core[rates_at(run->wheels) + i] = 0;  /* sweeps leave roundings of it               */
 }
 
 /* Whether a part of a load has just come to its bound: that on which the last step has landed, and what ends with it. */
 static int share_has_ended(const omniroll_run_t *run, int guard)
 {
     const int bound = bound_of_share(run, guard);
-    if (!bound || (run->landed_by != TO_HERE && run->landed_by != TO_NEXT))
+    if (!bound || (run->past.landed_by != TO_HERE && run->past.landed_by != TO_NEXT))
         return 0;
-    return (run->leads_to[2*guard] == run->landed_by && run->leads_to[2*guard + 1] == run->landed_wheel)
-        || run->guards[guard_size(run->wheels)*guard] > -SHARE_ENDS;
+    const long long *const leads_to = run->acts.leads_to + 2*guard;
+    return (leads_to[0] == run->past.landed_by && leads_to[1] == run->past.landed_wheel)
+        || run->acts.guards[guard_size(run->wheels)*guard] > -SHARE_ENDS;
 }
 
 static int is_near_joint(const omniroll_run_t *run, int i)
 {
-    return fabs(run->chi[i]) >= (1 - SWING)*run->joint[i];
+    return fabs(run->state.chi[i]) >= (1 - SWING)*run->joint[i];
 }
 
 /* Whether a wheel has just passed its joint, and may be about to come back. */
 static int swings(const omniroll_run_t *run, int i)
 {
-    const double *const rates = run->core + rates_at(run->wheels);
+    const double *const rates = run->state.core + rates_at(run->wheels);
     double fastest = 0;
     for (int k = 0; k < run->wheels; k++)
         fastest = fmax(fastest, fabs(rates[k]));
-    return !pivots(run, i) && is_near_joint(run, i) && copysign(rates[i], run->chi[i]*rates[i]) < -AT_TURN*fastest;
+    return !pivots(run, i) && is_near_joint(run, i)
+        && copysign(rates[i], run->state.chi[i]*rates[i]) < -AT_TURN*fastest;
 }
 
 /* The guards of wheels that swing, and of those that stand. */
@@ -63,13 +65,13 @@ static void guard_swings(omniroll_run_t *run, const work_t *work)
 {
     lanes_t nu_dot[3];
     int count = 0;
-    run->pivot_guards = 0;
+    run->acts.pivot_guards = 0;
     for (int i = 0; i < run->wheels; i++)
         count += pivots(run, i);
     if (count)
         rates_at_this_instant(run, work, run->wheels, nu_dot);
     for (int i = 0; i < run->wheels; i++) {
-        const double outward = run->chi[i] < 0 ? -1 : 1;
+        const double outward = run->state.chi[i] < 0 ? -1 : 1;
         if (swings(run, i))
             add_pivot_guard(run, BY_TURN, i)[6 + i] = outward;
         for (int next = 0; pivots(run, i) && next < 2; next++) {
@@ -85,18 +87,20 @@ static double rates_apart(const omniroll_run_t *run, const work_t *work, int i)
 {
     double rows[2][3*MOST_WHEELS];
     rows_of_both(run, work, rows[0], rows[1]);
-    return fabs(rate_by(rows[1] + 3*i, run->nu) - rate_by(rows[0] + 3*i, run->nu));
+    return fabs(rate_by(rows[1] + 3*i, run->state.nu) - rate_by(rows[0] + 3*i, run->state.nu));
 }
 
 /* The part of its load that the next roller has of a wheel if it stands on its joint: between 0 and 1 it stays there. */
 static double share_on_joint(omniroll_run_t *run, const work_t *work, int i)
 {
-    double *const rate = run->core + rates_at(run->wheels) + i, rate_before = *rate, chi_before = run->chi[i];
-    double *const next = run->core + next_speeds_at(run->wheels) + i, next_before = *next;
-    double *const mode = SET_GRIPS ? run->inputs + SET_MODES_INPUT*run->wheels + i : 0, mode_before = SET_GRIPS ? *mode : 0;
+    const double chi_before = run->state.chi[i];
+    double *const rate = run->state.core + rates_at(run->wheels) + i, rate_before = *rate;
+    double *const next = run->state.core + next_speeds_at(run->wheels) + i, next_before = *next;
+    double *const mode = SET_GRIPS ? run->acts.inputs + SET_MODES_INPUT*run->wheels + i : 0;
+    const double mode_before = SET_GRIPS ? *mode : 0;
     lanes_t nu_dot[3];
-    run->contact[i] += run->rollers_per_wheel;
-    run->chi[i] = copysign(run->joint[i], run->chi[i]), *rate = 0;
+    run->state.contact[i] += run->rollers_per_wheel;
+    run->state.chi[i] = copysign(run->joint[i], run->state.chi[i]), *rate = 0;
     if (SET_NEXT_SPEEDS)
         *next = *next_roller(run, i);
     if (SET_GRIPS)
@@ -105,8 +109,8 @@ static double share_on_joint(omniroll_run_t *run, const work_t *work, int i)
     run->ground.knows_rates = 0;
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     const double share = work->next_share[i][0];
-    run->contact[i] -= run->rollers_per_wheel;
-    run->chi[i] = chi_before, *rate = rate_before;
+    run->state.contact[i] -= run->rollers_per_wheel;
+    run->state.chi[i] = chi_before, *rate = rate_before;
     if (SET_NEXT_SPEEDS)
         *next = next_before;
     if (SET_GRIPS)
@@ -125,7 +129,7 @@ ALWAYS_INLINE int stays_with(double share)
  * its joint, from which its creep is counted then. Returns whether there is one. */
 static int find_preload(omniroll_run_t *run, const work_t *work, int i)
 {
-    double *const preload = SET_GRIPS ? run->inputs + SET_HEADINGS_INPUT*run->wheels + i : 0;
+    double *const preload = SET_GRIPS ? run->acts.inputs + SET_HEADINGS_INPUT*run->wheels + i : 0;
     const double heading = *preload, creep = CREEP*run->ground.arms[2]*rates_apart(run, work, i);
     for (int tried = 0; tried < 2*PRELOADS; tried++) {
         *preload = tried ? (tried % 2 ? 1 : -1)*creep*exp2(tried/2 - PRELOADS/2) : 0;
@@ -145,7 +149,7 @@ static int swing_is_small(const omniroll_run_t *run, const work_t *work, int i)
     if (!is_near_joint(run, i) || SET_GRIPS)
         return is_near_joint(run, i);
     wheel_accelerations(run, work, chi_ddot);
-    return 2*fabs(chi_ddot[i][0])*(run->joint[i] - fabs(run->chi[i])) <= slow*slow;
+    return 2*fabs(chi_ddot[i][0])*(run->joint[i] - fabs(run->state.chi[i])) <= slow*slow;
 }
 
 /* Whether a wheel stays on its joint whose swing turns. */
@@ -180,7 +184,7 @@ static void rest_where_they_creep(omniroll_run_t *run, const work_t *work, const
             continue;
         slips_now(run, work, slip);
         if (length_of(slip + 2*i, 2) <= CREEP*run->ground.arms[2]*rates_apart(run, work, i))
-            run->grips[i].resting = 1;
+            run->ground.grips[i].resting = 1;
     }
 }
 
@@ -189,8 +193,8 @@ static void rest_where_they_creep(omniroll_run_t *run, const work_t *work, const
 static int hardly_moves(const omniroll_run_t *run, const work_t *work, int i)
 {
     lanes_t chi_ddot[MOST_WHEELS];
-    const double rate = run->core[rates_at(run->wheels) + i];
-    if (SET_GRIPS && run->grips[i].sticks && fabs(rate) <= SLOW_CREEP*rates_apart(run, work, i))
+    const double rate = run->state.core[rates_at(run->wheels) + i];
+    if (SET_GRIPS && run->ground.grips[i].sticks && fabs(rate) <= SLOW_CREEP*rates_apart(run, work, i))
         return 1;
     wheel_accelerations(run, work, chi_ddot);
     return rate*rate < 2*EPS*run->joint[i]*fabs(chi_ddot[i][0]);
@@ -199,12 +203,12 @@ static int hardly_moves(const omniroll_run_t *run, const work_t *work, int i)
 /* Wheels that stop at their joint, which then do not pass on, and wheels that go on from there. Returns how many do. */
 static int swings_change(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
 {
-    int count = 0, some = run->landed_by != NOTHING;
+    int count = 0, some = run->past.landed_by != NOTHING;
     for (int i = 0; i < run->wheels; i++) {
         stance[i] = STAYS;
         some |= directions[i] || pivots(run, i) || swings(run, i);
     }
-    run->pivot_guards = 0;
+    run->acts.pivot_guards = 0;
     if (!some)
         return 0;
     for (int i = 0; i < run->wheels; i++)
@@ -213,9 +217,10 @@ static int swings_change(omniroll_run_t *run, const work_t *work, int *direction
     guard_swings(run, work);
     guards_passed(run, work);
     count += go_on_from_joints(run, directions, stance);
-    if (run->landed_by == BY_TURN && !directions[run->landed_wheel] && stays_on_joint(run, work, run->landed_wheel))
-        stance[run->landed_wheel] = STOPS, count++;
-    run->landed_by = NOTHING;
+    const int landed = run->past.landed_wheel;
+    if (run->past.landed_by == BY_TURN && !directions[landed] && stays_on_joint(run, work, landed))
+        stance[landed] = STOPS, count++;
+    run->past.landed_by = NOTHING;
     return count;
 }
 
@@ -223,11 +228,11 @@ static int swings_change(omniroll_run_t *run, const work_t *work, int *direction
  * free ones has it as of the last switch. */
 static void stop_or_go(omniroll_run_t *run, int wheel, int stance)
 {
-    double *const next = run->core + next_speeds_at(run->wheels) + wheel;
+    double *const next = run->state.core + next_speeds_at(run->wheels) + wheel;
     if (SET_NEXT_SPEEDS && pivots(run, wheel))
         *next_roller(run, wheel) = *next;
     if (stance == STOPS)
-        run->core[rates_at(run->wheels) + wheel] = 0;
+        run->state.core[rates_at(run->wheels) + wheel] = 0;
     if (SET_NEXT_SPEEDS && stance == STOPS)
         *next = *next_roller(run, wheel);
 }
@@ -235,7 +240,7 @@ static void stop_or_go(omniroll_run_t *run, int wheel, int stance)
 /* What happens at joints at this instant: wheels that pass on, and wheels that stop there or go on. Returns how many. */
 static int changing_wheels(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
 {
-    int count = switching_wheels(run, work, run->elapsed - run->phase_start, directions);
+    int count = switching_wheels(run, work, run->state.elapsed - run->past.phase_start, directions);
     if (SET_SHARES)
         count += swings_change(run, work, directions, stance);
     else if (SET_PIVOTS)

@@ -27,13 +27,13 @@ static double exchange_places(double *axial, int places, int direction, double l
 static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int *directions, const int *changes)
 {
     const int places = run->rollers_per_wheel - 1;
-    double *const contact = run->core + contact_speeds_at(run->wheels);
+    double *const contact = run->state.core + contact_speeds_at(run->wheels);
     int rested[MOST_WHEELS];
     if (SET_HAS_CONTACT_SPEEDS)
         update_axial(run, work);
     for (int i = 0; i < run->wheels; i++)
         if (SET_HAS_CONTACT_SPEEDS && directions[i])
-            contact[i] = exchange_places(run->axial + i*places, run->rollers[i] - 1, directions[i], contact[i]);
+            contact[i] = exchange_places(run->state.axial + i*places, run->rollers[i] - 1, directions[i], contact[i]);
     begin_core(run, work);
     if (SET_HAS_MOMENTA && SET_GRIPS)   /* decisions at this instant ask for them                   */
         wheel_momenta(run, work);
@@ -82,16 +82,16 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
         const int keeps = SET_CHI_FEEDS_BACK && SET_HAS_MOMENTA && stance[i] && !directions[i];
         double came_with = left, stopped = 0;
         if (leaves[i] && SET_HAS_MOMENTA)
-            came_with = exchange_places(run->axial + i*others, run->rollers[i] - 1, directions[i], left);
+            came_with = exchange_places(run->state.axial + i*others, run->rollers[i] - 1, directions[i], left);
         else if (leaves[i])
             came_with = 0, stopped = left;
         entering[i] = lanes_of(directions[i] || keeps ? came_with - demanded[i][0] : 0);
         leaving[i] = lanes_of(stopped);
     }
-    if (run->impact) {
+    if (run->task.impact) {
         set_impact(wheels, &work->vehicle, c->nu, c->after, entering, leaving, c->excess, nu_after);
         for (int k = 0; k < 3; k++)
-            run->nu[k] = nu_after[k][0];
+            run->state.nu[k] = nu_after[k][0];
     }
     if (SET_CORE_PARTS)
         begin_core(run, work);
@@ -116,10 +116,10 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         leaves[i] = directions[i] && pass_on(run, i, directions[i]);
         changes[i] = directions[i] || (SET_PIVOTS && stance[i]);
         if (SET_PIVOTS && stance[i] && !directions[i])
-            run->chi[i] = copysign(run->joint[i], run->chi[i]);
+            run->state.chi[i] = copysign(run->joint[i], run->state.chi[i]);
         if (SET_SHARES && (stance[i] == GOES || stance[i] == CREEPS))
-            run->chi[i] *= AT_LEAVING;
-        c.after[i] = lanes_of(run->chi[i]);
+            run->state.chi[i] *= AT_LEAVING;
+        c.after[i] = lanes_of(run->state.chi[i]);
     }
     if (SET_HAS_IMPACT && !SET_SLIPS)
         speeds_of_contacts(run, work, c.nu, c.before, c.left);
@@ -139,7 +139,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
 /* Located times closer than this are one switch (rule 5). */
 static double tau(const omniroll_run_t *run, double phase_length)
 {
-    return 100*EPS*(fabs(run->start_time + run->elapsed) + fabs(phase_length));
+    return 100*EPS*(fabs(run->task.start_time + run->state.elapsed) + fabs(phase_length));
 }
 
 /* The second derivatives of chi. */
@@ -155,7 +155,7 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
 /* Whether the run is at its end. A pause is none: a later call goes on as if it had not been. */
 static int is_over(const omniroll_run_t *run)
 {
-    return run->elapsed >= run->duration && !run->pauses;
+    return run->state.elapsed >= run->task.duration && !run->task.pauses;
 }
 
 /* The speed of each wheel, or where it rests at its joint its acceleration. It rests where its speed would carry it over
@@ -172,7 +172,7 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
         fastest = fmax(fastest, fabs(rates[i]));
     }
     for (int i = 0; i < run->wheels; i++)
-        count += slow[i] = fabs(rates[i]) <= SLOW_WHEEL*fastest && fabs(run->chi[i]) >= run->joint[i];
+        count += slow[i] = fabs(rates[i]) <= SLOW_WHEEL*fastest && fabs(run->state.chi[i]) >= run->joint[i];
     if (!count)
         return;
     wheel_accelerations(run, work, chi_ddot);
@@ -186,15 +186,15 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
 static int switching_wheels(omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
     double rates[MOST_WHEELS];
-    const int at_end = (is_over(run) || run->at_event) && phase_length > 0;
+    const int at_end = (is_over(run) || run->past.at_event) && phase_length > 0;
     const double together = tau(run, phase_length);
     int at_joint = 0, count = 0;
     settle_modes(run, work);
     speeds_or_accelerations(run, work, rates);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
-            const int sign = run->chi[i] < 0 ? -1 : 1;
-            const double left = run->joint[i] - sign*run->chi[i], rate = sign*rates[i];
+            const int sign = run->state.chi[i] < 0 ? -1 : 1;
+            const double left = run->joint[i] - sign*run->state.chi[i], rate = sign*rates[i];
             if (pass == 0)
                 at_joint += rate > 0 && left <= (at_end ? together*rate : 0);
             else {
@@ -210,14 +210,14 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
  * less time. */
 static int has_progress(omniroll_run_t *run, int at_guard)
 {
-    const int moved = !SET_IS_ACTED_ON || at_guard || run->turned > CHATTER*run->joint[0];
-    if (moved && run->elapsed - run->anchor > tau(run, run->elapsed - run->anchor)) {
-        run->anchor = run->elapsed;
-        run->idle_switches = 0;
-        run->turned = 0;
+    const int moved = !SET_IS_ACTED_ON || at_guard || run->past.turned > CHATTER*run->joint[0];
+    if (moved && run->state.elapsed - run->past.anchor > tau(run, run->state.elapsed - run->past.anchor)) {
+        run->past.anchor = run->state.elapsed;
+        run->past.idle_switches = 0;
+        run->past.turned = 0;
     }
-    run->phase_count++;
-    return ++run->idle_switches <= run->patience;
+    run->figures.phase_count++;
+    return ++run->past.idle_switches <= run->task.patience;
 }
 
 /* A guard's value at this instant, and what counts as its rounding. */
@@ -226,18 +226,18 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
     const double moved = guard[1]*since_inputs(run);
     double value = guard[0] + moved, sizes = guard[5] + fabs(moved);
     for (int k = 0; k < 3; k++) {
-        value += guard[2 + k]*run->nu[k];
-        sizes += fabs(guard[2 + k]*run->nu[k]);
+        value += guard[2 + k]*run->state.nu[k];
+        sizes += fabs(guard[2 + k]*run->state.nu[k]);
     }
     const double *weight = guard + 6;
     for (int part = 0; part < GUARDED_PARTS; part++)
         for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++) {
-            const double of_core = *weight*run->core[guarded_at(run->wheels, part) + i];
+            const double of_core = *weight*run->state.core[guarded_at(run->wheels, part) + i];
             value += of_core;
             sizes += fabs(of_core);
         }
     for (int i = 0; SET_CHI_FEEDS_BACK && !SET_SLIPS && i < run->wheels; i++) {
-        const double of_wheel = guard[6 + i] ? guard[6 + i]*rate_by(run->wheel_rows + 3*i, run->nu) : 0;
+        const double of_wheel = guard[6 + i] ? guard[6 + i]*rate_by(run->wheel_rows + 3*i, run->state.nu) : 0;
         value += of_wheel;
         sizes += fabs(of_wheel);
     }
@@ -254,13 +254,13 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
 {
     if (SET_PIVOTS && !SET_SHARES)
         guard_pivots(run, work);
-    const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
-    int count = 0, near = run->at_event;
+    const double together = run->past.at_event ? tau(run, run->state.elapsed - run->past.phase_start) : 0;
+    int count = 0, near = run->past.at_event;
     double noise;
     for (int k = 0; k < all_guards(run); k++) {
         near |= SET_SHARES && share_has_ended(run, k);
-        near |= guard_value(run, run->guards + guard_size(run->wheels)*k, &noise) >= -LANDED*noise;
-        run->passed[k] = 0;
+        near |= guard_value(run, run->acts.guards + guard_size(run->wheels)*k, &noise) >= -LANDED*noise;
+        run->acts.passed[k] = 0;
     }
     if (!near)
         return 0;
@@ -269,7 +269,7 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS)
         accelerations_now(run, work, nu_dot, chi_ddot);
     for (int k = 0; k < all_guards(run); k++) {
-        const double *const guard = run->guards + guard_size(run->wheels)*k;
+        const double *const guard = run->acts.guards + guard_size(run->wheels)*k;
         const double value = guard_value(run, guard, &noise);
         double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
         const double *weight = guard + 6;
@@ -278,9 +278,9 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
                 rate += *weight*work->core_dot[guarded_at(run->wheels, part) + i][0];
         for (int i = 0; SET_CHI_FEEDS_BACK && !SET_SLIPS && i < run->wheels; i++)
             rate += guard[6 + i]*chi_ddot[i][0];
-        run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate))
+        run->acts.passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate))
             || (SET_SHARES && share_has_ended(run, k));
-        count += k < run->guard_count && run->passed[k];
+        count += k < run->acts.guard_count && run->acts.passed[k];
     }
     return count;
 }
@@ -298,26 +298,27 @@ ALWAYS_INLINE int shown_stance(int stance)
  * status. */
 static int switch_all(omniroll_run_t *run, const work_t *work)
 {
+    omniroll_record_t *const record = &run->record;
     int directions[MOST_WHEELS], stance[MOST_WHEELS], leaves[MOST_WHEELS];
     while (changing_wheels(run, work, directions, stance)) {
-        if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
+        if (record->switch_count == record->switch_capacity || record->row_count == record->row_capacity)
             return OMNIROLL_RUN_FULL;
         if (!has_progress(run, 0))
             return OMNIROLL_RUN_STUCK;
         apply_switch(run, work, directions, stance, leaves);
-        if (SET_PIVOTS && run->modal_count)
+        if (SET_PIVOTS && run->acts.modal_count)
             renew_inputs(run);                  /* guards of drives read the wheels' rates                  */
         settle_modes(run, work);
-        run->phase_start = run->elapsed;
-        double *out = run->switches + (2 + run->wheels)*run->switch_count;
-        *out++ = run->elapsed;
-        *out++ = (double)run->row_count;
+        run->past.phase_start = run->state.elapsed;
+        double *out = record->switches + (2 + run->wheels)*record->switch_count;
+        *out++ = run->state.elapsed;
+        *out++ = (double)record->row_count;
         for (int i = 0; i < run->wheels; i++)
             *out++ = leaves[i] ? directions[i] : directions[i] ? 3*directions[i] : SET_PIVOTS ? shown_stance(stance[i]) : 0;
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; SET_HAS_MOMENTA && k < size; k++)
-            run->switch_axial[run->switch_count*size + k] = run->axial[k];
-        run->switch_count++;
+            record->switch_axial[record->switch_count*size + k] = run->state.axial[k];
+        record->switch_count++;
         put_row_after(run);
     }
     return OMNIROLL_RUN_DONE;

@@ -12,7 +12,7 @@
 /* The core at the step's start, and where what is known of it along the step stands. */
 ALWAYS_INLINE void begin_core_of_step(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
-    s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
+    s->core = work->core, s->start_core = run->state.core, s->end_core = work->end_core, s->weight = work->weight;
     s->rate_core = work->rate_core, s->at_core = work->at_core;
     s->core_here = work->core_here, s->core_dot = work->core_dot;
     s->stiff.core_slope = work->core_slope, s->stiff.core_chord = work->core_chord;
@@ -38,7 +38,7 @@ ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int 
 {
     s->event.guards = all_guards(run);
     for (int k = 0; k < s->event.guards; k++) {
-        const double *const guard = run->guards + guard_size(wheels)*k;
+        const double *const guard = run->acts.guards + guard_size(wheels)*k;
         s->event.guard.start[k] = guard_value(run, guard, &s->event.guard.noise[k]);
         s->event.guard.slope[k] = guard[1];
         s->event.guard.share[k] = SET_SHARES ? bound_of_share(run, k) : 0;
@@ -51,13 +51,13 @@ ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int 
 ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     for (int k = 0; k < 3; k++)
-        s->nu[k] = run->nu[k];
+        s->nu[k] = run->state.nu[k];
     for (int i = 0; i < wheels; i++)
-        s->chi[i] = run->chi[i];
+        s->chi[i] = run->state.chi[i];
     if (SET_HAS_HEADING)
-        s->acts.heading = remainder(run->pose[2], TURN);
+        s->acts.heading = remainder(run->state.pose[2], TURN);
     if (SET_INPUTS) {
-        const double *slopes = run->inputs + SET_INPUTS*wheels;
+        const double *slopes = run->acts.inputs + SET_INPUTS*wheels;
         for (int k = 0; k < SET_INPUTS*wheels; k++) {
             s->acts.input[k] = input_now(run, k);
             s->acts.input_slope[k] = slopes[k];
@@ -66,7 +66,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     if (SET_CORE_PARTS)
         begin_core_of_step(run, work, s);
     if (SET_SLIPS || SET_CHI_FEEDS_BACK)
-        s->event.guard_rows = run->guards;
+        s->event.guard_rows = run->acts.guards;
     s->all_turn = all_turn(wheels, &work->vehicle);
     if (SET_SHARES)
         s->contact.next_before = work->next_before;
@@ -103,15 +103,15 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
     double size = largest3(s->nu);
     if (SET_IS_ACTED_ON) {
         const double gained[3] = {s->h*nu_dot[0][0], s->h*nu_dot[1][0], s->h*nu_dot[2][0]};
-        size = fmax(fmax(size, fmin(largest3(gained), 1e300)), fmax(run->fastest, run->speed));
+        size = fmax(fmax(size, fmin(largest3(gained), 1e300)), fmax(run->past.fastest, run->task.speed));
     }
     if (SET_CORE_PARTS) {
         int c = 0;
         for (int part = 0; part < SET_CORE_PARTS; part++) {
             const int end = core_part_end(run->wheels, run->rollers_per_wheel, part);
-            double of_part = run->part_sizes[part]*size_in_power(size, core_part_power(part));
+            double of_part = run->task.part_sizes[part]*size_in_power(size, core_part_power(part));
             for (int k = c; k < end; k++)
-                of_part = larger(of_part, fabs(run->core[k]));
+                of_part = larger(of_part, fabs(run->state.core[k]));
             for (; c < end; c++)
                 s->weight[c] = of_part > 0 ? size/of_part : 0;
         }
@@ -151,8 +151,8 @@ static double longest_before_bend(const omniroll_run_t *run, const work_t *work,
     accelerations_now(run, work, nu_dot, chi_ddot);
     for (int i = 0; i < run->wheels; i++) {
         const double rate = fabs(chi_dot[i][0]), rest_in = -chi_dot[i][0]/chi_ddot[i][0];
-        const double part = fmin(1 - NEAR_BEND*run->bend_rate/rate, PART_TO_BEND);
-        if (rate > run->bend_rate && rest_in > 0 && part*rest_in < time) {
+        const double part = fmin(1 - NEAR_BEND*run->past.bend_rate/rate, PART_TO_BEND);
+        if (rate > run->past.bend_rate && rest_in > 0 && part*rest_in < time) {
             time = part*rest_in;
             s->bend_in = rest_in;
         }
@@ -183,7 +183,7 @@ ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest,
     }
     if (SET_IS_ACTED_ON && !SET_SLIPS) {
         s->bend_in = INFINITY;
-        if (run->bend_rate > 0)
+        if (run->past.bend_rate > 0)
             longest = fmin(longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
     }
     if (SET_GRIPS)
@@ -243,14 +243,14 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
         first_guess(s, wheels, nu_dot);
         return size_of_state(run, work, s, nu_dot);
     }
-    const double part = s->h < FAR*run->rise_over && !SET_LOADS_FOLLOW ? s->h/run->rise_over : 0;
+    const double part = s->h < FAR*run->past.rise_over && !SET_LOADS_FOLLOW ? s->h/run->past.rise_over : 0;
     if (SET_IS_ACTED_ON) {
         s->stiff.sweeps = 0;
         memset(s->stiff.slope_nu, 0, sizeof s->stiff.slope_nu);
     }
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
-            s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
+            s->rate_nu[k].lanes[b] = nu_dot[k] + run->past.rise_nu[k]*(part*gauss_node.lanes[b]);
     if (SET_CORE_PARTS)
         for (int c = 0; c < work->core; c++)
             for (int b = 0; b < BLOCKS; b++)
@@ -306,19 +306,19 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 static void name_hardest(omniroll_run_t *run, const step_t *s)
 {
     double most = 0, most_of_nu = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
-    run->hardest_part = run->stopped_wheel = -1;
+    run->figures.hardest_part = run->figures.stopped_wheel = -1;
     for (int i = 0; i < run->wheels; i++)
         if (tail(&s->rate_chi[i]) > most)
-            most = tail(&s->rate_chi[i]), run->stopped_wheel = i;
+            most = tail(&s->rate_chi[i]), run->figures.stopped_wheel = i;
     if (SET_CORE_PARTS)
         for (int part = 0, c = 0; part < SET_CORE_PARTS; part++)
             for (int first = c, end = core_part_end(run->wheels, run->rollers_per_wheel, part); c < end; c++) {
                 const double missing = s->weight[c]*tail(&s->rate_core[c]);
                 if (!(missing > most_of_nu))
                     continue;
-                most_of_nu = missing, run->hardest_part = part;
+                most_of_nu = missing, run->figures.hardest_part = part;
                 if ((end - first)%run->wheels == 0)
-                    run->stopped_wheel = (c - first)/((end - first)/run->wheels);
+                    run->figures.stopped_wheel = (c - first)/((end - first)/run->wheels);
             }
 }
 
@@ -333,7 +333,7 @@ ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, d
         const bend_t found = bend(s, wheels, allowed);
         if (found.left < 1 && found.wheel >= 0) {
             const double rate = BEND_NEARER*fabs(weighted(&s->rate_chi[found.wheel], &gauss_start));
-            run->bend_rate = run->bend_rate > 0 ? fmin(run->bend_rate, rate) : rate;
+            run->past.bend_rate = run->past.bend_rate > 0 ? fmin(run->past.bend_rate, rate) : rate;
             return s->h*found.left*PART_TO_BEND;
         }
         if (found.left < 1) {
@@ -351,8 +351,8 @@ ALWAYS_INLINE double longer(const omniroll_run_t *run, step_t *s, double factor,
 {
     double step = s->h*fmin(fmax(factor, 1.0), 5.0);
     if (SET_IS_ACTED_ON) {
-        if (error < EASY && s->h > run->rise_over)      /* the length of the step before                          */
-            step = fmin(step*(s->h/run->rise_over), 5*s->h);
+        if (error < EASY && s->h > run->past.rise_over)  /* the length of the step before                         */
+            step = fmin(step*(s->h/run->past.rise_over), 5*s->h);
     }
     (void)run, (void)error;
     return step;
@@ -373,12 +373,12 @@ typedef struct {
 
 ALWAYS_INLINE lengths_t first_lengths(const omniroll_run_t *run)
 {
-    lengths_t of = {.meant = run->step, .ahead = INFINITY, .last_try = {0, INFINITY}};
-    of.rest = limit_of_step(run) - run->elapsed - run->carry;
+    lengths_t of = {.meant = run->past.step, .ahead = INFINITY, .last_try = {0, INFINITY}};
+    of.rest = limit_of_step(run) - run->state.elapsed - run->state.carry;
     of.most = of.meant > 0 && of.meant < of.rest ? of.meant : of.rest;
-    of.after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
-    if (of.after_switch && run->first_step > 0)     /* the ground spins the entering roller up in a short time */
-        of.most = fmin(of.most, SPIN_UP*run->first_step);
+    of.after_switch = SET_IS_COUPLED && run->state.elapsed == run->past.phase_start;
+    if (of.after_switch && run->past.first_step > 0)  /* the ground spins the entering roller up in a short time */
+        of.most = fmin(of.most, SPIN_UP*run->past.first_step);
     of.calm = of.whole = of.most;
     return of;
 }
@@ -401,7 +401,7 @@ ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int f
     if (!(*error > 1 || found == TOO_LONG))
         return 0;
     of->most = of->whole = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
-    run->rejected_count++;
+    run->figures.rejected_count++;
     return 1;
 }
 
@@ -430,19 +430,20 @@ ALWAYS_INLINE int passes_too_much(step_t *s, const int wheels, lengths_t *of)
  * next phase then. At fine tolerances a try that is too long costs more than a step that is too short. */
 ALWAYS_INLINE void put_next_length(omniroll_run_t *run, step_t *s, const lengths_t *of, double factor, double error)
 {
-    run->step = fmin(longer(run, s, factor, error), of->ahead);
+    run->past.step = fmin(longer(run, s, factor, error), of->ahead);
     if (SET_IS_ACTED_ON && !SET_SLIPS && s->bend_in < INFINITY && s->h < s->bend_in)
-        run->step = fmin(run->step, ACROSS_BEND*(s->bend_in - s->h));
+        run->past.step = fmin(run->past.step, ACROSS_BEND*(s->bend_in - s->h));
     if (SET_IS_COUPLED) {
-        run->first_step = of->after_switch ? s->h : run->first_step;
-        run->step = fmin(run->step, of->slow ? CAUTIOUS*s->h : INFINITY);
+        run->past.first_step = of->after_switch ? s->h : run->past.first_step;
+        run->past.step = fmin(run->past.step, of->slow ? CAUTIOUS*s->h : INFINITY);
     }
     if (SET_GRIPS)
         keep_calm_step(run, s, of->calm, error);
     if (s->event.landing >= 0)
-        run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*(SET_GRIPS ? of->whole : of->most));
-    else if (run->pauses && s->h >= of->rest)
-        run->step = fmax(run->step, of->meant);
+        run->past.step = fmax(run->past.step,
+                              (run->task.tolerance > 1e-7 ? 1.0 : 0.6)*(SET_GRIPS ? of->whole : of->most));
+    else if (run->task.pauses && s->h >= of->rest)
+        run->past.step = fmax(run->past.step, of->meant);
 }
 
 /* One accepted step from the state of the run, to the next event at the most. Returns a status. */
@@ -451,14 +452,14 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     lengths_t of = first_lengths(run);
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
-    s->event.reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+    s->event.reach = fmax(fmin(0.03*sqrt(run->task.tolerance), 1e-5), 1e-8);
     s->event.tick = EPS*limit_of_step(run);
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &of.most, run, work);
         if (SET_GRIPS)
             run->ground.knows_rates = 0;
         if (SET_APPROACHES) {
-            const double longest = fmin(fmax(of.calm, run->calm_step), of.rest);
+            const double longest = fmin(fmax(of.calm, run->past.calm_step), of.rest);
             const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &of.most, size,
                                                             size*sweep_tolerance(run, s->contact.rest_in)) : NO_APPROACH;
             if (approach == MISSES_REST)
@@ -468,7 +469,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
                 return OMNIROLL_RUN_DONE;
             }
         }
-        const int found = settle(s, wheels, of.most, size*run->tolerance, size*sweep_tolerance(run, s->h));
+        const int found = settle(s, wheels, of.most, size*run->task.tolerance, size*sweep_tolerance(run, s->h));
         if (SET_IS_ACTED_ON) {
             s->stiff.by_newton = s->stiff.on;
             s->stiff.on = s->stiff.on && !(found != UNSETTLED && s->stiff.steepest < NOT_STIFF);
@@ -476,19 +477,20 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         }
         if (found == UNSETTLED) {
             of.most = of.whole = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
-            run->rejected_count++;
+            run->figures.rejected_count++;
             continue;
         }
-        integrate_pose(s, run->pose);
+        integrate_pose(s, run->state.pose);
         double error, factor;
-        if (misses(run, s, wheels, found, size*run->tolerance, &of, &error, &factor) || passes_too_much(s, wheels, &of))
+        if (misses(run, s, wheels, found, size*run->task.tolerance, &of, &error, &factor)
+            || passes_too_much(s, wheels, &of))
             continue;
         if (SET_ACCOUNTS)
             accounts_at_nodes(s, wheels);
         end_late(s, wheels);
-        run->step_error = fmax(run->step_error, error*run->tolerance);
+        run->figures.step_error = fmax(run->figures.step_error, error*run->task.tolerance);
         if (SET_IS_ACTED_ON) {
-            run->sweep_error += size > 0 ? s->rest/size : 0;
+            run->figures.sweep_error += size > 0 ? s->rest/size : 0;
             s->stiff.on = s->stiff.on || (!SET_IS_COUPLED && of.slow && error < EASY);
         }
         put_next_length(run, s, &of, factor, error);
@@ -510,21 +512,21 @@ ALWAYS_INLINE double sum_and_rest(double a, double b, double *rest)
 ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const work_t *work, const int wheels)
 {
     double turned = 0;
-    run->fastest = fmax(run->fastest, largest3(run->nu));
+    run->past.fastest = fmax(run->past.fastest, largest3(run->state.nu));
     for (int i = 0; i < wheels; i++)
-        turned = larger(turned, extent_of(&s->at_chi[i], s->chi[i], run->chi[i]));
-    run->turned += turned;
+        turned = larger(turned, extent_of(&s->at_chi[i], s->chi[i], run->state.chi[i]));
+    run->past.turned += turned;
     if (SET_CORE_PARTS) {
         for (int c = 0; c < first_integrated(s, wheels); c++)
             work->rise_core[c] = 0;
         for (int c = first_integrated(s, wheels); c < s->core; c++) {
-            run->core[c] = s->end_core[c];
+            run->state.core[c] = s->end_core[c];
             work->rise_core[c] = weighted(&s->rate_core[c], &gauss_end) - weighted(&s->rate_core[c], &gauss_start);
         }
     }
     if (SET_ACCOUNTS)
         for (int k = 0; k < account_size(wheels); k++)
-            run->accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
+            run->state.accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
                 + s->event.late*weighted(&s->rate_account[k], &gauss_end);
     (void)work;
 }
@@ -569,12 +571,12 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
     for (int k = 2; k >= 0; k--) {
         for (int l = k + 1; l < 3; l++)
             m[k][3] -= m[k][l]*m[l][3];
-        run->nu[k] += m[k][3] /= m[k][k];
+        run->state.nu[k] += m[k][3] /= m[k][k];
     }
     if (SET_CORE_PARTS)
         for (int c = 0; c < s->core; c++)
             if (!follows_nu(s, wheels, c) && !is_of_tilt(wheels, c))
-                run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
+                run->state.core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
                     /(1 - time*slope_at_end(s, work, c));
 }
 
@@ -585,36 +587,38 @@ ALWAYS_INLINE int asks_damping(const step_t *s, const int wheels)
 
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
 {
+    omniroll_state_t *const state = &run->state;
     put_bearing_modes(run);                     /* of this step, where they were decided after its first row   */
     if (SET_APPROACHES && s->approach.stretched > 1)
         put_pieces(run, s);
     else
         put_step(run, s);
     for (int k = 0; k < 3; k++) {
-        run->nu[k] = s->end.nu[k];
-        run->pose[k] = sum_and_rest(run->pose[k], s->end.travel[k] + run->pose_carry[k], &run->pose_carry[k]);
+        state->nu[k] = s->end.nu[k];
+        state->pose[k] = sum_and_rest(state->pose[k], s->end.travel[k] + state->pose_carry[k], &state->pose_carry[k]);
     }
     for (int i = 0; i < wheels; i++) {
         const double sign = s->end.chi[i] < 0 ? -1 : 1;
-        run->chi[i] = i == s->event.landing ? sign*run->joint[i] : fmax(fmin(s->end.chi[i], run->joint[i]), -run->joint[i]);
+        const double joint = run->joint[i];
+        state->chi[i] = i == s->event.landing ? sign*joint : fmax(fmin(s->end.chi[i], joint), -joint);
     }
-    if (SET_CHI_FEEDS_BACK && !SET_SLIPS && run->modal_count)
+    if (SET_CHI_FEEDS_BACK && !SET_SLIPS && run->acts.modal_count)
         carry_rows(run, work);                  /* which guards read                                        */
     const double limit = limit_of_step(run);
-    const int last = s->event.landing < 0 && s->h >= limit - run->elapsed - run->carry;
-    const double h = s->h + s->event.late + run->carry, sum = run->elapsed + h;
-    run->carry = last ? 0 : h - (sum - run->elapsed);
-    run->elapsed = last ? limit : fmin(sum, limit);
+    const int last = s->event.landing < 0 && s->h >= limit - state->elapsed - state->carry;
+    const double h = s->h + s->event.late + state->carry, sum = state->elapsed + h;
+    state->carry = last ? 0 : h - (sum - state->elapsed);
+    state->elapsed = last ? limit : fmin(sum, limit);
     for (int k = 0; k < 3; k++)
-        run->rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
-    run->rise_over = s->h;
+        run->past.rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
+    run->past.rise_over = s->h;
     if (SET_APPROACHES) {
         if (s->approach.stretched > 1)           /* the rates of its last nodes are not those in time                    */
-            run->rise_over = 0;
+            run->past.rise_over = 0;
     }
-    run->step_count++;
+    run->figures.step_count++;
     if (SET_IS_ACTED_ON) {
-        run->at_event = is_over(run) || run->elapsed >= run->next_time || s->event.landing >= wheels;
+        run->past.at_event = is_over(run) || state->elapsed >= run->acts.next_time || s->event.landing >= wheels;
         take_what_acts(run, s, work, wheels);
         if (!SET_GRIPS && asks_damping(s, wheels))
             damp(run, work, s, wheels);

@@ -154,7 +154,7 @@ class CompiledRun:
         largest = int(self.task.memory / self.space.bytes_per_row) + most
         self.status, room = FULL, min(self.task.first_rows, most)
         while self.status == FULL:
-            self.space.make_room(self.run.row_count, self.run.switch_count, room, largest)
+            self.space.make_room(room, largest)
             room = min(2 * room, most)
             (self.status,) = yield [call]
             while self.status == ASK and not self._is_ended():
@@ -168,22 +168,26 @@ class CompiledRun:
             if self.status == FULL and not self._is_ended() and self.task.keep is not None:
                 self.task.keep(self)
             if self.task.progress is not None:
-                self.task.progress(self.run.elapsed, self.task.duration)
+                self.task.progress(self.run.state.elapsed, self.task.duration)
 
     def _look_ahead(self) -> None:
         """Whether memory holds the rows so far, and those that are to come."""
         if self.bytes_held > self.task.memory:
             self.status = TOO_LONG
-        elif self.outlook.is_hopeless(self.run.step_count, self.run.switch_count, self.run.elapsed):
+        elif self.outlook.is_hopeless(*self._counts(), self.run.state.elapsed):
             self.status = HOPELESS
         else:
             self._name_what_is_slow()
 
+    def _counts(self) -> tuple[int, int]:
+        """How many steps and switches there have been."""
+        return self.run.figures.step_count, self.run.record.switch_count
+
     def _name_what_is_slow(self) -> None:
         """Say once which term makes the steps short, of a run that goes on for long."""
-        run = self.run
-        left = self.outlook.left * run.sweep_count * NODES / max(run.step_count, 1)
-        if self.is_named or not self.outlook.has_collapsed(run.step_count, run.switch_count) or left < MANY_EVALUATIONS:
+        steps, switches = self._counts()
+        left = self.outlook.left * self.run.figures.sweep_count * NODES / max(steps, 1)
+        if self.is_named or not self.outlook.has_collapsed(steps, switches) or left < MANY_EVALUATIONS:
             return
         if cause := blamed(self.task, self.end()):
             self.is_named = True
@@ -216,20 +220,19 @@ class CompiledRun:
     @property
     def row_count(self) -> int:
         """How many rows there are so far."""
-        return self.run.row_count
+        return self.run.record.row_count
 
     @property
     def bytes_held(self) -> float:
         """Bytes that the rows and steps in memory take."""
-        return self.run.row_count * self.space.bytes_per_row
+        return self.run.record.row_count * self.space.bytes_per_row
 
     def forget(self) -> None:
         """Take all rows but the last one from memory, and all switches."""
-        run, space = self.run, self.space
-        last, switches = run.row_count - 1, run.switch_count
-        self.forgotten = self.forgotten.and_of(self.task, space, switches)
-        space.rows[0] = space.rows[last]
-        run.row_count, run.switch_count = 1, 0
+        record, space = self.run.record, self.space
+        self.forgotten = self.forgotten.and_of(self.task, space, record.switch_count)
+        space.rows[0] = space.rows[record.row_count - 1]
+        record.row_count, record.switch_count = 1, 0
 
     def end(self) -> dict[str, Any]:
         """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come.
@@ -241,7 +244,7 @@ class CompiledRun:
         own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
         speeds = {name: self.speeds(name).copy() for name in own}
         state["speeds"] = speeds | (self._spins(speeds) if self._is_cut else self.massless_modes())
-        return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
+        return state | {"t": self.task.start_time + self.run.state.elapsed, "axial": self._end_axial()}
 
     def _end_axial(self) -> np.ndarray | None:
         if not self.kernel.has_spins:
@@ -264,21 +267,21 @@ class CompiledRun:
     def _course(self) -> Any:
         """Pointer to what the run has left, as C takes it; `space` keeps it alive."""
         sizes = {"row_size": self.space.rows.shape[1], "step_size": self.space.steps.shape[1]}
-        places = {"wheels": self.wheels, "contact": self.columns.end, "count": self.run.row_count}
-        arrays = {"rows": self.run.rows, "steps": self.run.steps}
+        places = {"wheels": self.wheels, "contact": self.columns.end, "count": self.run.record.row_count}
+        arrays = {"rows": self.run.record.rows, "steps": self.run.record.steps}
         return self.module.ffi.new("omniroll_course_t *", places | sizes | arrays)
 
     def _speed(self) -> float:
         """|nu| at the start; with effects the largest of the run; 1 for a vehicle that stays where it is."""
         if not self.task.effects:
             return math.hypot(*self.space.rows[0, 1:4].tolist()) or 1.0
-        nu = self.space.rows[: self.run.row_count, 1:4]
+        nu = self.space.rows[: self.run.record.row_count, 1:4]
         return math.sqrt(np.einsum("ij,ij->i", nu, nu).max()) or 1.0
 
     def largest_pose(self) -> np.ndarray:
         """(3,) the largest |x|, |y| and |theta| of the run."""
         first = 4 + self.wheels
-        return np.abs(self.space.rows[: self.run.row_count, first : first + 3]).max(axis=0)
+        return np.abs(self.space.rows[: self.run.record.row_count, first : first + 3]).max(axis=0)
 
     def release(self) -> None:
         """Leave the buffers to another run: what this one has recorded is not needed any more."""
@@ -290,22 +293,22 @@ class CompiledRun:
 
     def _answer(self) -> None:
         """Samples have come, or whatever the engine asks for: the effects say what acts from now on."""
-        if not self.run.asks:
+        if not self.run.acts.asks:
             self._take_samples()
             return
-        if self.run.elapsed >= self.acting.next_time():
-            self.acting.pass_time(self.run.elapsed, self._state())
+        if self.run.state.elapsed >= self.acting.next_time():
+            self.acting.pass_time(self.run.state.elapsed, self._state())
         else:
-            self.acting.pass_guards(self.passed[: self.run.guard_count] != 0)
+            self.acting.pass_guards(self.passed[: self.run.acts.guard_count] != 0)
             self.ended = next((process.ended for process in self.acting.processes if process.ended), "")
         self._give_inputs()
 
     def _take_samples(self) -> None:
         for k, process in self.called:
-            if process.next_time() <= self.run.elapsed:
+            if process.next_time() <= self.run.state.elapsed:
                 process.pass_time(self._state())
                 self.sampled[k, 1] = process.output
-                self.run.samplers[k].samples += 1
+                self.run.acts.samplers[k].samples += 1
 
     def _state(self) -> State:
         """A copy of where the run has come; without the axial speeds."""
@@ -325,7 +328,8 @@ class CompiledRun:
         may slip, before this instant's events; without such rollers empty."""
         if self.task.effects.sliding_of_massless_rollers(self.task.kernel) is None:
             return {}
-        rollers = [self.run.bearings[self.run.axle_count + wheel] for wheel in range(self.wheels)]
+        bearings = self.run.bearings
+        rollers = [bearings.each[bearings.axle_count + wheel] for wheel in range(self.wheels)]
         sticks, taken = np.array([roller.mode == 0 for roller in rollers]), np.array([r.torque for r in rollers])
         return given_in_rows(taken, sticks) | ({"contact_taken": taken} if self._is_cut else {})
 
@@ -343,7 +347,7 @@ class CompiledRun:
         return {"contact_spin": contacts.spins(self.nu, self.chi).copy()}
 
     def _give_inputs(self) -> None:
-        guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)
+        guards = self.acting.begin_phase(self.run.state.elapsed, self.run.state.carry)
         self.signals[2, : len(self.columns.inputs)] = self.inputs[1, : len(self.columns.inputs)]
         self.inputs[...] = 0
         for k, name in enumerate(self.columns.inputs):
@@ -354,9 +358,10 @@ class CompiledRun:
             of_nu, *others = guard.of_parts(self.columns.state_vector.slices)
             size = max(guard.size, abs(guard.constant))
             row[:] = np.concatenate([[guard.constant, guard.slope], of_nu, [size], *others])
-        self.run.guard_count = len(guards)
-        self.run.inputs_elapsed, self.run.inputs_carry = self.run.elapsed, self.run.carry
-        self.run.next_time = self.acting.next_time()
+        acts, state = self.run.acts, self.run.state
+        acts.guard_count = len(guards)
+        acts.inputs_elapsed, acts.inputs_carry = state.elapsed, state.carry
+        acts.next_time = self.acting.next_time()
 
     def _describe_what_acts(self) -> None:
         """Tables, controllers and drives with modes act by themselves; the engine asks effects of other kinds here."""
@@ -370,7 +375,7 @@ class CompiledRun:
         self.acts, self.modes = acts, modes
         self.kept, self.sampled = acts.put_into(self.run, modes)
         if acts.plan.asks:
-            self.run.asks = 1
+            self.run.acts.asks = 1
             self._give_inputs()
             return
         first = len(acts.plan.samplers)
@@ -387,15 +392,15 @@ class CompiledRun:
         self.inputs, self.guards, self.passed, self.signals = space.inputs, space.guards, space.passed, space.signals
         self.axial = space.axial
         self._put_free_speeds(state)
-        run = self.run
         self.pieces = Pieces(self.kernel, self.module.ffi)
-        self.pieces.put_into(run)
+        self.pieces.put_into(self.run)
         self.put_angles(state.chi)
-        run.impact = int(task.switching == "impact")
-        run.start_time, run.duration = task.start_time, task.duration
-        run.tolerance = step
-        run.sweep_tolerance = max(SWEEP * self.tolerance / self._shares(), FINEST_SWEEP)
-        run.speed, run.next_time = least_speed(task, step), math.inf
+        asked = self.run.task
+        asked.impact = int(task.switching == "impact")
+        asked.start_time, asked.duration = task.start_time, task.duration
+        asked.tolerance = step
+        asked.sweep_tolerance = max(SWEEP * self.tolerance / self._shares(), FINEST_SWEEP)
+        asked.speed, self.run.acts.next_time = least_speed(task, step), math.inf
         if self.columns.states:
             space.part_sizes[:] = self.columns.part_sizes
 
@@ -427,17 +432,17 @@ class CompiledRun:
 
     def stats(self) -> dict[str, Any]:
         """Figures of the run by name."""
-        run = self.run
+        figures = self.run.figures
         return {
             "engine": "compiled",
             "kernel": self.kernel.set_name,
-            "steps": int(run.step_count),
-            "rejected_steps": int(run.rejected_count),
-            "phases": int(run.phase_count) + 1,
-            "evaluations": int(run.sweep_count) * NODES,
+            "steps": int(figures.step_count),
+            "rejected_steps": int(figures.rejected_count),
+            "phases": int(figures.phase_count) + 1,
+            "evaluations": int(figures.sweep_count) * NODES,
             "tolerance": self.tolerance,
             "step_error": self._step_error(),
-            "switches": self.forgotten.switches + wheels_switched(self.space, run.switch_count),
+            "switches": self.forgotten.switches + wheels_switched(self.space, self.run.record.switch_count),
         }
 
     def _step_error(self) -> float:
@@ -445,22 +450,23 @@ class CompiledRun:
 
         Two runs of the same steps agree about the first. The polynomials' last terms overstate it by more than ten.
         """
-        iterations = self.run.sweep_error if self.kernel.effects else self.run.step_count * self.run.sweep_tolerance
-        return self.run.step_error / 10 + iterations
+        figures, sweep = self.run.figures, self.run.task.sweep_tolerance
+        return figures.step_error / 10 + (figures.sweep_error if self.kernel.effects else figures.step_count * sweep)
 
     @property
     def stop(self) -> SimulationStopped | None:
         """Why the run could not go on; without its trajectory."""
         if self.done:
             return None
-        wheel, count = None, self.run.switch_count
+        wheel, count = None, self.run.record.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
         elif self.status in (NO_STEP, UNLAWFUL):
-            wheel = int(self.run.stopped_wheel) if self.run.stopped_wheel >= 0 else None
+            stopped = int(self.run.figures.stopped_wheel)
+            wheel = stopped if stopped >= 0 else None
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
-            part = self.run.hardest_part
+            part = self.run.figures.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
         chatters = to_and_fro(self.space.switches[:count]) if self.status in (STUCK, HOPELESS) else None
@@ -470,5 +476,5 @@ class CompiledRun:
             reason += blamed(self.task, self.end())
         if self.status == NO_STEP:
             reason += TO_CHANGE
-        time = self.task.start_time + self.run.elapsed
+        time = self.task.start_time + self.run.state.elapsed
         return SimulationStopped(reason, t=time, wheel=wheel, state=shown_state(self))

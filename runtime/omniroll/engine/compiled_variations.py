@@ -94,9 +94,9 @@ def _tables(degree: int, count: int) -> dict[str, np.ndarray]:
     """What C takes of so many nodes, for steps with polynomials of this degree."""
     nodes = gauss(count)
     return {
-        "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.integrals(nodes.nodes),
-        "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.coefficient(0),
-        "gauss_before_last": nodes.coefficient(1),
+        "nodes": nodes.nodes, "weights": nodes.weights, "integrals": nodes.integrals(nodes.nodes),
+        "last": nodes.coefficient(0), "before_last": nodes.coefficient(1),
+        "of_coefficients": weights_at(degree, nodes.nodes),
     }  # fmt: skip
 
 
@@ -167,7 +167,6 @@ class CompiledVariations:
         self.rows, self.inputs, self.axial = rows, inputs, axial
         self.models = _models_of(columns, module.ffi, module.lib)
         self.struct = module.ffi.new("omniroll_variations_t *")
-        self.fields = dict(module.ffi.typeof("omniroll_variations_t").fields)
         self.kept: list[np.ndarray] = []
         # Slips along the axles decay fast within steps, and massless rollers that stick have such slips, too.
         decays = "contact_omega" in motion.deviations.rates or "slip_contact_loss" in motion.plain.signatures
@@ -218,7 +217,7 @@ class CompiledVariations:
         trajectory = self.motion.trajectory
         rows, elapsed = trajectory.step_rows[step], trajectory.elapsed
         rates, in_pieces = self._rates_in_steps(wanted, phase[first])
-        weights = gauss(self.struct[0].nodes).integrals(x) * (elapsed[rows + 1] - elapsed[rows])[:, None]
+        weights = gauss(self.struct.gauss.count).integrals(x) * (elapsed[rows + 1] - elapsed[rows])[:, None]
         found = np.einsum("ks,ksmp->kmp", weights, rates[back])
         cut = np.flatnonzero(in_pieces[back])
         if cut.size:
@@ -228,7 +227,8 @@ class CompiledVariations:
     def _rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k, s, m, P) the rates of the deviations at the nodes of steps (k,), and (k,) bool: steps that are followed
         in pieces, and have none."""
-        rates, cut = np.zeros((len(steps), self.struct[0].nodes, *self.rows.shape[1:])), np.zeros(len(steps), np.int32)
+        nodes = self.struct.gauss.count
+        rates, cut = np.zeros((len(steps), nodes, *self.rows.shape[1:])), np.zeros(len(steps), np.int32)
         places = self._pointer(steps, "long long"), self._pointer(phases, "long long")
         found = self._pointer(rates, "double"), self._pointer(cut, "int")
         self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *places, *found)
@@ -246,15 +246,16 @@ class CompiledVariations:
         """Work with so many nodes in a step, where vectors are no wider."""
         count = self.module.lib.omniroll_variations_nodes(wanted)
         run = self.struct[0]
-        if run.nodes == count:
+        if run.gauss.count == count:
             return
-        run.nodes, run.most_last = count, MOST_LAST if count < NODES else 0.0
-        self._point(**_tables(run.degree, count))
+        run.gauss.count, run.bounds.most_last = count, MOST_LAST if count < NODES else 0.0
+        self._point(run.gauss, **_tables(run.motion.degree, count))
 
-    def _point(self, **arrays: np.ndarray) -> None:
-        """Let fields of the struct point to arrays' numbers, of the types that they have in C."""
+    def _point(self, group, **arrays: np.ndarray) -> None:
+        """Let fields of the struct, or of a group in it, point to arrays' numbers, of the types that they have in C."""
+        fields = dict(self.module.ffi.typeof(group).fields)
         for name, array in arrays.items():
-            setattr(self.struct[0], name, self._pointer(array, self.fields[name].type.item.cname))
+            setattr(group, name, self._pointer(array, fields[name].type.item.cname))
 
     def _pointer(self, array: np.ndarray, kind: str):
         """A pointer to an array's numbers, which are kept alive; not of another array's where the type fits."""
@@ -291,23 +292,25 @@ class CompiledVariations:
         """What C takes of contacts that have modes."""
         y = self.motion.y
         noises = contacts.noises(y, np.minimum(np.arange(len(y)) + 1, len(y) - 1))
-        self.struct[0].grazes = GRAZES * (contacts.grip.largest / self.motion.plain.vehicle.mass)
-        self._point(grip=self._grip(contacts), slip_rounding=noises, per_reach=self._per_reach(contacts))
+        run, per_reach = self.struct[0], self._per_reach(contacts)
+        run.bounds.grazes = GRAZES * (contacts.grip.largest / self.motion.plain.vehicle.mass)
+        self._point(run.contacts, grip=self._grip(contacts), slip_rounding=noises, per_reach=per_reach)
 
     def _fill_bearings(self, bearings: BearingModes, sticking: Sticking) -> None:
         """What C takes of bearings that may stick."""
         self.turns[:] = bearings.alone
-        self._point(bearing_mode=bearings.modes, enters=self.turns, bearing_inertia=sticking.inertias)
-        self._point(bearing_sliding=bearings.sliding)
-        self._point(bearing_bound=bearings.holding, bearing_bound_moved=sticking.torques[1])
+        self._point(
+            self.struct.bearings, mode=bearings.modes, enters=self.turns, inertia=sticking.inertias,
+            sliding=bearings.sliding, bound=bearings.holding, bound_moved=sticking.torques[1],
+        )  # fmt: skip
 
     def _fill_held(self, held: Directions, sticking: Sticking) -> None:
         """What C takes of rates that are held together."""
         allowed = held.tables(sticking.turning_directions[:, self.columns.numbered])
-        self._point(hold=held.which, allowed=allowed)
+        self._point(self.struct.bearings, hold=held.which, allowed=allowed)
         if self.motion.stands:
             numbers, moved = sticking.numbers
-            self._point(standing=numbers, standing_moved=moved)
+            self._point(self.struct.contacts, standing=numbers, standing_moved=moved)
 
     def _drive(self) -> np.ndarray:
         """(T, F, N) what drives give, and modes; of bearings that may stick the torques of those that turn."""
@@ -325,23 +328,24 @@ class CompiledVariations:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
-        run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
+        run.bounds.jumps, run.bounds.reached, run.bounds.only_just = JUMPS, REACHED, GRAZES
+        run.bounds.most_wrong = max(LEAST_WRONG, ACCURACIES * trajectory.accuracy)
         run.impact = trajectory.switching == "impact"
-        run.rows = len(trajectory)
-        run.most_wrong = max(LEAST_WRONG, ACCURACIES * trajectory.accuracy)
+        run.motion.rows = len(trajectory)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
         dense = np.zeros((0, 1, motion.y.shape[1])) if trajectory.dense is None else trajectory.dense  # of no step
-        run.row_size, run.degree = dense.shape[2], dense.shape[1] - 1
+        run.motion.row_size, run.motion.degree = dense.shape[2], dense.shape[1] - 1
         run.models, run.model = len(self.models), self.models.pointers
         number = np.zeros(len(columns), np.int32)
         number[columns.numbered] = 1 + np.arange(len(columns.numbered))
         steps = np.full(len(trajectory), -1)
         steps[trajectory.step_rows] = np.arange(len(trajectory.step_rows))
         self._point(
-            number=number, place=deviations.state, why=self._why, contact=trajectory.contact, step_of=steps,
-            step_rows=trajectory.step_rows, phase_start=motion.phases, elapsed=trajectory.elapsed, y=motion.y,
-            drive=self._drive(), dense=dense, moved=self.rows, given=self.inputs, least=NO_ANGLE / columns.sizes,
+            run.motion, elapsed=trajectory.elapsed, y=motion.y, contact=trajectory.contact, drive=self._drive(),
+            dense=dense, step_of=steps, step_rows=trajectory.step_rows, phase_start=motion.phases,
         )  # fmt: skip
+        self._point(run.bounds, least=NO_ANGLE / columns.sizes)
+        self._point(run, number=number, place=deviations.state, why=self._why, moved=self.rows, given=self.inputs)
         if motion.contacts is not None:
             self._fill_contacts(motion.contacts)
         if motion.bearings is not None:
@@ -349,6 +353,7 @@ class CompiledVariations:
         if motion.held is not None:
             self._fill_held(motion.held, sticking)
         if self.axial is not None:
-            self._point(spins=trajectory.spins, axial=self.axial)
+            self._point(run.motion, spins=trajectory.spins)
+            self._point(run, axial=self.axial)
         size = self.module.lib.omniroll_variations_work_size(self.struct)
-        self._point(work=aligned(size))
+        self._point(run, work=aligned(size))

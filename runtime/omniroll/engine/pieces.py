@@ -27,8 +27,8 @@ class Pieces:
 
     def put_into(self, run: Any) -> None:
         """Tell a run, whose struct points here from now on."""
-        run.piece_count = self.count
-        run.piece_ends, run.pieces = self.pointers
+        run.pieces.count = self.count
+        run.pieces.ends, run.pieces.models = self.pointers
 
     def contact_numbers(self, contact: np.ndarray, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
         """(N,) the contacts' numbers as the engine counts them, from those of the rollers. A wheel on a border stands

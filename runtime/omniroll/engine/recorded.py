@@ -49,7 +49,7 @@ class Recorded:
 
     def __init__(self, run: Any, first: int = 0):
         self.task, self.columns, self.acts, space = run.task, run.columns, run.acts, run.space
-        rows, switches = run.run.row_count, run.run.switch_count
+        rows, switches = run.run.record.row_count, run.run.record.switch_count
         before = int(np.searchsorted(space.switches[:switches, 1], first, side="right")) if first else 0
         self.has_spins, self.first = run.kernel.has_spins, first
         self.rows, self.steps = _kept(space, "rows", first, rows), _kept(space, "steps", first, rows)

@@ -33,7 +33,7 @@ from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
-FORMAT = 2  # of what save() gives
+FORMAT = 3  # of what save() gives
 START = ("nu", "chi", "spins", "pose")
 ARGUMENTS = (*START, "start_time", "roller_model", "switching", "accuracy", "effects")
 NOT_IN_SESSIONS = ("duration", "engine", "memory", "progress", "control")  # arguments of simulate
@@ -141,7 +141,7 @@ class Session:
             try:
                 self._run.go_on(elapsed)
             except BaseException:
-                self._elapsed, self._rest = self._run.run.elapsed, 0.0
+                self._elapsed, self._rest = self._run.run.state.elapsed, 0.0
                 raise
             part = elapsed - before
             self._elapsed, self._rest = elapsed, (before - (elapsed - part)) + (added - part)

@@ -17,7 +17,7 @@ from omniroll.engine.outlook import FIRST, OutlookOfStep
 from omniroll.engine.recorded import Forgotten
 from omniroll.engine.runs import Task, least_speed
 from omniroll.engine.what_acts import WhatActs
-from omniroll.engine.workspace import STATE_ARRAYS, WHOLE_ARRAYS, Workspace
+from omniroll.engine.workspace import ARRAYS, Workspace
 from omniroll.results.trajectory import Trajectory
 
 STEPS_EXPECTED = 1e5  # the iterations of so many steps together may leave a part of the accuracy
@@ -35,7 +35,7 @@ class SteppedRun(CompiledRun):
         self.see = see
         self.acting = EffectRun(task.effects, task.kernel, task.start_time)
         super().__init__(task, tolerance)
-        self.run.pauses = 1
+        self.run.task.pauses = 1
         self.names = (*self.columns.inputs, "voltage")  # of the signals
         self.call: Callable = self.module.lib.omniroll_run
         self.model = self.kernel.model_for(self.module.ffi)
@@ -49,7 +49,7 @@ class SteppedRun(CompiledRun):
         for process in self.acting.processes:
             for name, values in process.held().items():
                 self.held.setdefault(name, []).append(values)
-        written = [getattr(self.space, name) for name in (*STATE_ARRAYS, *WHOLE_ARRAYS)]
+        written = [getattr(self.space, name) for name in chain.from_iterable(ARRAYS.values())]
         written += [*self.modes, self.sampled, self.passes, *chain.from_iterable(self.held.values())]
         self.memory = Memory(self.module.ffi, [self.struct, *self.kept], written)
 
@@ -68,9 +68,9 @@ class SteppedRun(CompiledRun):
 
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
-        run = self.run
-        begin = run.elapsed, run.step_count
-        run.duration, run.row_count, run.switch_count = elapsed, 0, 0
+        run, record = self.run, self.run.record
+        begin = run.state.elapsed, run.figures.step_count
+        run.task.duration, record.row_count, record.switch_count = elapsed, 0, 0
         self.go_on_from(self.call(self.struct, self.model), *begin)
 
     def go_on_from(self, status: int, elapsed: float, steps: int) -> None:
@@ -78,21 +78,21 @@ class SteppedRun(CompiledRun):
 
         elapsed, steps  where the run was before that call
         """
-        self.status, self.outlook, self.switched = status, None, 0
+        self.status, self.outlook, self.switched, record = status, None, 0, self.run.record
         while True:
             while self.status == ASK:
                 self._answer()
                 self.status = self.call(self.struct, self.model)
-            if self.run.switch_count:
-                self.switched += self.run.switch_count
-                directions = self.space.switches[: self.run.switch_count, 2:].astype(np.int64)
+            if record.switch_count:
+                self.switched += record.switch_count
+                directions = self.space.switches[: record.switch_count, 2:].astype(np.int64)
                 self.passes += np.where(np.abs(directions) == 1, directions, 0).sum(axis=0)
             if self.status == FULL:
                 self._look_ahead_from(elapsed, steps)
             self._show()
             if self.status != FULL:
                 break
-            self.run.row_count = self.run.switch_count = 0
+            record.row_count = record.switch_count = 0
             self.status = self.call(self.struct, self.model)
         if not self.done:
             raise self.stop
@@ -101,28 +101,28 @@ class SteppedRun(CompiledRun):
         """Show what the engine has left since it was last called."""
         if self.see is not None:
             self.see(self.part(0))
-            self.forgotten = self.forgotten.and_of(self.task, self.space, self.run.switch_count)
+            self.forgotten = self.forgotten.and_of(self.task, self.space, self.run.record.switch_count)
 
     def _look_ahead_from(self, elapsed: float, steps: int) -> None:
         """Whether the step that began there has a future: asked after some of the engine's steps, then after twice as
         many, and so on."""
         if self.outlook is None:
-            self.outlook, self.next_look = OutlookOfStep(self.run.duration - elapsed), FIRST
-        done = self.run.step_count - steps
+            self.outlook, self.next_look = OutlookOfStep(self.run.task.duration - elapsed), FIRST
+        done = self.run.figures.step_count - steps
         if done >= self.next_look:
             self.next_look = 2 * done
-            if self.outlook.is_hopeless(done, self.switched, self.run.elapsed - elapsed):
+            if self.outlook.is_hopeless(done, self.switched, self.run.state.elapsed - elapsed):
                 self.status = HOPELESS
 
     @property
     def asked(self) -> list[Process]:
         """The processes that the engine asks at their events; of most it does by itself what they say."""
-        return self.acting.processes if self.run.asks else [process for _, process in self.called]
+        return self.acting.processes if self.run.acts.asks else [process for _, process in self.called]
 
     def change_what_acts(self) -> None:
         """What acts has been written into: this instant is an event, at which the signals are made anew."""
         self.passed[:] = 0
-        self.run.next_time, self.run.at_event = self.run.elapsed, 1
+        self.run.acts.next_time, self.run.past.at_event = self.run.state.elapsed, 1
 
     def go_back(self, memory: bytes, remembered: list[Mapping[str, Any]]) -> None:
         """Go back to where this memory was read, and the processes that the engine asks to what they gave then."""
@@ -141,14 +141,14 @@ class SteppedRun(CompiledRun):
 
     def _write(self, memory: bytes) -> None:
         self.memory.write(memory)
-        if self.run.asks:
-            self.acting.begin_phase(self.run.inputs_elapsed, self.run.inputs_carry)
+        if self.run.acts.asks:
+            self.acting.begin_phase(self.run.acts.inputs_elapsed, self.run.acts.inputs_carry)
 
     def start(self, task: Task) -> None:
         """Put the state at the start of a task in the place of this one's."""
         self.nu[:], self.chi[:], self.pose[:] = task.state.nu, task.state.chi, task.state.pose
         self._put_free_speeds(task.state)
-        self.run.speed = least_speed(task, self.run.tolerance)
+        self.run.task.speed = least_speed(task, self.run.task.tolerance)
 
     # What can be read
 
@@ -157,18 +157,19 @@ class SteppedRun(CompiledRun):
 
     def signals_now(self) -> dict[str, np.ndarray]:
         """(N,) each input and the voltages of the motors, as they act before this instant's events."""
-        since = (self.run.elapsed - self.run.inputs_elapsed) + (self.run.carry - self.run.inputs_carry)
-        if self.run.asks:
+        acts, state = self.run.acts, self.run.state
+        since = (state.elapsed - acts.inputs_elapsed) + (state.carry - acts.inputs_carry)
+        if acts.asks:
             return {name: signal.at(since) for name, signal in self.acting.signals.items()} | self._modes()
         values = self.signals[0] + self.signals[1] * since
-        given = (*self.task.effects.drives(), *(["voltage"] if self.run.modal_count else []))
+        given = (*self.task.effects.drives(), *(["voltage"] if acts.modal_count else []))
         return {name: value for name, value in zip(self.names, values, strict=True) if name in given} | self._modes()
 
     def _modes(self) -> dict[str, np.ndarray]:
         """(N,) the torques of bearings that may stick, and the modes of contacts that may."""
-        run = self.run
-        ends = {"bearing_torque": run.axle_count, "contact_bearing": run.axle_count + self.wheels}
-        torques = np.array([run.bearings[k].torque for k in range(min(run.bearing_count, ends["contact_bearing"]))])
+        own = self.run.bearings
+        ends = {"bearing_torque": own.axle_count, "contact_bearing": own.axle_count + self.wheels}
+        torques = np.array([own.each[k].torque for k in range(min(own.count, ends["contact_bearing"]))])
         present = set(self.task.effects.drives())
         bearings = {name: torques[end - self.wheels : end] for name, end in ends.items() if name in present}
         recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]
@@ -195,7 +196,7 @@ class SteppedRun(CompiledRun):
         if not self.task.effects:
             return self.axial
         before, after = self._views(self.space.core_before), self._views(self.space.core)
-        since = np.array(self.run.elapsed - self.run.axial_elapsed)
+        since = np.array(self.run.state.elapsed - self.run.state.axial_elapsed)
         return self.task.effects.axial_later(self.task.kernel, self.axial, before, after, since)
 
 

@@ -15,6 +15,13 @@ from omniroll.effects.friction import Bearing
 from omniroll.effects.numbers import Curve
 from omniroll.kernels.kernel import Kernel
 
+PLACES = {  # where a run has what acts: the group in its struct, the field, and how many there are
+    "bearing": ("bearings", "each", "count"),
+    "grip": ("ground", "grips", "grip_count"),
+    "table": ("acts", "tables", "table_count"),
+    "sampler": ("acts", "samplers", "sampler_count"),
+    "modal": ("acts", "modal", "modal_count"),
+}
 SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip comes to rest that falls faster
 
 
@@ -86,23 +93,23 @@ class WhatActs:
 
     def _count_bearings(self, run: Any) -> None:
         """How many of the bearings are of axles and have rates of their own, and what the engine must know of these."""
-        kernel = self.kernel
+        kernel, vehicle, bearings = self.kernel, self.kernel.vehicle, run.bearings
         axles, rollers = self.found.get("axle"), self.found.get("roller")
         run.hold.undecided = int("bearing" in self.patterns)
-        run.axle_count = 0 if axles is None else self.wheels
+        bearings.axle_count = 0 if axles is None else self.wheels
         free = self.wheels * (kernel.rollers_per_wheel - 1) if kernel.has_spins and rollers is not None else 0
         if not kernel.slips:
-            run.core_bearing_count = free
+            bearings.core_count = free
             if rollers is not None:
-                run.roller_inertia, run.rate_of_speed = kernel.vehicle.roller_inertia, 1 / kernel.vehicle.yaw_scale
+                bearings.roller_inertia, bearings.rate_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale
             return
-        run.core_bearing_count = run.axle_count + free + (0 if rollers is None else self.wheels)
+        bearings.core_count = bearings.axle_count + free + (0 if rollers is None else self.wheels)
         asks = axles is not None or (self.grip is not None and rollers is not None)
         rates = [float(np.linalg.norm(kernel.wheel_rows, axis=1).max())] if asks else []
         if rollers is not None:
-            run.roller_inertia = kernel.vehicle.roller_inertia
+            bearings.roller_inertia = vehicle.roller_inertia
             rates.append(_spin_per_speed(kernel))
-        run.rate_of_speed = max(rates, default=0.0)
+        bearings.rate_of_speed = max(rates, default=0.0)
 
     def _grips(self) -> list[dict[str, Any]]:
         if self.grip is None:
@@ -162,19 +169,21 @@ class WhatActs:
         for name, pattern in self.patterns.items():
             own = ffi.new(ffi.typeof(pattern), len(pattern))
             ffi.memmove(own, pattern, ffi.sizeof(pattern))
-            setattr(run, name if name == "modal" else f"{name}s", own)
-            setattr(run, f"{name}_count", len(own))
+            group, field, count = PLACES[name]
+            setattr(getattr(run, group), field, own)
+            setattr(getattr(run, group), count, len(own))
             kept.append(own)
         self._count_bearings(run)
         if "grip" in self.patterns:
             run.ground = self.ground
-        sampled = np.zeros((run.sampler_count, 2, self.wheels))
+        acts = run.acts
+        sampled = np.zeros((acts.sampler_count, 2, self.wheels))
         first = ffi.from_buffer("double[]", sampled) + 0
-        for k in range(run.sampler_count):
-            run.samplers[k].sum = first + 2 * k * self.wheels
-            run.samplers[k].output = first + (2 * k + 1) * self.wheels
-        for k, numbers in enumerate(modes[: run.modal_count]):
-            run.modal[k].modes = ffi.from_buffer("long long[]", numbers)
+        for k in range(acts.sampler_count):
+            acts.samplers[k].sum = first + 2 * k * self.wheels
+            acts.samplers[k].output = first + (2 * k + 1) * self.wheels
+        for k, numbers in enumerate(modes[: acts.modal_count]):
+            acts.modal[k].modes = ffi.from_buffer("long long[]", numbers)
         return kept, sampled
 
     def _pointer(self, array: np.ndarray, kind: type = float) -> Any:

@@ -99,12 +99,15 @@ class Columns:
 columns = lru_cache(maxsize=64)(Columns)
 
 
-STATE_ARRAYS = (
-    "nu", "chi", "pose", "axial", "work", "core", "core_before", "accounts", "part_sizes", "inputs", "guards",
-    "signals", "wheel_rows", "joint",
-)  # fmt: skip
+# The arrays that a run points to, by the groups of its struct; "": those that are in no group. WHOLE are of integers.
+ARRAYS: dict[str, tuple[str, ...]] = {
+    "": ("work", "joint", "rollers", "wheel_rows"),
+    "task": ("part_sizes",),
+    "state": ("nu", "chi", "pose", "contact", "axial", "core", "core_before", "accounts"),
+    "acts": ("inputs", "signals", "guards", "passed", "leads_to"),
+}
 RECORDS = ("rows", "steps", "switches", "switch_axial")
-WHOLE_ARRAYS = ("contact", "passed", "leads_to", "rollers")
+WHOLE = ("contact", "passed", "leads_to", "rollers")
 
 
 class Workspace:
@@ -142,14 +145,18 @@ class Workspace:
         self.start = self.ffi.new("omniroll_run_t *")
         start = self.start
         start.wheels, start.rollers_per_wheel = wheels, kernel.rollers_per_wheel
-        start.patience = SWITCHES_WITHOUT_PROGRESS * wheels
-        start.row_capacity = start.switch_capacity = rows
-        for name in STATE_ARRAYS + RECORDS:
-            setattr(start, name, self.ffi.from_buffer("double[]", getattr(self, name)))
+        start.task.patience = SWITCHES_WITHOUT_PROGRESS * wheels
+        start.record.row_capacity = start.record.switch_capacity = rows
+        for group, names in (ARRAYS | {"record": RECORDS}).items():
+            self._point(getattr(start, group) if group else start, *names)
         if not keeps_steps:
-            start.steps = self.ffi.NULL
-        for name in WHOLE_ARRAYS:
-            setattr(start, name, self.ffi.from_buffer("long long[]", getattr(self, name)))
+            start.record.steps = self.ffi.NULL
+
+    def _point(self, group: Any, *names: str) -> None:
+        """Let these fields of a group point to the arrays of their names."""
+        for name in names:
+            kind = "long long[]" if name in WHOLE else "double[]"
+            setattr(group, name, self.ffi.from_buffer(kind, getattr(self, name)))
 
     def begin(self) -> Any:
         """The struct as it is before a run."""
@@ -158,9 +165,10 @@ class Workspace:
             array.fill(0)
         return self.struct
 
-    def make_room(self, rows: int, switches: int, room: int, largest: int) -> None:
+    def make_room(self, room: int, largest: int) -> None:
         """Room for so many further rows and switches, at most ROWS; there will be at most `largest` of each."""
-        run = self.struct[0]
+        record = self.struct.record
+        rows, switches = record.row_count, record.switch_count
         for name, count in (("rows", rows), ("steps", rows), ("switches", switches), ("switch_axial", switches)):
             old = getattr(self, name)
             if count + room > len(old) > 1:
@@ -168,8 +176,8 @@ class Workspace:
                 array = np.empty((grown, *old.shape[1:]))
                 array[:count] = old[:count]
                 setattr(self, name, array)
-                setattr(run, name, self.ffi.from_buffer("double[]", array))
-        run.row_capacity, run.switch_capacity = rows + room, switches + room
+                self._point(record, name)
+        record.row_capacity, record.switch_capacity = rows + room, switches + room
 
     def give_back(self) -> None:
         """To the runs that come; not where a long run has made the buffers large."""
