@@ -14,6 +14,14 @@ ALWAYS_INLINE int stands_somewhere(const omniroll_run_t *run)
     return SET_STANDS && (SET_STRIPS || may_stand(core_bearings(run), run->bearings.core_count));
 }
 
+static int some_bearing_sticks(const omniroll_run_t *run)
+{
+    int sticks = 0;
+    for (int k = 0; k < run->bearings.core_count; k++)
+        sticks |= core_bearings(run)[k].mode == 0;
+    return sticks;
+}
+
 ALWAYS_INLINE double *bearing_rates(const omniroll_run_t *run)
 {
     return run->state.core + bearing_rates_at(run->wheels);

@@ -125,9 +125,12 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
     return 0;
 }
 
-/* Whether nothing else happens: no wheel comes to its joint, what sticks sticks, what slips slips. */
+/* Whether nothing else happens: no wheel comes to its joint, what sticks sticks, what slips slips, what turns turns. */
 static int nothing_else_happens(const step_t *s, const int wheels)
 {
+    for (int k = 0; SET_CORE_BEARINGS && k < s->hold.count; k++)
+        if (!ends_no_step(s, k) && (bearing_at_end(s, k) > 0 || turn_of_bearing(s, k) < 1))
+            return 0;
     for (int i = 0; i < wheels; i++) {
         const double rate = s->rate_chi[i].node[NODES - 1], joint = s->joint[i];
         if (!(fabs(s->end.chi[i]) < joint) || turn_beyond(&s->rate_chi[i], rate, s->h, s->chi[i], -joint, joint) < 1)
@@ -143,15 +146,15 @@ static int nothing_else_happens(const step_t *s, const int wheels)
     return !(turn_of_contacts(s, wheels) < 1);
 }
 
-/* Whether a step from here may be one towards a rest, of at most the length `longest`. Bearings may not stick: it does not
- * look at them. */
+/* Whether a step from here may be one towards a rest, of at most the length `longest`. No bearing may stick: rows inside
+ * the step would have to say what holds it. */
 static int may_approach(const omniroll_run_t *run, const step_t *s, double longest)
 {
     int keeps = 0;
     for (int i = 0; i < run->wheels; i++)
         keeps |= s->contact.keeps[i];
     return s->contact.turning && s->contact.rest_in <= longest && !keeps && !s->stiff.on && s->event.guards == 0
-        && !stands_somewhere(run) && run->record.row_count + MOST_PIECES <= run->record.row_capacity;
+        && !some_bearing_sticks(run) && run->record.row_count + MOST_PIECES <= run->record.row_capacity;
 }
 
 /* A step towards the first rest, if there is one from here: of at most the length `longest`. most: that of a step in
