@@ -208,19 +208,6 @@ typedef struct {
     double area[NODES];
 } piece_t;
 
-/* The integrals of the Legendre polynomials from 0 to x. */
-static void legendre_areas(double x, double *area)
-{
-    const double z = 2*x - 1;
-    double before = 1, p = z;
-    area[0] = x;
-    for (int k = 1; k < NODES; k++) {
-        const double after = ((2*k + 1)*z*p - k*before)/(k + 1);
-        area[k] = (after - before)/(2*(2*k + 1));
-        before = p, p = after;
-    }
-}
-
 /* The roots of numbers from 1e-10 to 1 in LEAVING_POWER: Halley's rule from fourth roots. */
 static lanes_t roots_in_clock(lanes_t number)
 {

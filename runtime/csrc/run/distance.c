@@ -6,15 +6,9 @@
 static void state_in_step(const omniroll_course_t *course, long long k, double x, double *state)
 {
     const double *row = course->rows + k*course->row_size, *step = course->steps + k*course->step_size;
-    const double z = 2*x - 1, h = step[0];
-    double area[NODES], before = 1, p = z;          /* P_(j-1), P_j */
-    area[0] = x;
-    for (int j = 1; j < NODES; j++) {
-        const double after = ((2*j + 1)*z*p - j*before)/(j + 1);
-        area[j] = (after - before)/(2*(2*j + 1));
-        before = p;
-        p = after;
-    }
+    const double h = step[0];
+    double area[NODES];
+    legendre_areas(x, area);
     for (int c = 0; c < 6; c++) {
         const int place = c < 3 ? c : c + course->wheels;
         const double *coefficients = step + 2 + NODES*place;

@@ -143,6 +143,19 @@ ALWAYS_INLINE void legendre_value(const nodes_t *rate, double x, double *value, 
     *integral = area;
 }
 
+/* The integrals of Legendre's polynomials from 0 to x. */
+ALWAYS_INLINE void legendre_areas(double x, double *area)
+{
+    const double z = 2*x - 1;
+    double before = 1, p = z;       /* P_(k-1), P_k */
+    area[0] = x;
+    for (int k = 1; k < NODES; k++) {
+        const double after = ((2*k + 1)*z*p - k*before)/(k + 1);
+        area[k] = (after - before)/(2*(2*k + 1));
+        before = p, p = after;
+    }
+}
+
 /* fmax of a number and a value, which counts for nothing where it is no number: without the call of a library. */
 ALWAYS_INLINE double larger(double number, double value)
 {

@@ -550,7 +550,7 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
 {
     const double time = DAMPED*s->h;
     lanes_t nu_dot[3];
-    double m[3][4];
+    double m[9], change[3];
     if (SET_GRIPS)
         roll(run, work, 1);
     rates_at_this_instant(run, work, wheels, nu_dot);
@@ -561,18 +561,12 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
     }
     for (int k = 0; k < 3; k++) {
         for (int l = 0; l < 3; l++)
-            m[k][l] = (k == l) - time*s->stiff.slope_nu[3*k + l].node[NODES - 1];
-        m[k][3] = time*(nu_dot[k][0] - weighted(&s->rate_nu[k], &gauss_end));
+            m[3*k + l] = (k == l) - time*s->stiff.slope_nu[3*k + l].node[NODES - 1];
+        change[k] = time*(nu_dot[k][0] - weighted(&s->rate_nu[k], &gauss_end));
     }
+    solve_rows(m, 3, change);
     for (int k = 0; k < 3; k++)
-        for (int l = k + 1; l < 3; l++)
-            for (int j = 3; j >= k; j--)
-                m[l][j] -= m[l][k]/m[k][k]*m[k][j];
-    for (int k = 2; k >= 0; k--) {
-        for (int l = k + 1; l < 3; l++)
-            m[k][3] -= m[k][l]*m[l][3];
-        run->state.nu[k] += m[k][3] /= m[k][k];
-    }
+        run->state.nu[k] += change[k];
     if (SET_CORE_PARTS)
         for (int c = 0; c < s->core; c++)
             if (!follows_nu(s, wheels, c) && !is_of_tilt(wheels, c))
