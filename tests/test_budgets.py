@@ -2,6 +2,7 @@
 
 import tomllib
 
+import lines
 import pytest
 from processor_time import BUDGETS, ROOT, budgets, by_folder, folder_of, recorded
 
@@ -12,6 +13,13 @@ def test_every_folder_has_a_budget_and_all_together_are_within_theirs():
     folders = {folder_of(str(file.relative_to(ROOT))) for file in (ROOT / "tests").rglob("test_*.py")}
     assert folders == set(budgets())
     assert sum(budgets().values()) <= tomllib.loads(BUDGETS.read_text(encoding="utf-8"))["most"]["minutes"]
+
+
+def test_no_struct_of_the_engine_has_many_fields():
+    found = lines.fields_of_structs()
+    assert found["engine_calls.h: omniroll_run_t"] > 10  # they are read
+    most = tomllib.loads(BUDGETS.read_text(encoding="utf-8"))["lines"]["fields"]
+    assert {name: count for name, count in found.items() if count > most} == {}
 
 
 def test_what_was_recorded_is_within_the_budgets():

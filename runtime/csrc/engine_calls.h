@@ -172,29 +172,24 @@ typedef struct {
     const omniroll_model *const *models;    /* for each the vehicle with all wheels on it                   */
 } omniroll_pieces_t;
 
-/* What the caller gets.
- *
- * Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, modes of bearings, inputs (7 + 2 N numbers
- * and what the set adds); a row for each end of a step, and one after each transition that changes a number before
- * the modes or an input. Modes are those of the step that starts at a row, else of the phase that ends. Steps: for
- * the step that starts at a row, the length of its polynomials, 0 if none starts there, how much later it ends,
- * and the Legendre coefficients of the rates of nu, chi, pose and so on (2 + 16 (6 + N) numbers and more). */
+/* What the caller gets: rows, switches, counts, errors. Rows: elapsed, nu, chi, pose, the rest of the core, accounts,
+ * contact, modes of bearings, inputs (7 + 2 N numbers and what the set adds); a row for each end of a step, and one
+ * after each transition that changes a number before the modes or an input. Modes are those of the step that starts at
+ * a row, else of the phase that ends. Steps: for the step that starts at a row, the length of its polynomials, 0 if
+ * none starts there, how much later it ends, and the Legendre coefficients of the rates of nu, chi, pose and so on
+ * (2 + 16 (6 + N) numbers and more). */
 typedef struct {
     double *rows, *steps;       /* steps may be null                                                    */
     long long row_capacity, row_count;
     double *switches;           /* elapsed, row after, directions (2 + N numbers)                        */
     double *switch_axial;       /* axial after the switch, N (n-1); free rollers only                    */
     long long switch_capacity, switch_count;
-} omniroll_record_t;
-
-/* Figures of a run: counts, errors, and what kept it from going on. */
-typedef struct {
     long long step_count, rejected_count, sweep_count, phase_count;
     double step_error;          /* the largest error inside a step, over |nu|, as its polynomial tells  */
     double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */
     int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu */
     int stopped_wheel;          /* of the wheel that kept the run from going on, or -1                   */
-} omniroll_figures_t;
+} omniroll_record_t;
 
 typedef struct {
     int wheels, rollers_per_wheel;              /* of the wheel that has most                           */
@@ -210,7 +205,6 @@ typedef struct {
     omniroll_hold_t hold;
     omniroll_ground_t ground;
     omniroll_record_t record;
-    omniroll_figures_t figures;
     double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes; kept between calls */
 } omniroll_run_t;
 

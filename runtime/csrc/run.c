@@ -181,13 +181,13 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         status = advance(run, &work, &s, wheels);
         const int unlawful = SET_DECIDES ? unlawful_wheel(run, &s) : -1;
         if (unlawful >= 0) {
-            run->figures.stopped_wheel = unlawful;
+            run->record.stopped_wheel = unlawful;
             status = OMNIROLL_RUN_UNLAWFUL;
         }
         if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
     }
-    run->figures.sweep_count += s.sweeps;
+    run->record.sweep_count += s.sweeps;
     count_from_rollers(run);
     end_call(&work);
     return status;

@@ -29,7 +29,7 @@ def measured(roller_model, accuracy):
     checked = checked_task(vehicle, **TASK | {"roller_model": roller_model}, accuracy=accuracy)
     found = [run_alone(checked, accuracy) for _ in range(REPEATS)]
     run = found[-1][1]
-    sweeps = run.run.figures.sweep_count / run.run.figures.step_count
+    sweeps = run.run.record.sweep_count / run.run.record.step_count
     return min(seconds for seconds, *_ in found), run.stats()["evaluations"], sweeps
 
 

@@ -218,7 +218,7 @@ def test_the_same_value_again_is_no_event():
         session.step(0.01, torque=[0.01, 0, -0.02])
     go_to(session, 1.0)
     assert distance_to(run, session) < 10 * ACCURACY
-    assert session._run.run.figures.phase_count == run.stats["phases"] - 1  # which counts the last one too
+    assert session._run.run.record.phase_count == run.stats["phases"] - 1  # which counts the last one too
 
 
 @pytest.mark.parametrize("asked", [False, True])

@@ -72,8 +72,8 @@ static void lay_out_numbers(variations_t *w, parts_t *parts)
     w->solving.kind = numbers_part(parts, equations*equations);
     w->slopes.is_still = numbers_part(parts, equations*w->directions);
     w->is_given = numbers_part(parts, w->inputs);
-    w->numbers.column = numbers_part(parts, columns);
-    w->numbers.which = numbers_part(parts, columns);
+    w->numbered_column = numbers_part(parts, columns);
+    w->number_of = numbers_part(parts, columns);
 }
 
 /* Returns how many lanes it takes; without memory nothing is there. */
@@ -112,11 +112,11 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (lanes_t *)run->work);
-    w->numbers.count = 0, w->contacts.aimed_row = -1, w->inside = 0;
+    w->numbered = 0, w->contacts.aimed_row = -1, w->inside = 0;
     for (int p = 0; p < run->columns; p++)
         if (run->number[p]) {
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
-            w->numbers.column[w->numbers.count] = p, w->numbers.which[w->numbers.count++] = run->number[p] - 1;
+            w->numbered_column[w->numbered] = p, w->number_of[w->numbered++] = run->number[p] - 1;
         }
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);

@@ -60,10 +60,10 @@ static void put_response(variations_t *w, double torque, double spin, lanes_t *t
     }
     memset(w->point + first, 0, count*sizeof *to);
     memset(in_columns, 0, count*w->groups*sizeof *to);
-    for (int c = 0; c < w->numbers.count; c++)
+    for (int c = 0; c < w->numbered; c++)
         for (int k = 0; k < count; k++) {
-            const int p = w->numbers.column[c];
-            in_columns[k*w->groups + p/LANES][p%LANES] = to[(1 + w->numbers.which[c])*count + k][0];
+            const int p = w->numbered_column[c];
+            in_columns[k*w->groups + p/LANES][p%LANES] = to[(1 + w->number_of[c])*count + k][0];
         }
 }
 

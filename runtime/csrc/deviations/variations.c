@@ -67,11 +67,6 @@ typedef struct {
     double *free_axial;         /* wheels*(rollers - 1): by place                               */
 } phase_t;
 
-/* The columns of numbers of the vehicle. */
-typedef struct {
-    int count, *column, *which; /* these columns, and the numbers that they are of              */
-} numbers_t;
-
 /* Slopes of rates at the nodes of a step. */
 typedef struct {
     nodes_t *core;              /* equations x directions                                       */
@@ -100,7 +95,7 @@ typedef struct {
     int equations, directions;  /* the core and turns of directions; all that these have slopes by          */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
     vehicle_t *column;          /* groups: each lane has the number of its column               */
-    numbers_t numbers;
+    int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *moved;             /* size x groups: deviations now                                */
     lanes_t *given;             /* (inputs + SET_MOVING*wheels) x groups: inputs, and how fast drives change */
     int *is_given;              /* inputs: whether any column has one in a step                 */
@@ -396,8 +391,8 @@ ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int str
 {
     double *const column = (double *)to;
     const nodes_t *const own = by + place;
-    for (int k = 0; k < w->numbers.count; k++)
-        column[w->numbers.column[k]] += own[w->numbers.which[k]*stride].node[node];
+    for (int k = 0; k < w->numbered; k++)
+        column[w->numbered_column[k]] += own[w->number_of[k]*stride].node[node];
 }
 
 /* Where what the core feels stands among the deviations. */

@@ -183,12 +183,12 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
         if (nothing_else_happens(s, wheels)) {
             if (SET_ACCOUNTS)
                 accounts_at_nodes(s, wheels);
-            run->figures.step_error = fmax(run->figures.step_error, missed(s)/size);
-            run->figures.sweep_error += s->rest/size;
+            run->record.step_error = fmax(run->record.step_error, missed(s)/size);
+            run->record.sweep_error += s->rest/size;
             return APPROACHES;
         }
     }
-    run->figures.rejected_count++;
+    run->record.rejected_count++;
     s->approach.stretched = 0;
     return MISSES_REST;
 }

@@ -214,7 +214,7 @@ ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
 ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 {
     if (SET_IS_ACTED_ON) {
-        const double part = fmax(h/run->task.duration, 1.0/(SHORT_STEPS + 2*(double)run->figures.step_count));
+        const double part = fmax(h/run->task.duration, 1.0/(SHORT_STEPS + 2*(double)run->record.step_count));
         return run->task.pauses ? run->task.sweep_tolerance : fmax(run->task.sweep_tolerance*part, FINEST_SWEEP);
     }
     return run->task.sweep_tolerance;

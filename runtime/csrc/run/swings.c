@@ -93,11 +93,10 @@ static double rates_apart(const omniroll_run_t *run, const work_t *work, int i)
 /* The part of its load that the next roller has of a wheel if it stands on its joint: between 0 and 1 it stays there. */
 static double share_on_joint(omniroll_run_t *run, const work_t *work, int i)
 {
-    const double chi_before = run->state.chi[i];
     double *const rate = run->state.core + rates_at(run->wheels) + i, rate_before = *rate;
     double *const next = run->state.core + next_speeds_at(run->wheels) + i, next_before = *next;
     double *const mode = SET_GRIPS ? run->acts.inputs + SET_MODES_INPUT*run->wheels + i : 0;
-    const double mode_before = SET_GRIPS ? *mode : 0;
+    const double mode_before = SET_GRIPS ? *mode : 0, chi_before = run->state.chi[i];
     lanes_t nu_dot[3];
     run->state.contact[i] += run->rollers_per_wheel;
     run->state.chi[i] = copysign(run->joint[i], run->state.chi[i]), *rate = 0;

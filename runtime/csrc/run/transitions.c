@@ -216,7 +216,7 @@ static int has_progress(omniroll_run_t *run, int at_guard)
         run->past.idle_switches = 0;
         run->past.turned = 0;
     }
-    run->figures.phase_count++;
+    run->record.phase_count++;
     return ++run->past.idle_switches <= run->task.patience;
 }
 

@@ -306,19 +306,19 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 static void name_hardest(omniroll_run_t *run, const step_t *s)
 {
     double most = 0, most_of_nu = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
-    run->figures.hardest_part = run->figures.stopped_wheel = -1;
+    run->record.hardest_part = run->record.stopped_wheel = -1;
     for (int i = 0; i < run->wheels; i++)
         if (tail(&s->rate_chi[i]) > most)
-            most = tail(&s->rate_chi[i]), run->figures.stopped_wheel = i;
+            most = tail(&s->rate_chi[i]), run->record.stopped_wheel = i;
     if (SET_CORE_PARTS)
         for (int part = 0, c = 0; part < SET_CORE_PARTS; part++)
             for (int first = c, end = core_part_end(run->wheels, run->rollers_per_wheel, part); c < end; c++) {
                 const double missing = s->weight[c]*tail(&s->rate_core[c]);
                 if (!(missing > most_of_nu))
                     continue;
-                most_of_nu = missing, run->figures.hardest_part = part;
+                most_of_nu = missing, run->record.hardest_part = part;
                 if ((end - first)%run->wheels == 0)
-                    run->figures.stopped_wheel = (c - first)/((end - first)/run->wheels);
+                    run->record.stopped_wheel = (c - first)/((end - first)/run->wheels);
             }
 }
 
@@ -401,7 +401,7 @@ ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int f
     if (!(*error > 1 || found == TOO_LONG))
         return 0;
     of->most = of->whole = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
-    run->figures.rejected_count++;
+    run->record.rejected_count++;
     return 1;
 }
 
@@ -477,7 +477,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         }
         if (found == UNSETTLED) {
             of.most = of.whole = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
-            run->figures.rejected_count++;
+            run->record.rejected_count++;
             continue;
         }
         integrate_pose(s, run->state.pose);
@@ -488,9 +488,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         if (SET_ACCOUNTS)
             accounts_at_nodes(s, wheels);
         end_late(s, wheels);
-        run->figures.step_error = fmax(run->figures.step_error, error*run->task.tolerance);
+        run->record.step_error = fmax(run->record.step_error, error*run->task.tolerance);
         if (SET_IS_ACTED_ON) {
-            run->figures.sweep_error += size > 0 ? s->rest/size : 0;
+            run->record.sweep_error += size > 0 ? s->rest/size : 0;
             s->stiff.on = s->stiff.on || (!SET_IS_COUPLED && of.slow && error < EASY);
         }
         put_next_length(run, s, &of, factor, error);
@@ -592,8 +592,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         state->pose[k] = sum_and_rest(state->pose[k], s->end.travel[k] + state->pose_carry[k], &state->pose_carry[k]);
     }
     for (int i = 0; i < wheels; i++) {
-        const double sign = s->end.chi[i] < 0 ? -1 : 1;
-        const double joint = run->joint[i];
+        const double sign = s->end.chi[i] < 0 ? -1 : 1, joint = run->joint[i];
         state->chi[i] = i == s->event.landing ? sign*joint : fmax(fmin(s->end.chi[i], joint), -joint);
     }
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS && run->acts.modal_count)
@@ -610,7 +609,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         if (s->approach.stretched > 1)           /* the rates of its last nodes are not those in time                    */
             run->past.rise_over = 0;
     }
-    run->figures.step_count++;
+    run->record.step_count++;
     if (SET_IS_ACTED_ON) {
         run->past.at_event = is_over(run) || state->elapsed >= run->acts.next_time || s->event.landing >= wheels;
         take_what_acts(run, s, work, wheels);

@@ -172,22 +172,20 @@ class CompiledRun:
 
     def _look_ahead(self) -> None:
         """Whether memory holds the rows so far, and those that are to come."""
+        record = self.run.record
         if self.bytes_held > self.task.memory:
             self.status = TOO_LONG
-        elif self.outlook.is_hopeless(*self._counts(), self.run.state.elapsed):
+        elif self.outlook.is_hopeless(record.step_count, record.switch_count, self.run.state.elapsed):
             self.status = HOPELESS
         else:
             self._name_what_is_slow()
 
-    def _counts(self) -> tuple[int, int]:
-        """How many steps and switches there have been."""
-        return self.run.figures.step_count, self.run.record.switch_count
-
     def _name_what_is_slow(self) -> None:
         """Say once which term makes the steps short, of a run that goes on for long."""
-        steps, switches = self._counts()
-        left = self.outlook.left * self.run.figures.sweep_count * NODES / max(steps, 1)
-        if self.is_named or not self.outlook.has_collapsed(steps, switches) or left < MANY_EVALUATIONS:
+        record = self.run.record
+        left = self.outlook.left * record.sweep_count * NODES / max(record.step_count, 1)
+        collapsed = self.outlook.has_collapsed(record.step_count, record.switch_count)
+        if self.is_named or not collapsed or left < MANY_EVALUATIONS:
             return
         if cause := blamed(self.task, self.end()):
             self.is_named = True
@@ -328,8 +326,7 @@ class CompiledRun:
         may slip, before this instant's events; without such rollers empty."""
         if self.task.effects.sliding_of_massless_rollers(self.task.kernel) is None:
             return {}
-        bearings = self.run.bearings
-        rollers = [bearings.each[bearings.axle_count + wheel] for wheel in range(self.wheels)]
+        rollers = [self.run.bearings.each[self.run.bearings.axle_count + wheel] for wheel in range(self.wheels)]
         sticks, taken = np.array([roller.mode == 0 for roller in rollers]), np.array([r.torque for r in rollers])
         return given_in_rows(taken, sticks) | ({"contact_taken": taken} if self._is_cut else {})
 
@@ -359,9 +356,8 @@ class CompiledRun:
             size = max(guard.size, abs(guard.constant))
             row[:] = np.concatenate([[guard.constant, guard.slope], of_nu, [size], *others])
         acts, state = self.run.acts, self.run.state
-        acts.guard_count = len(guards)
+        acts.guard_count, acts.next_time = len(guards), self.acting.next_time()
         acts.inputs_elapsed, acts.inputs_carry = state.elapsed, state.carry
-        acts.next_time = self.acting.next_time()
 
     def _describe_what_acts(self) -> None:
         """Tables, controllers and drives with modes act by themselves; the engine asks effects of other kinds here."""
@@ -462,11 +458,10 @@ class CompiledRun:
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
         elif self.status in (NO_STEP, UNLAWFUL):
-            stopped = int(self.run.figures.stopped_wheel)
-            wheel = stopped if stopped >= 0 else None
+            wheel = int(self.run.record.stopped_wheel) if self.run.record.stopped_wheel >= 0 else None
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
-            part = self.run.figures.hardest_part
+            part = self.run.record.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
         chatters = to_and_fro(self.space.switches[:count]) if self.status in (STUCK, HOPELESS) else None

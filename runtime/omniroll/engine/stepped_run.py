@@ -69,7 +69,7 @@ class SteppedRun(CompiledRun):
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
         run, record = self.run, self.run.record
-        begin = run.state.elapsed, run.figures.step_count
+        begin = run.state.elapsed, run.record.step_count
         run.task.duration, record.row_count, record.switch_count = elapsed, 0, 0
         self.go_on_from(self.call(self.struct, self.model), *begin)
 
@@ -108,7 +108,7 @@ class SteppedRun(CompiledRun):
         many, and so on."""
         if self.outlook is None:
             self.outlook, self.next_look = OutlookOfStep(self.run.task.duration - elapsed), FIRST
-        done = self.run.figures.step_count - steps
+        done = self.run.record.step_count - steps
         if done >= self.next_look:
             self.next_look = 2 * done
             if self.outlook.is_hopeless(done, self.switched, self.run.state.elapsed - elapsed):

@@ -16,12 +16,10 @@ from omniroll.effects.numbers import Curve
 from omniroll.kernels.kernel import Kernel
 
 PLACES = {  # where a run has what acts: the group in its struct, the field, and how many there are
-    "bearing": ("bearings", "each", "count"),
-    "grip": ("ground", "grips", "grip_count"),
-    "table": ("acts", "tables", "table_count"),
-    "sampler": ("acts", "samplers", "sampler_count"),
+    "bearing": ("bearings", "each", "count"), "grip": ("ground", "grips", "grip_count"),
+    "table": ("acts", "tables", "table_count"), "sampler": ("acts", "samplers", "sampler_count"),
     "modal": ("acts", "modal", "modal_count"),
-}
+}  # fmt: skip
 SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip comes to rest that falls faster
 
 

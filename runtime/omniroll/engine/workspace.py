@@ -99,7 +99,7 @@ class Columns:
 columns = lru_cache(maxsize=64)(Columns)
 
 
-# The arrays that a run points to, by the groups of its struct; "": those that are in no group. WHOLE are of integers.
+# The arrays that a run points to, by the groups of its struct; "": those that are in no group.
 ARRAYS: dict[str, tuple[str, ...]] = {
     "": ("work", "joint", "rollers", "wheel_rows"),
     "task": ("part_sizes",),
@@ -107,7 +107,6 @@ ARRAYS: dict[str, tuple[str, ...]] = {
     "acts": ("inputs", "signals", "guards", "passed", "leads_to"),
 }
 RECORDS = ("rows", "steps", "switches", "switch_axial")
-WHOLE = ("contact", "passed", "leads_to", "rollers")
 
 
 class Workspace:
@@ -155,8 +154,9 @@ class Workspace:
     def _point(self, group: Any, *names: str) -> None:
         """Let these fields of a group point to the arrays of their names."""
         for name in names:
-            kind = "long long[]" if name in WHOLE else "double[]"
-            setattr(group, name, self.ffi.from_buffer(kind, getattr(self, name)))
+            array = getattr(self, name)
+            kind = "long long[]" if array.dtype == np.int64 else "double[]"
+            setattr(group, name, self.ffi.from_buffer(kind, array))
 
     def begin(self) -> Any:
         """The struct as it is before a run."""

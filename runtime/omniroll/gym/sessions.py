@@ -63,7 +63,7 @@ class Sessions:
         for k in np.flatnonzero(statuses != DONE).tolist():
             run = self.runs[which[k]]
             try:
-                run.go_on_from(int(statuses[k]), run.run.state.elapsed, run.run.figures.step_count)
+                run.go_on_from(int(statuses[k]), run.run.state.elapsed, run.run.record.step_count)
             except SimulationStopped as error:
                 stopped[int(which[k])] = error.reason
         self._read()
