@@ -5,6 +5,9 @@ inside a function is asked through the function, with the flip in the function's
 own is asked with a flip in a definition before it, in the same chapter; one that holds whatever the signs are (no
 coefficient depends on a free roller's angle, say) is asked in a wrong form.
 
+A question that fails says nothing where it fails with no sign flipped, too: it is asked behind the whole derivation,
+where names may have other values than at its place. So each is asked unchanged as well, and must hold then.
+
 `python tests/flips.py` asks all of them, in some minutes; the tests ask those of maxima/paper/.
 """
 
@@ -64,7 +67,7 @@ CALLS = {
     "prove_few": 'block([g_row_: first(row_names)], prove_few("massless", append(turn_steps[1], turn_steps[2]), J, '
     "0, 0))",
     "prove_standing": 'prove_standing("free", inertia_3, of_mecanum(\'standing_axial_row))',
-    "prove_prepare": 'prove_prepare("prepare, two kinds of wheels")',
+    "prove_prepare": 'prove_prepare("prepare, four wheels")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -188,9 +191,9 @@ def in_place_of(claim: str, original: str) -> str:
     return f"block([m_: errcatch({claim})], {original}, if m_ = [] then error(second(error)))"
 
 
-def upstream(before: list[tuple[str, str]], claim: str) -> list[str]:
-    """Ways to ask a claim with one sign flipped in a definition before it: in the nearest first, and in those that the
-    claim does not name, nor what it names, last."""
+def upstream(before: list[tuple[str, str]], claim: str) -> list[tuple[str, str]]:
+    """Ways to ask a claim with one sign flipped in a definition before it, each with the same unchanged: in the nearest
+    first, and in those that the claim does not name, nor what it names, last."""
     rests_on, others, used = [], [], set(re.findall(r"\w+", masked(claim)))
     for k in range(len(before) - 1, -1, -1):
         statement, cover = before[k]
@@ -201,13 +204,16 @@ def upstream(before: list[tuple[str, str]], claim: str) -> list[str]:
             used |= set(re.findall(r"\w+", cover))
         rest = ", ".join(text for text, shown in before[k:] if "prove" not in shown)
         later = "".join(f", {text}" for text, shown in before[k + 1 :] if "prove" not in shown)
-        own = [in_place_of(f"({mutant}{later}, {claim})", f"({rest})") for mutant in flips(*before[k], 0, len(cover))]
-        (rests_on if is_used else others).extend(own)
+        plain, *own = [
+            in_place_of(f"({text}{later}, {claim})", f"({rest})")
+            for text in (statement, *flips(statement, cover, 0, len(cover)))
+        ]
+        (rests_on if is_used else others).extend((question, plain) for question in own)
     return (rests_on + others)[: 4 * FLIPS]
 
 
-def questions(read: list[str]) -> list[tuple[str, list[str]]]:
-    """(name of the proof, ways to ask it with one change each) of chapters."""
+def questions(read: list[str]) -> list[tuple[str, list[tuple[str, str]]]]:
+    """(name of the proof, ways to ask it with one change each, and without it) of chapters."""
     asked = []
     for chapter in read:
         if chapter in NOT_DERIVED:
@@ -219,17 +225,27 @@ def questions(read: list[str]) -> list[tuple[str, list[str]]]:
                 mutants = flips(statement, cover, start, end)
                 mutants += [negated(statement, cover, start, end)] if OF_DERIVED.search(cover[:start]) else []
                 if name in WRONG:
-                    mutants = [f'prove("{name}", "asked of the wrong thing", {WRONG[name]})']
+                    ways = [(f'prove("{name}", "asked of the wrong thing", {WRONG[name]})', "true")]
                 elif defined:
                     call = CALLS.get(defined[1])
                     assert call, f"{chapter}: no way to ask the proof in {defined[1]}; add it to CALLS"
-                    mutants = [in_place_of(f"({mutant}, {call})", statement) for mutant in mutants]
+                    plain, *mutants = [in_place_of(f"({text}, {call})", statement) for text in (statement, *mutants)]
+                    ways = [(mutant, plain) for mutant in mutants]
                 else:
-                    mutants += upstream(before, statement)
-                there = AS_THERE.get(chapter, "")
-                asked.append((name, [f"block([{there}], {mutant})" if there else mutant for mutant in mutants]))
+                    ways = [(mutant, statement) for mutant in mutants] + upstream(before, statement)
+                asked.append((name, [tuple(as_there(text, chapter, before) for text in way) for way in ways]))
             before.append((statement, cover))
     return asked
+
+
+def as_there(question: str, chapter: str, before: list[tuple[str, str]]) -> str:
+    """The question with the names and the assumptions that its place in the chapter has, behind these statements."""
+    kept = [re.match(r"\s*(assume|forget)\((.*)\)\s*$", cover, re.DOTALL) for _, cover in before]
+    last = next((found for found in reversed(kept) if found), None)
+    if last and last[1] == "assume":
+        assumed = f"[r_: (assume({last[2]}), errcatch({question}))], forget({last[2]})"
+        question = f"block({assumed}, if r_ = [] then error(second(error)))"
+    return f"block([{AS_THERE[chapter]}], {question})" if chapter in AS_THERE else question
 
 
 def cannot_fail(read: list[str], folder: Path, unasked: Sequence[str] = ()) -> tuple[int, list[str]]:
@@ -237,13 +253,14 @@ def cannot_fail(read: list[str], folder: Path, unasked: Sequence[str] = ()) -> t
     asked = questions([chapter for chapter in read if chapter not in unasked])
     lines = [f'load("{ROOT}/maxima/{chapter}.mac")$' for chapter in read if chapter not in WITHOUT_THEIR_LOOPS]
     lines.append("group(name, steps) := [['group, name, steps]]$")  # a changed group is no other group of its name
-    for number, (_, mutants) in enumerate(asked):
-        for turn, mutant in enumerate(mutants):  # in files of their own: what is not asked any more is not read
-            question = folder / f"question-{number}-{turn}.mac"
+    for number, (_, ways) in enumerate(asked):
+        for turn, (mutant, plain) in enumerate(ways):  # in files of their own: what is not asked any more is not read
+            question, unchanged = (folder / f"{kind}-{number}-{turn}.mac" for kind in ("question", "unchanged"))
             question.write_text(f"{mutant}$")
+            unchanged.write_text(f"{plain}$")
             lines.append(
-                f'if caught_[{number}] # true then block([r_: errcatch(load("{question}"))], '
-                f"if r_ = [] then caught_[{number}]: true)$"
+                f'if caught_[{number}] # true and errcatch(load("{question}")) = [] '
+                f'and errcatch(load("{unchanged}")) # [] then caught_[{number}]: true$'
             )
     lines.append(
         f'block([s_: openw(output_file)], printf(s_, "[~a]", simplode(makelist(if caught_[k_] = true '

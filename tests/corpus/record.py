@@ -55,7 +55,7 @@ def recorded(run: Trajectory, numbers: tuple[str, ...] = ()) -> Record:
     borders = _borders(run.t)
     found = events(run, borders)
     instants = np.unique([at for at, _, _ in found])[:KEPT]
-    rows = [*(np.searchsorted(run.t, at + AT_ONCE) - 1 for at in instants), len(run) - 1]
+    rows = [*(row_behind(run.t, borders, at) for at in instants), len(run) - 1]
     end, width = [run.sensitivity(name) for name in numbers], 6 + run.vehicle.wheels
     spins = np.empty(0) if run.spins is None else run.spins[-1].ravel()
     losses = [value[-1] for name, value in sorted(run.contributions().items()) if name.endswith("loss")]
@@ -74,6 +74,13 @@ def _borders(t: np.ndarray) -> np.ndarray:
     """Times of the start, of the end, and at which rows stand on two sides, each instant once: its last time."""
     times = np.concatenate([t[:1], t[1:][np.diff(t) == 0], t[-1:]])
     return times[np.append(np.diff(times) > AT_ONCE, True)]
+
+
+def row_behind(t: np.ndarray, borders: np.ndarray, at: float) -> int:
+    """The last row of what happens at once at an instant. Steps behind it may be shorter than AT_ONCE: their rows are
+    later states, at times that the accuracy chooses."""
+    last = borders[np.searchsorted(borders, at + AT_ONCE) - 1]  # earlier where the instant has no two sides
+    return int(np.searchsorted(t, max(at, last), side="right")) - 1
 
 
 def events(run: Trajectory, borders: np.ndarray) -> list[tuple[float, int, int]]:

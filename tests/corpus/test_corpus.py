@@ -3,10 +3,12 @@
 `python -m corpus` from tests/ runs all of them.
 """
 
+import numpy as np
 import pytest
 
 from corpus import files
 from corpus.kinds import KINDS, name_of
+from corpus.record import row_behind
 from corpus.replay import DIFFERS, differences, unexplained
 
 QUICK = [("rolling", "free", "both"), ("viscous", "massless", "rollers"), ("coulomb", "free", "both"),
@@ -38,6 +40,18 @@ def test_scenes_of_the_other_kinds_go_on_as_kept(kind):
 @pytest.mark.parametrize("kind", FOLLOWED, ids=name_of)
 def test_derivatives_are_those_that_are_kept(kind):
     assert_as_kept(kind, 0, followed=True)
+
+
+def test_a_short_step_behind_an_event_moves_no_kept_state():
+    """In this scene steps of 1.5e-10 s and 7.7e-10 s follow where an axle starts to turn."""
+    assert differences(("viscous", "free", "both and viscous"), [20]) == {}
+
+
+@pytest.mark.parametrize(("at", "row"), [(0.1, 3), (0.1 + 1e-10, 3), (0.15, 6), (0.3, 7)])
+def test_the_row_of_an_event_is_the_last_at_its_time(at, row):
+    """Two sides at 0.1 s and once more 1e-10 s later, which is at once; short steps follow; one row alone at 0.15 s."""
+    t = np.array([0, 0.1, 0.1 + 1e-10, 0.1 + 1e-10, 0.1 + 3e-10, 0.1 + 9e-10, 0.15, 0.3])
+    assert row_behind(t, np.array([0, 0.1 + 1e-10, 0.3]), at) == row
 
 
 def test_the_corpus_has_every_kind_and_stays_small():

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.effects.contact import Contact
 from omniroll.effects.effect import Effect, Sampler
-from omniroll.effects.linear_loop import growth
+from omniroll.effects.linear_loop import carried, excess_alone, growth
 from omniroll.effects.motor import Motor
 from omniroll.effects.numbers import Curve, spread
-from omniroll.effects.sampled import Sampled, SampledDrive, doubts_of_growth
+from omniroll.effects.sampled import NEUTRAL, Sampled, SampledDrive, doubts_of_growth
+from omniroll.errors import UnstableControllerWarning
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
@@ -32,9 +34,9 @@ class Controller(SampledDrive):
 
     {entries}
 
-    Gains that are too large for the sample time give an UnstableControllerWarning. Raises InvalidValueError
-    for numbers out of their bounds; simulate raises it for a number of gains that is not N, and for an output of
-    voltages without a Motor.
+    Gains that are too large for the sample time give an UnstableControllerWarning, beside a Contact also those that are
+    too large for a wheel that slips, which does not carry the vehicle. Raises InvalidValueError for numbers out of
+    their bounds; simulate raises it for a number of gains that is not N, and for an output of voltages without a Motor.
     """
 
     signals: ClassVar[tuple[str, ...]] = ("target", "proportional", "integral", "times")
@@ -61,10 +63,35 @@ class Controller(SampledDrive):
         super().check(vehicle, others)
 
     def doubts(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[UserWarning, ...]:
-        gains = (spread(name, getattr(self, name), vehicle.wheels) for name in ("proportional", "integral"))
-        times = growth(vehicle, *self._torques(vehicle, others), *gains, self.sample_time)
+        gains = [spread(name, getattr(self, name), vehicle.wheels) for name in ("proportional", "integral")]
+        per_output, damping = self._torques(vehicle, others)
+        times = growth(vehicle, per_output, damping, *gains, self.sample_time)
         words = "the controller's errors", "a linear test at rest", "sample_time, proportional or integral"
-        return doubts_of_growth(times, *words)
+        doubts = doubts_of_growth(times, *words)
+        for ground in others:
+            if isinstance(ground, Contact):
+                damping = damping + ground.axle_damping(vehicle)
+                excess = excess_alone(vehicle.wheel_inertia, per_output, damping, *gains, self.sample_time)
+                doubts += self._doubts_of_slip(vehicle, others, excess)
+        return doubts
+
+    def _doubts_of_slip(
+        self, vehicle: Vehicle, others: Sequence[Effect], excess: np.ndarray
+    ) -> tuple[UnstableControllerWarning, ...]:
+        """The warning of gains that are too large for wheels that slip; excess (N,) is how many times."""
+        wheel = int(excess.argmax())
+        if excess[wheel] <= 1 + NEUTRAL:
+            return ()
+        alone, of_vehicle = vehicle.wheel_inertia, carried(vehicle, wheel)
+        text = (
+            f"where wheels slip, the controller's errors grow from sample to sample: wheel {wheel + 1} alone has "
+            f"{alone:.3g} kg m^2 about its axle, and {of_vehicle:.3g} where it carries the vehicle; in a linear test "
+            f"the gains are {excess[wheel]:.3g} times the largest with which it settles alone; make proportional and "
+            "integral so many times smaller, or sample_time smaller"
+        )
+        if any(isinstance(other, Motor) and other.rotor_inertia == 0 for other in others) and vehicle.rotor is None:
+            text += ", or give the motor's rotor_inertia, if the wheel's inertia does not hold it yet"
+        return (UnstableControllerWarning(text),)
 
     def _torques(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[np.ndarray, np.ndarray]:
         """(N,) the torque at an axle per output, and what friction and motors take from it per rate of the wheel."""

@@ -1,7 +1,8 @@
-"""The linear test of a sampled controller: whether the errors that it sees grow from sample to sample.
+"""The linear tests of a sampled controller: whether the errors that it sees grow from sample to sample.
 
 The vehicle is taken at rest, with massless rollers, and its speeds are small: nu' = M^-1 W^T (b u - d W nu), with the
 wheels' speeds W nu, the torque b of an output u that is held for a time, and what the torques lose per wheel rate, d.
+A wheel that slips does not carry the vehicle: J w' = b u - d w of its rate w alone, with the inertia J about its axle.
 """
 
 import math
@@ -38,6 +39,34 @@ def growth(
     if integral.any():
         loop = np.block([[loop, forced @ of_sums], [-sample_time * np.eye(3), np.eye(3)]])
     return float(np.abs(np.linalg.eigvals(loop)).max()) if np.isfinite(loop).all() else math.inf
+
+
+def excess_alone(
+    inertia: float,
+    per_output: np.ndarray,
+    damping: np.ndarray,
+    proportional: np.ndarray,
+    integral: np.ndarray,
+    sample_time: float,
+) -> np.ndarray:
+    """(N,) how many times the gains are those at which the errors of a wheel alone begin to grow; up to 1 they fade.
+
+    inertia  J in kg m^2; the others as in `growth`
+
+    A sample takes w to a w + g u, with a = exp(-d T/J) and g = (1 - a) b/d. With the sums of the errors the loop's
+    polynomial is z^2 - (1 + a - g (p + i T)) z + a - g p. Of its roots the first to leave the unit circle is -1, where
+    g (p + i T/2) = 1 + a.
+    """
+    with np.errstate(over="ignore"):
+        free = np.full(len(damping), sample_time / (2 * inertia))  # g/b/(1 + a) without damping
+        rate = np.divide(np.tanh(damping * free), damping, out=free, where=damping > 0)
+        return per_output * rate * (proportional + integral * sample_time / 2)
+
+
+def carried(vehicle: Vehicle, wheel: int) -> float:
+    """In kg m^2, the torque at an axle per acceleration of its wheel where all wheels roll and this one is driven."""
+    bound = kernel(vehicle, "massless", "python")
+    return float(1 / (bound.wheel_rows[wheel] @ bound.nu_dot_per_torque[:, wheel]))
 
 
 def held(rates: np.ndarray, inputs: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:

@@ -106,7 +106,7 @@ class PathTracking(Sampled):
         self.path = Path(np.array(follower.times) - start_time, np.array(follower.poses))
         self.limit = math.inf if follower.limit is None else follower.limit
         model = "massless" if kernel.roller_model == "massless" else "locked"
-        self.plant = kernel_by(best_backend(), kernel.vehicle, model)  # what the controller takes the vehicle for
+        self.plant = kernel_by(best_backend(model), kernel.vehicle, model)  # what the controller takes the vehicle for
         self.sum = np.zeros(3)
 
     def pass_time(self, state: State) -> None:

@@ -33,6 +33,10 @@ class StepFailedError(ArithmeticError):
     """No step from here meets the tolerance."""
 
 
+class MemoryFullError(StepFailedError):
+    """Memory has no room for the rows of further steps."""
+
+
 class StepTooSmallError(StepFailedError):
     """Not even the shortest one."""
 

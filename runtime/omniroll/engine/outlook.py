@@ -14,6 +14,7 @@ SURE = 8192  # steps after which switches are no reason to wait any longer
 FIRST = 32  # steps of the first window; each is twice as long as the one before
 DOUBT = 4.0  # the estimate must exceed the limit so many times
 MOST_IN_SESSION = 1_000_000  # steps of the engine that are left in one step of a session: some seconds
+MEMORY = "memory"
 UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB", "EB")
 
 
@@ -30,7 +31,7 @@ class Outlook:
     duration: float
     step_memory: float
     memory: float
-    where: str = "memory"
+    where: str = MEMORY
     steps: int = 0
     switches: int = 0
     elapsed: float = 0.0
@@ -67,6 +68,11 @@ class Outlook:
         linear = rest / pace
         return math.log1p(growth * linear) / growth if growth > 0 else linear
 
+    @property
+    def lacks_memory(self) -> bool:
+        """Whether more memory would do: not where no end is in sight, or where the rows go elsewhere."""
+        return self.where == MEMORY and math.isfinite(self.left)
+
     def described(self) -> str:
         """The estimate in words."""
         if not math.isfinite(self.left):
@@ -80,7 +86,7 @@ class OutlookOfStep(Outlook):
     """That of one step of a session, which keeps nothing: it counts the engine's steps, not their memory."""
 
     def __init__(self, duration: float):
-        super().__init__(duration, 1.0, MOST_IN_SESSION / DOUBT)
+        super().__init__(duration, 1.0, MOST_IN_SESSION / DOUBT, "the session")
 
     def described(self) -> str:
         """The estimate in words."""

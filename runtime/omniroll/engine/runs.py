@@ -48,7 +48,7 @@ MEMORY = 2.0**30  # bytes that the rows and steps of a run may take; their traje
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 STATE = ("nu", "chi", "pose", "contact")  # what a run that has stopped says of its end
 AS_THEY_ARE = ("elapsed", "contact", "pivots", "modes", "step_rows", "drive")  # of Rows, in a trajectory
-TOO_MANY_ROWS = "more rows than memory should hold; go on in another run from the state that this one ends with"
+TOO_MANY_ROWS = "more rows than memory should hold"
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
 

@@ -140,7 +140,8 @@ def checked_task(
         validation.function("progress", progress, "done", "duration")
     acting = EffectSet.checked(effects, vehicle)
     _refuse_beside_kinds(vehicle, acting, engine)
-    bound = acting.kernel(vehicle, roller_model, best_backend() if engine == "compiled" else BACKEND_OF[engine])
+    backend = best_backend(roller_model) if engine == "compiled" else BACKEND_OF[engine]
+    bound = acting.kernel(vehicle, roller_model, backend)
     _check_friction(bound, memory)
     task = Task(
         vehicle=vehicle,

@@ -35,7 +35,7 @@ def accelerations(
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
     choice("roller_model", roller_model, ROLLER_MODELS)
-    bound = kernel_by(best_backend(), vehicle, roller_model)
+    bound = kernel_by(best_backend(roller_model), vehicle, roller_model)
     state = checks.plain_state(vehicle, roller_model, nu, chi, spins)
     if state is not None:
         found = bound.accelerations(*state)
@@ -52,7 +52,7 @@ def _checked(
     chi = checks.wheel_angles_in_contact(chi, vehicle)
     spins = checks.free_spins(spins, vehicle, roller_model)
     _check_leading_axes(nu, chi, spins)
-    bound = kernel_by(best_backend(), vehicle, roller_model)
+    bound = kernel_by(best_backend(roller_model), vehicle, roller_model)
     found = bound.accelerations(nu, chi, *bound.spins_or_nothing(spins))
     nu_dot, spins_dot = found if spins is not None else (found, None)
     checks.refuse_unless_finite("accelerations", nu, nu_dot, *(() if spins_dot is None else (spins_dot,)))

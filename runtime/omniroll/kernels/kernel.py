@@ -180,13 +180,21 @@ def optional_effects() -> tuple[str, ...]:
     return tuple(effect["name"] for effect in generated_data.load("effects")["effects"] if effect["optional"])
 
 
+BROUGHT: dict[str, Callable[[Vehicle], bool]] = {  # effects that a vehicle brings, and whether one does
+    "layout": lambda vehicle: vehicle.has_layout,
+    "rows": lambda vehicle: vehicle.rows > 1,
+    MECANUM: lambda vehicle: any(vehicle.roller_angle),
+    KINDS: lambda vehicle: vehicle.has_kinds,
+    PROFILE: lambda vehicle: vehicle.has_profile,
+    ARCS: has_pieces,
+}
+
+
 def effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> tuple[str, ...]:
     """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
     them the numbers by which there are derivatives, and whether there are second ones."""
     refuse_unmodelled(vehicle)
-    of_vehicle = ["layout"] * vehicle.has_layout + ["rows"] * (vehicle.rows > 1)
-    of_vehicle += [MECANUM] * any(vehicle.roller_angle) + [KINDS] * vehicle.has_kinds
-    of_vehicle += [PROFILE] * vehicle.has_profile + [ARCS] * has_pieces(vehicle)
+    of_vehicle = [effect for effect, brings in BROUGHT.items() if brings(vehicle)]
     if not effects and not of_vehicle:
         return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})

@@ -144,10 +144,10 @@ def neutral_kernel(
 
 
 @cache
-def best_backend() -> str:
-    """ "prebuilt" where the C kernels are there or can be made, else "python"."""
+def best_backend(roller_model: str) -> str:
+    """ "prebuilt" where this model's C kernel is there or can be made, else "python"."""
     try:
-        sets.library("free", (), "double")
+        sets.library(roller_model, (), "double")
     except KernelsMissingError:
         return "python"
     return PREBUILT

@@ -449,7 +449,7 @@ class Trajectory(MadeOnDemand):
 
     @property
     def _backend(self) -> str:
-        return "python" if self.engine == "python" else best_backend()
+        return "python" if self.engine == "python" else best_backend(self.roller_model)
 
     @property
     def _effect_kernel(self) -> Kernel:

@@ -10,6 +10,8 @@ from omniroll.engine.compiled_engine import kernel_of
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.kernels.by_state import has_pieces
+from omniroll.kernels.kernel import BROUGHT
+from omniroll.kernels.sets import general_sets
 from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.acting import MAKERS
 from omniroll.scenes.allowance import Allowance, working_clock
@@ -17,10 +19,11 @@ from omniroll.scenes.costs import nanoseconds, operations, prices
 from omniroll.scenes.estimates import FELT, estimates
 from omniroll.scenes.lints import lints
 from omniroll.scenes.loading import Scene
+from omniroll.scenes.schema import TABLES
 from omniroll.scenes.wheels_explained import wheels_explained
 from omniroll.vehicles.data_sheet import ASSUMED, GIVEN, Origin, motor_constants
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, STATE, Entry, by_name
+from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, ROLLER_MODELS, STATE, Entry, by_name
 
 JOINTS = "joints of rollers: the contact passes to the next one"
 ARCS = "borders between the arcs of a roller: the wheel passes to the next one"
@@ -56,7 +59,7 @@ def explained(scene: Scene) -> dict[str, Any]:
                 "estimate": asdict(by_effect[effect["name"]]) if effect["name"] in by_effect else None,
             }
             for effect in generated_data.load("effects")["effects"]
-            if effect["table"] or effect["name"] in on
+            if effect["name"] in on or can_be_on(effect)
         ],
         "events": events_of(task),
         "compared": compared,
@@ -131,6 +134,16 @@ def effects_on(scene: Scene, task: Task) -> set[str]:
     """The effects of the registry that the scene calls for; the defaults where it says nothing."""
     asked = {"reactions"} if "reactions" in scene.tables else set()
     return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked
+
+
+def can_be_on(effect: dict[str, Any]) -> bool:
+    """Whether a scene may call for an effect of the registry: as a roller model or a law, by a vehicle that brings it,
+    by an output's own table, or by what acts, for which engines are built. The others come along with what needs them,
+    or only have functions."""
+    name = effect["name"]
+    if not effect["optional"] or name in BROUGHT or name in TABLES:
+        return True
+    return effect["table"] != "vehicle" and any(name in one for model in ROLLER_MODELS for one in general_sets(model))
 
 
 def called_by(scene: Scene, effect: dict[str, Any]) -> list[str]:

@@ -111,7 +111,8 @@ def linearise(
         bound = kernel_in_phase(acting.kernel(vehicle, roller_model, "python"), Carry(first, first))
         near_of = near_by_tangents
     else:
-        near_of, bound = rolling_near, acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
+        backend = best_backend(roller_model)
+        near_of, bound = rolling_near, acting.kernel(vehicle, roller_model, backend, also=(DERIVATIVES,))
     if "odometry" in outputs and by_tangents:
         bound = "asks for wheels that roll, omni-wheels in one row: of others it is not the pose"
         raise InvalidValueError("outputs", "odometry", bound)
