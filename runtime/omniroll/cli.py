@@ -14,8 +14,8 @@ from collections.abc import Sequence
 
 import omniroll
 from omniroll import commands
-from omniroll.commands import BAD_CALL, CLOSED, FAILED, INTERRUPTED, MORE_MEMORY, STOPPED
-from omniroll.errors import InvalidValueError, MemoryStopped, OmnirollError, SimulationStopped
+from omniroll.commands import BAD_CALL, CLOSED, FAILED, INTERRUPTED, STOPPED
+from omniroll.errors import InvalidValueError, OmnirollError, SimulationStopped
 
 EXIT_CODES = (
     "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 4 a fit of another model, "
@@ -80,8 +80,6 @@ def _run(arguments: Sequence[str] | None) -> int:
         if isinstance(error, omniroll.SceneError):  # each of its lines begins with the file's name
             print(error, file=sys.stderr)
             return BAD_CALL
-        if isinstance(error, MemoryStopped):
-            error = error.saying(MORE_MEMORY)
         of_file = isinstance(error, OSError) and error.filename is not None and error.strerror
         print(f"omniroll: {f'{error.filename}: {error.strerror}' if of_file else error}", file=sys.stderr)
         return next((code for kind, code in CODES.items() if isinstance(error, kind)), FAILED)

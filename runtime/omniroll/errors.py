@@ -93,25 +93,6 @@ class SimulationStopped(OmnirollError, RuntimeError):
         self.reason, self.t, self.wheel, self.state, self.trajectory = reason, t, wheel, state, trajectory
 
 
-class MemoryStopped(SimulationStopped):
-    """A run whose rows fill the memory that they may take, or would at its present pace.
-
-    cause    that in words; the reason says what to do as well
-    instead  what to do, by the names of what the run was asked for with: here arguments of simulate
-    """
-
-    BY_ARGUMENTS = "let it take more by `memory`, or go on in another run from the state that this one ends with"
-
-    def __init__(self, cause: str, instead: str = BY_ARGUMENTS, **stopped: Any):
-        super().__init__(f"{cause}; {instead}", **stopped)
-        self.cause = cause
-
-    def saying(self, instead: str) -> "MemoryStopped":
-        """The same stop, with what to do in other words."""
-        where = {name: getattr(self, name) for name in ("t", "wheel", "state", "trajectory")}
-        return type(self)(self.cause, instead, **where)
-
-
 class NoDerivativeError(OmnirollError, ValueError):
     """An instant at which a run has no derivative: the motion beside it differs by more than a little.
 

@@ -1,6 +1,5 @@
 """Runs that could not end, or would take more memory than there is: stopped while they are young, with the reason."""
 
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,10 +11,8 @@ import omniroll
 from omniroll import cli
 from omniroll.commands import explain
 from omniroll.engine.control import made
-from omniroll.engine.outlook import SURE, OutlookOfStep, outlook_of
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stiffness import sharpest
-from omniroll.errors import MemoryStopped
 from omniroll.scenes import costs, explanation
 
 PAPER = omniroll.Vehicle.paper()
@@ -106,42 +103,6 @@ def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
         said = str(run.stop)
         assert "at its present pace the run needs" in said and "time constant" not in said
         assert run.stats()["steps"] < 20_000
-        assert isinstance(run.stop, MemoryStopped) and "let it take more by `memory`" in said and "--" not in said
-
-
-def test_where_more_memory_would_do_nothing_none_is_asked_for():
-    """On the disk, where no end is in sight, and in a step of a session, which keeps nothing."""
-    far, never = outlook_of(1e10, 1e3, 1e6, None), outlook_of(1.0, 1e3, 1e6, None)
-    disk, step = outlook_of(1e10, 1e3, 1e6, 1e6), OutlookOfStep(1e10)
-    assert [look.is_hopeless(SURE, 0, 1.0) for look in (far, disk, step)] == [True] * 3
-    assert never.is_hopeless(SURE, 0, 0.0)
-    assert [look.lacks_memory for look in (far, never, disk, step)] == [True, False, False, False]
-
-
-@pytest.mark.parametrize("duration", [60, 1e10])
-@pytest.mark.parametrize("options", [(), ("--json",)], ids=["text", "json"])
-def test_on_the_command_line_a_stop_for_lack_of_memory_names_options(duration, options, tmp_path, capsys):
-    """A run that fills memory, and one that would; so does its summary."""
-    path, out = tmp_path / "scene.toml", tmp_path / "out"
-    path.write_text(re.sub(r"duration = .*", f"duration = {duration}", Path("scenes/motion-3.toml").read_text()))
-    assert cli.main(["run", str(path), "--output", str(out), "--memory", "5e4", *options]) == 3
-    for said in (capsys.readouterr().err, json.loads((out / "summary.json").read_text())["stopped"]["reason"]):
-        assert "`omniroll run --memory`" in said and "`omniroll run --stream`" in said and "by `memory`" not in said
-
-
-def test_every_command_that_stops_for_lack_of_memory_names_options(monkeypatch, capsys):
-    def stops(_):
-        raise MemoryStopped("more rows than memory should hold", t=0.5, wheel=None, state={})
-
-    monkeypatch.setattr(explain, "run", stops)
-    assert cli.main(["explain", "scenes/motion-3.toml"]) == 3
-    assert "`omniroll run --memory`" in capsys.readouterr().err
-
-
-def test_a_memory_that_makes_no_sense_is_told_by_the_option(tmp_path, capsys):
-    for memory, said in (("-1", "must be positive"), ("100", "must be at least")):
-        assert cli.main(["run", "scenes/motion-3.toml", "--output", str(tmp_path), "--memory", memory]) == 2
-        assert f"omniroll: --memory = {float(memory)}: {said}" in capsys.readouterr().err
 
 
 # Sizes

@@ -15,6 +15,3 @@ STOPPED = 3  # the simulation stopped before its end
 NOT_THIS_MODEL = 4  # a fit came to an end, and its residuals say that the model is none of the log's
 CLOSED = 141  # whoever reads the output has closed it, as `head` does: 128 and the number of SIGPIPE
 INTERRUPTED = 130  # by Ctrl-C; a run that another signal ended gives 128 and the signal's number, 143 for SIGTERM
-MORE_MEMORY = (  # where a run stops for lack of it
-    "let it take more with `omniroll run --memory`, or write it to the disk as it goes with `omniroll run --stream`"
-)

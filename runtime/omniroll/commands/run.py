@@ -4,7 +4,7 @@ import argparse
 import sys
 import time
 import webbrowser
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,7 @@ from typing import Any
 from shtab import DIRECTORY, FILE
 
 from omniroll import extras
-from omniroll.commands import MORE_MEMORY
 from omniroll.engine.runs import MEMORY
-from omniroll.errors import InvalidValueError, MemoryStopped
 from omniroll.interruption import Interruption
 from omniroll.progress import reporting
 from omniroll.results.ledger import WORDS
@@ -73,9 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
         stream = Stream(results.unfinished, memory) if arguments.stream else None
         parts = Parts(results.unfinished, PARTS, time.monotonic)
         with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
-            outcome = _by_options(
-                lambda: run_scene(scene, report, keep=parts.look, interrupted=interruption, stream=stream)
-            )
+            outcome = run_scene(scene, report, keep=parts.look, interrupted=interruption, stream=stream)
         summary = write(outcome, results)
         try:
             summary = complete(outcome, results, summary, picture=arguments.plot, view=arguments.view)
@@ -94,18 +90,6 @@ def run(arguments: argparse.Namespace) -> int:
     if outcome.stopped is not None:
         raise outcome.stopped
     return 0
-
-
-def _by_options(simulated: Callable[[], Outcome]) -> Outcome:
-    """What is simulated; where memory is the matter it is told by the options of this command."""
-    try:
-        outcome = simulated()
-    except InvalidValueError as error:
-        field = "--memory" if error.field == "memory" else error.field
-        raise InvalidValueError(field, error.value, error.bound) from None
-    if isinstance(outcome.stopped, MemoryStopped):
-        return replace(outcome, stopped=outcome.stopped.saying(MORE_MEMORY))
-    return outcome
 
 
 def _parts(summary: dict[str, Any]) -> list[str]:

@@ -26,7 +26,7 @@ from omniroll.engine.stiffness import TO_CHANGE, blamed, to_and_fro
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.engine.works import EngineCall, Work, result_of
 from omniroll.engine.workspace import NODES, Workspace, columns, engine_of, names_of
-from omniroll.errors import InvalidValueError, KernelsMissingError, MemoryStopped, SimulationStopped
+from omniroll.errors import InvalidValueError, KernelsMissingError, SimulationStopped
 from omniroll.kernels.kernel import CompiledKernel, Kernel
 from omniroll.kernels.lanes import MOST_WHEELS
 from omniroll.kernels.neutral_kernel import NeutralKernel, neutral_kernel
@@ -471,7 +471,5 @@ class CompiledRun:
             reason += blamed(self.task, self.end())
         if self.status == NO_STEP:
             reason += TO_CHANGE
-        lacks_memory = self.status == TOO_LONG or (self.status == HOPELESS and self.outlook.lacks_memory)
-        stop = MemoryStopped if lacks_memory and not self.ended else SimulationStopped
         time = self.task.start_time + self.run.state.elapsed
-        return stop(reason, t=time, wheel=wheel, state=shown_state(self))
+        return SimulationStopped(reason, t=time, wheel=wheel, state=shown_state(self))

@@ -33,10 +33,6 @@ class StepFailedError(ArithmeticError):
     """No step from here meets the tolerance."""
 
 
-class MemoryFullError(StepFailedError):
-    """Memory has no room for the rows of further steps."""
-
-
 class StepTooSmallError(StepFailedError):
     """Not even the shortest one."""
 

@@ -15,6 +15,10 @@ FIRST = 32  # steps of the first window; each is twice as long as the one before
 DOUBT = 4.0  # the estimate must exceed the limit so many times
 MOST_IN_SESSION = 1_000_000  # steps of the engine that are left in one step of a session: some seconds
 MEMORY = "memory"
+TO_HOLD_MORE = (
+    "let the run take more by `memory` (on the command line --memory; --stream writes rows to the disk meanwhile), or "
+    "go on in another run from the state that this one ends with"
+)
 UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB", "EB")
 
 
@@ -68,25 +72,21 @@ class Outlook:
         linear = rest / pace
         return math.log1p(growth * linear) / growth if growth > 0 else linear
 
-    @property
-    def lacks_memory(self) -> bool:
-        """Whether more memory would do: not where no end is in sight, or where the rows go elsewhere."""
-        return self.where == MEMORY and math.isfinite(self.left)
-
     def described(self) -> str:
         """The estimate in words."""
         if not math.isfinite(self.left):
             return "at its present pace the run would never end"
         room = shown_bytes(self.left * self.step_memory)
         allowed = shown_bytes(self.memory)
-        return f"at its present pace the run needs {self.left:.0e} more steps and {room}; {self.where} allows {allowed}"
+        needs = f"at its present pace the run needs {self.left:.0e} more steps and {room}; {self.where} allows {allowed}"
+        return f"{needs}: {TO_HOLD_MORE}" if self.where == MEMORY else needs
 
 
 class OutlookOfStep(Outlook):
     """That of one step of a session, which keeps nothing: it counts the engine's steps, not their memory."""
 
     def __init__(self, duration: float):
-        super().__init__(duration, 1.0, MOST_IN_SESSION / DOUBT, "the session")
+        super().__init__(duration, 1.0, MOST_IN_SESSION / DOUBT)
 
     def described(self) -> str:
         """The estimate in words."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from omniroll.engine.dop853 import compensated_sum
-from omniroll.engine.integrate import MemoryFullError, Phase, PhaseIntegrator, StepFailedError, StepTooSmallError
+from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError, StepTooSmallError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.python_run import NUMBER, PythonRun
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, TOO_MANY_ROWS, Task, least_speed, speed_scale, state_of
@@ -142,7 +142,7 @@ class Run(PythonRun):
             if isinstance(error, StepTooSmallError):
                 accelerations = self.kernel.wheel_speeds(self.flow(0.0, self._y())[:3])
                 self._stop(f"{error}{self._blamed()}{TO_CHANGE}", int(np.abs(accelerations).argmax()))
-            self._stop(str(error) + self._blamed(), lacks_memory=isinstance(error, MemoryFullError))
+            self._stop(str(error) + self._blamed())
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
@@ -162,7 +162,7 @@ class Run(PythonRun):
             try:
                 self._is_ended(0.0)
             except StepFailedError as error:
-                self._stop(str(error) + self._blamed(), lacks_memory=isinstance(error, MemoryFullError))
+                self._stop(str(error) + self._blamed())
 
     def _blamed(self) -> str:
         """What makes the steps short, in words, after a colon; empty where nothing is known."""
@@ -215,11 +215,10 @@ class Run(PythonRun):
         if steps >= self.next_look:
             self.next_look = steps + min(2 * self.outlook.length, MOST_STEPS) if self.outlook.length else 3 * FIRST
             if self.outlook.is_hopeless(steps, self.rows.switch_count, self.elapsed + done):
-                stop = MemoryFullError if self.outlook.lacks_memory else StepFailedError
-                raise stop(self.outlook.described())
+                raise StepFailedError(self.outlook.described())
             self._name_what_is_slow()
             if self.bytes_held + (steps - self.rows.step_count) * self.outlook.step_memory > self.task.memory:
-                raise MemoryFullError(TOO_MANY_ROWS)
+                raise StepFailedError(TOO_MANY_ROWS)
 
     def _name_what_is_slow(self) -> None:
         """Say once which term makes the steps short, of a run that goes on: memory holds steps that take hours."""

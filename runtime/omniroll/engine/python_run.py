@@ -10,7 +10,7 @@ import numpy as np
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.runs import Rows, Task, assembled, shown_state
 from omniroll.engine.works import Work, result_of
-from omniroll.errors import MemoryStopped, SimulationStopped
+from omniroll.errors import SimulationStopped
 from omniroll.results.comparison import difference
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
@@ -183,6 +183,6 @@ class PythonRun:
         if self.task.progress is not None:
             self.task.progress(self.elapsed, self.task.duration)
 
-    def _stop(self, reason: str, wheel: int | None = None, *, lacks_memory: bool = False) -> NoReturn:
-        t, stop = float(self.task.start_time + self.elapsed), MemoryStopped if lacks_memory else SimulationStopped
-        raise stop(reason, t=t, wheel=wheel, state=shown_state(self.state), trajectory=self.part())
+    def _stop(self, reason: str, wheel: int | None = None) -> NoReturn:
+        t = float(self.task.start_time + self.elapsed)
+        raise SimulationStopped(reason, t=t, wheel=wheel, state=shown_state(self.state), trajectory=self.part())

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.engine.outlook import TO_HOLD_MORE
 from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Flow, Kernel, kernel
 from omniroll.kernels.phases import Carry, call_in_phases
@@ -48,7 +49,7 @@ MEMORY = 2.0**30  # bytes that the rows and steps of a run may take; their traje
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 STATE = ("nu", "chi", "pose", "contact")  # what a run that has stopped says of its end
 AS_THEY_ARE = ("elapsed", "contact", "pivots", "modes", "step_rows", "drive")  # of Rows, in a trajectory
-TOO_MANY_ROWS = "more rows than memory should hold"
+TOO_MANY_ROWS = f"more rows than memory should hold; {TO_HOLD_MORE}"
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
 
