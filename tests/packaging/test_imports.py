@@ -16,7 +16,7 @@ PACKAGE = Path(omniroll.__file__).parent
 # The order of the rooms, and of the modules that stand beside them: each imports only what stands before it. This is
 # the one place where the order is written down.
 ORDER = (
-    "errors", "extras", "validation", "progress", "durable", "json_texts", "interruption", "generated",
+    "errors", "extras", "validation", "progress", "durable", "json_texts", "interruption", "alone", "generated",
     "generated_data", "kinds", "vocabulary", "vehicles", "codegen", "kernels", "effects", "robots", "results",
     "conventions", "exchange", "viewer", "engine", "sweeps", "scenes", "identification", "studies", "gym", "omniroll",
     "commands", "cli", "__main__",

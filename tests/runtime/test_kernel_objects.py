@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from omniroll import Kernel, Vehicle, kernel
-from omniroll.errors import KernelsMissingError
-from omniroll.kernels import sets
 from omniroll.kernels.kernel import ROLLER_MODELS
-from omniroll.kernels.neutral_kernel import PREBUILT, best_backend
 
 VEHICLE = Vehicle.paper(4, 7).replace(wheel_angles=(0.0, 1.4, 3.3, 4.9))
 SHARP = VEHICLE.replace(roller_axis_radius=VEHICLE.wheel_radius * np.cos(np.pi / 7) * (1 - 1e-9))
@@ -55,19 +52,6 @@ def test_other_number_types(number_type, tolerance):
         expected, found = double.call(name, *values), other.call(name, *values)
         assert found.dtype == {"float": np.float32, "long_double": np.longdouble}[number_type]
         np.testing.assert_allclose(found.astype(float), expected, rtol=tolerance, atol=tolerance)
-
-
-@pytest.mark.parametrize("roller_model", ROLLER_MODELS)
-def test_the_best_backend_goes_by_the_library_of_the_roller_model(roller_model, monkeypatch):
-    """One that is missing takes nothing from the other models."""
-
-    def library(base, effects, number_type):
-        if base == roller_model:
-            raise KernelsMissingError("no compiler")
-
-    monkeypatch.setattr(sets, "library", library)
-    found = {model: best_backend.__wrapped__(model) for model in ROLLER_MODELS}  # the cache is of this machine
-    assert found == dict.fromkeys(ROLLER_MODELS, PREBUILT) | {roller_model: "python"}
 
 
 # Wheel and roller kinematics both ways: nu -> wheel rates and contact spins -> nu

@@ -230,16 +230,6 @@ class Contact(Effect):
         both = (np.array(_of_wheels(numbers, vehicle)) for numbers in (self.friction, static))
         return Grip(self.loads_at_rest(vehicle), *both)
 
-    def axle_damping(self, vehicle: Vehicle) -> np.ndarray:
-        """(N,) in N m s, what the ground takes from the torque at an axle per rate of a wheel that slips while the
-        vehicle stands. It is nothing under the laws of dry friction, whose force does not grow with a fast slip.
-
-        vehicle  Vehicle with N wheels
-        """
-        if self.law != "viscous":
-            return np.zeros(vehicle.wheels)
-        return vehicle.wheel_radius**2 * np.array(_of_wheels(self.coefficient, vehicle))[:, 1]
-
     def recorded(self) -> tuple[str, ...]:
         return ("sticks", "slip_heading") if self.law == "coulomb" else ()
 

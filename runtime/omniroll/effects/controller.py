@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects.contact import Contact
 from omniroll.effects.effect import Effect, Sampler
-from omniroll.effects.linear_loop import carried, excess_alone, growth
+from omniroll.effects.linear_loop import excess_alone, growth
 from omniroll.effects.motor import Motor
 from omniroll.effects.numbers import Curve, spread
 from omniroll.effects.sampled import NEUTRAL, Sampled, SampledDrive, doubts_of_growth
@@ -68,30 +68,10 @@ class Controller(SampledDrive):
         times = growth(vehicle, per_output, damping, *gains, self.sample_time)
         words = "the controller's errors", "a linear test at rest", "sample_time, proportional or integral"
         doubts = doubts_of_growth(times, *words)
-        for ground in others:
-            if isinstance(ground, Contact):
-                damping = damping + ground.axle_damping(vehicle)
-                excess = excess_alone(vehicle.wheel_inertia, per_output, damping, *gains, self.sample_time)
-                doubts += self._doubts_of_slip(vehicle, others, excess)
+        if any(isinstance(other, Contact) and other.law != "viscous" for other in others):  # viscous ground damps slip
+            excess = excess_alone(vehicle.wheel_inertia, per_output, damping, *gains, self.sample_time)
+            doubts += _doubts_of_slip(vehicle, excess)
         return doubts
-
-    def _doubts_of_slip(
-        self, vehicle: Vehicle, others: Sequence[Effect], excess: np.ndarray
-    ) -> tuple[UnstableControllerWarning, ...]:
-        """The warning of gains that are too large for wheels that slip; excess (N,) is how many times."""
-        wheel = int(excess.argmax())
-        if excess[wheel] <= 1 + NEUTRAL:
-            return ()
-        alone, of_vehicle = vehicle.wheel_inertia, carried(vehicle, wheel)
-        text = (
-            f"where wheels slip, the controller's errors grow from sample to sample: wheel {wheel + 1} alone has "
-            f"{alone:.3g} kg m^2 about its axle, and {of_vehicle:.3g} where it carries the vehicle; in a linear test "
-            f"the gains are {excess[wheel]:.3g} times the largest with which it settles alone; make proportional and "
-            "integral so many times smaller, or sample_time smaller"
-        )
-        if any(isinstance(other, Motor) and other.rotor_inertia == 0 for other in others) and vehicle.rotor is None:
-            text += ", or give the motor's rotor_inertia, if the wheel's inertia does not hold it yet"
-        return (UnstableControllerWarning(text),)
 
     def _torques(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[np.ndarray, np.ndarray]:
         """(N,) the torque at an axle per output, and what friction and motors take from it per rate of the wheel."""
@@ -141,3 +121,16 @@ class Sampling(Sampled):
 
     def held(self) -> Mapping[str, np.ndarray]:
         return {"target": self.target.values[0]} if self.target.is_constant else {}
+
+
+def _doubts_of_slip(vehicle: Vehicle, excess: np.ndarray) -> tuple[UnstableControllerWarning, ...]:
+    """The warning of gains that are too large for wheels that slip; excess (N,) is how many times."""
+    if excess.max() <= 1 + NEUTRAL:
+        return ()
+    text = (
+        f"where wheels slip, the controller's errors grow from sample to sample: wheel {excess.argmax() + 1} alone has "
+        f"{vehicle.wheel_inertia:.3g} kg m^2 about its axle; the gains are {excess.max():.3g} times the largest with "
+        "which it settles in a linear test; make proportional and integral so many times smaller, or sample_time, or "
+        "give the motor's rotor_inertia, if the wheel's inertia does not hold it yet"
+    )
+    return (UnstableControllerWarning(text),)

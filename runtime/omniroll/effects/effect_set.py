@@ -341,8 +341,9 @@ class Plan:
     @cached_property
     def guards_read_speeds_alone(self) -> bool:
         """Whether guards read what the compiled engine's may, and nothing else; those that are asked for."""
-        slices = self.acting.state_vector.slices
-        return not self.asks or all(guard.reads_parts_alone(slices) for guard in self.acting.begin_phase(0.0))
+        slices, count = self.acting.state_vector.slices, np.count_nonzero
+        guards = self.acting.begin_phase(0.0) if self.asks else ()
+        return all(sum(map(count, guard.of_parts(slices))) == count(guard.weights) for guard in guards)
 
     @cached_property
     def largest(self) -> float:

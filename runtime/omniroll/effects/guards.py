@@ -36,10 +36,6 @@ class Guard:
         whole[: len(self.weights)] = self.weights
         return [whole[slices[name]] for name in ("nu", *GUARDED) if name in slices]
 
-    def reads_parts_alone(self, slices: Mapping[str, slice]) -> bool:
-        """Whether all other weights are zero."""
-        return sum(map(np.count_nonzero, self.of_parts(slices))) == np.count_nonzero(self.weights)
-
     def later(self, time: float) -> "Guard":
         """The same, where t counts from `time`."""
         return replace(self, constant=self.constant + self.slope * time)

@@ -63,12 +63,6 @@ def excess_alone(
         return per_output * rate * (proportional + integral * sample_time / 2)
 
 
-def carried(vehicle: Vehicle, wheel: int) -> float:
-    """In kg m^2, the torque at an axle per acceleration of its wheel where all wheels roll and this one is driven."""
-    bound = kernel(vehicle, "massless", "python")
-    return float(1 / (bound.wheel_rows[wheel] @ bound.nu_dot_per_torque[:, wheel]))
-
-
 def held(rates: np.ndarray, inputs: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
     """x after a time, of x before it (..., S, S) and of inputs that are held (..., S, U): x' = rates x + inputs u.
 

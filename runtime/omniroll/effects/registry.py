@@ -46,9 +46,6 @@ def _entries(kind: str, names: Sequence[str], roller_model: str, present: Sequen
     for effect in generated_data.load("effects")["effects"]:
         if effect["name"] in names:
             for entry in effect[kind]:
-                if roller_model in entry["models"] and all(_holds(term, present) for term in entry["case"]):
+                holds = ((term.lstrip("-") in present) != term.startswith("-") for term in entry["case"])
+                if roller_model in entry["models"] and all(holds):
                     yield entry
-
-
-def _holds(term: str, names: Sequence[str]) -> bool:
-    return term[1:] not in names if term.startswith("-") else term in names

@@ -80,7 +80,10 @@ class _Asked:
 
     def column(self, of_vehicle: Mapping[str, np.ndarray]) -> Column:
         """What the number moves. Raises InvalidValueError for a name that stands for no number of the run."""
-        found = self._of_start() or self._of_vehicle(of_vehicle)
+        shapes = start_shapes(self.plain)
+        found = self._of_vehicle(of_vehicle)
+        if self.number in shapes:
+            found = Column(self.name, start={self.number: self._moved(shapes[self.number])})
         for k in range(len(self.effects)):
             found = found or self._of_effect(k)
         if found is None:
@@ -98,10 +101,6 @@ class _Asked:
         except IndexError:
             raise InvalidValueError("sensitivities", self.name, f"its places go with the shape {shape}") from None
         return moved
-
-    def _of_start(self) -> Column | None:
-        shapes, number = start_shapes(self.plain), self.number
-        return Column(self.name, start={number: self._moved(shapes[number])}) if number in shapes else None
 
     def _of_vehicle(self, values: Mapping[str, np.ndarray]) -> Column | None:
         number = self.number

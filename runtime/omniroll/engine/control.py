@@ -8,7 +8,6 @@ leaves and what the motion makes of a small error. Numbers are rounded to eps: t
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
@@ -254,17 +253,12 @@ def moved(task: Task, by: float) -> Task:
     if by == 0:
         return task
     state, joint = task.state, states.joint_angles(task.kernel.vehicle)
-    chi = np.where(np.abs(state.chi) < joint * (1 - by), state.chi + by * joint * _uneven(len(state.chi)), state.chi)
+    uneven = np.cos(2.0 * np.arange(len(state.chi)) + 1.0)  # no symmetry of the wheels survives this
+    chi = np.where(np.abs(state.chi) < joint * (1 - by), state.chi + by * joint * uneven, state.chi)
     nu = state.nu + by * math.sqrt(state.nu @ state.nu) * MOVED_NU
     pose = state.pose + by * HEADING
     moved_state = replace(state, nu=nu, chi=chi, pose=pose)
     return replace(task, state=task.effects.begin(task.kernel, moved_state))
-
-
-@cache
-def _uneven(wheels: int) -> np.ndarray:
-    """(N,) no symmetry of the wheels survives this."""
-    return np.cos(2.0 * np.arange(wheels) + 1.0)
 
 
 def accuracy_doubts(task: Task, trajectory: Trajectory) -> tuple[UserWarning, ...]:

@@ -78,8 +78,8 @@ class Outlook:
             return "at its present pace the run would never end"
         room = shown_bytes(self.left * self.step_memory)
         allowed = shown_bytes(self.memory)
-        needs = f"at its present pace the run needs {self.left:.0e} more steps and {room}; {self.where} allows {allowed}"
-        return f"{needs}: {TO_HOLD_MORE}" if self.where == MEMORY else needs
+        text = f"at its present pace the run needs {self.left:.0e} more steps and {room}; {self.where} allows {allowed}"
+        return f"{text}: {TO_HOLD_MORE}" if self.where == MEMORY else text
 
 
 class OutlookOfStep(Outlook):

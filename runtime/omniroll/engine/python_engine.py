@@ -38,7 +38,8 @@ class Run(PythonRun):
         of_nu, of_chi = np.full(3, least_speed(task, tolerance)), np.full(vehicle.wheels, self.model.joint)
         of_pose = [vehicle.platform_radius, vehicle.platform_radius, 1.0]
         scale = np.concatenate([of_nu, of_chi, of_pose, vector.scale_of_added(self.kernel, speed_scale(task))])
-        allowed = SAFETY * tolerance / self._steps_expected()
+        passed = np.abs(self.kernel.wheel_speeds(self.state.nu)).max() * task.duration / (2 * self.model.joint)
+        allowed = SAFETY * tolerance / (STEPS_PER_PHASE * (1 + passed))  # local errors add up, as the vehicle starts
         self.integrator = PhaseIntegrator(vehicle.wheels, self.model.joint, scale, allowed)
         self.integrator.watch = self._is_ended
         self.carry = 0.0  # what the rounding of the time since the start has left over
@@ -106,11 +107,6 @@ class Run(PythonRun):
         y = self._y()
         self.acting.state_vector.put(y, self.task.effects.initial(self.kernel, self.state))
         self.added = y[self.acting.state_vector.plain :]
-
-    def _steps_expected(self) -> float:
-        """How many local errors will add up, if the vehicle goes on as it starts."""
-        speed = np.abs(self.kernel.wheel_speeds(self.state.nu)).max()
-        return STEPS_PER_PHASE * (1 + speed * self.task.duration / (2 * self.model.joint))
 
     def _due_at_once(self) -> np.ndarray:
         """Directions of the wheels that stand at their joints and move or accelerate outwards, 0 for the others.

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.alone import Alone
 from omniroll.effects.effect_set import DRIVES
 from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
-from omniroll.engine.alone import Alone
 from omniroll.engine.compiled_engine import check_can_run
 from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task

@@ -205,7 +205,7 @@ class Memory:
     another's where both have the same sizes."""
 
     def __init__(self, ffi: Any, structs: list, arrays: list[np.ndarray]):
-        self.structs = [(_bytes_of(ffi, struct), _plain(ffi, struct)) for struct in structs]
+        self.structs = [(np.frombuffer(ffi.buffer(struct), np.uint8), _plain(ffi, struct)) for struct in structs]
         self.arrays = arrays
         sizes = [np.count_nonzero(plain) for _, plain in self.structs] + [array.nbytes for array in arrays]
         self.ends = np.cumsum([0, *sizes]).tolist()
@@ -224,11 +224,6 @@ class Memory:
             struct[plain] = np.frombuffer(part, np.uint8)
         for array, part in zip(self.arrays, parts[len(self.structs) :], strict=True):
             array[...] = np.frombuffer(part, array.dtype).reshape(array.shape)
-
-
-def _bytes_of(ffi: Any, struct: Any) -> np.ndarray:
-    """All bytes of a struct, or of an array of them: a view of its memory."""
-    return np.frombuffer(ffi.buffer(struct), np.uint8)
 
 
 def _plain(ffi: Any, struct: Any) -> np.ndarray:

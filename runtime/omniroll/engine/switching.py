@@ -80,7 +80,8 @@ class SwitchingModel:
 
     def _apply_to_free_rollers(self, state: State, after: State, switching: np.ndarray) -> State:
         lead, leaves, enters = state.nu.shape[:-1], state.contact[..., None], after.contact[..., None]
-        spins = np.take_along_axis(self._spins_by_roller(state), _with_axes(enters, lead), axis=-1)[..., 0]
+        places = enters.reshape((1,) * (len(lead) + 2 - enters.ndim) + enters.shape)  # as many leading axes as states
+        spins = np.take_along_axis(self._spins_by_roller(state), places, axis=-1)[..., 0]
         own = self.kernel.contact_axial(state.nu, state.chi)[..., None]
         mine = (np.arange(self.kernel.rollers_per_wheel) == leaves) & switching[..., None]
         entering = np.where(switching, spins, 0.0)
@@ -103,8 +104,3 @@ class SwitchingModel:
         _, contact_spin = self.kernel.wheel_rates(state.nu, state.chi)
         spins = self.kernel.spins_from_axial(state.nu, state.chi, state.free_axial())
         return by_roller(np.concatenate([contact_spin[..., None], spins], axis=-1), state.contact)
-
-
-def _with_axes(places: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
-    """Places (..., N, 1) with as many leading axes as `lead` has."""
-    return places.reshape((1,) * (len(lead) + 2 - places.ndim) + places.shape)

@@ -13,7 +13,6 @@ import numpy as np
 from omniroll.effects.effect_set import BEARINGS, Plan
 from omniroll.effects.friction import Bearing
 from omniroll.effects.numbers import Curve
-from omniroll.kernels.kernel import Kernel
 
 PLACES = {  # where a run has what acts: the group in its struct, the field, and how many there are
     "bearing": ("bearings", "each", "count"), "grip": ("ground", "grips", "grip_count"),
@@ -106,7 +105,8 @@ class WhatActs:
         rates = [float(np.linalg.norm(kernel.wheel_rows, axis=1).max())] if asks else []
         if rollers is not None:
             bearings.roller_inertia = vehicle.roller_inertia
-            rates.append(_spin_per_speed(kernel))
+            _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))  # of rollers that roll, or stand in space
+            rates += [float(np.linalg.norm(spins, axis=0).max()), 1 / vehicle.yaw_scale]
         bearings.rate_of_speed = max(rates, default=0.0)
 
     def _grips(self) -> list[dict[str, Any]]:
@@ -197,12 +197,6 @@ class WhatActs:
             "times": self._pointer(curve.knots),
             "values": self._pointer(curve.values),
         }
-
-
-def _spin_per_speed(kernel: Kernel) -> float:
-    """The largest spin of a roller that rolls or stands in space, where |nu| is 1 and each contact in the middle."""
-    _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
-    return max(float(np.linalg.norm(spins, axis=0).max()), 1 / kernel.vehicle.yaw_scale)
 
 
 what_acts = lru_cache(maxsize=64)(WhatActs)  # of the plans that runs share

@@ -141,8 +141,8 @@ class Trajectory(MadeOnDemand):
                   that phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how the arrays are computed when they are first read
-    in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted; and of `axial`,
-                  the free rollers' axial speeds (..., N, n-1), where wheels may slip
+    in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted; where wheels
+                  may slip also of `axial`, the free rollers' axial speeds (..., N, n-1)
     followed      the derivatives that were asked for, see `sensitivity`; None where none were
     is_read       whether `load` has read it: files do not keep derivatives
     """
