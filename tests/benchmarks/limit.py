@@ -58,13 +58,7 @@ def answer() -> Answer:
             "nodes of one step, and each sweep waits for the sums of the one before."
         ),
         headings=[
-            "rollers",
-            "accuracy",
-            "evaluations",
-            "sweeps a step",
-            "batch kernel, ns",
-            "limit, ms",
-            "engine, ms",
+            "rollers", "accuracy", "evaluations", "sweeps a step", "batch kernel, ns", "limit, ms", "engine, ms",
             "over the limit",
         ],
         rows=rows,
@@ -78,4 +72,4 @@ def answer() -> Answer:
         targets=[
             Target(f"motion 3: <= {MOST}x its evaluations in the batch kernel", f"{worst:.1f}x at worst", worst <= MOST)
         ],
-    )
+    )  # fmt: skip

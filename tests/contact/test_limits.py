@@ -1,4 +1,4 @@
-"""Limits of friction on the ground: a strong ground is rolling, rollers without inertia are massless ones."""
+"""Limits of friction on the ground: a strong one is rolling, light rollers are massless ones; any number of wheels."""
 
 from dataclasses import replace
 
@@ -61,3 +61,12 @@ def test_free_rollers_tend_to_massless_ones_as_their_inertia_goes_to_zero():
     far, near = distance(1e-6), distance(1e-7)
     assert far < 1e-2
     assert 0.9 <= np.log10(far / near) <= 1.1
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("wheels, rollers", [(1, 5), (2, 4), (5, 7)])
+def test_any_number_of_wheels(wheels, rollers):
+    """In other numbers than those whose loops are unrolled; a viscous ground asks for no loads."""
+    task = {"nu": (2, -1, 1), "duration": 0.5, "effects": [Contact(20)], "control": False}
+    fine, coarse = (simulate(Vehicle.paper(wheels, rollers), **task, accuracy=a) for a in (1e-11, 1e-8))
+    assert len(fine.switches) >= 1 and distance_at(fine, coarse, np.linspace(0, 0.5, 5)) < 1e-8

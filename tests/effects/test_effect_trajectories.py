@@ -27,19 +27,8 @@ SETS = {
 }
 START = {"nu": (1.0, 0.2, 0.8), "spins": 0.4, "chi": (0.1, -0.3, 0.2)}
 FIELDS = (
-    "t",
-    "elapsed",
-    "nu",
-    "chi",
-    "contact",
-    "contact_spin",
-    "spins",
-    "pose",
-    "energy",
-    "dense",
-    "step_rows",
-    "added",
-)
+    "t", "elapsed", "nu", "chi", "contact", "contact_spin", "spins", "pose", "energy", "dense", "step_rows", "added",
+)  # fmt: skip
 
 
 # Files

@@ -7,15 +7,9 @@ from flint import arb
 from .balls import exact, working_precision
 
 SCALARS = (
-    "mass",
-    "yaw_inertia",
-    "wheel_inertia",
-    "roller_inertia",
-    "yaw_scale",
-    "platform_radius",
-    "wheel_radius",
+    "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
     "roller_axis_radius",
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

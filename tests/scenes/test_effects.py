@@ -11,7 +11,6 @@ import omniroll
 from omniroll import cli, generated_data
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import RollingWarning
-from omniroll.kernels.kernel import BROUGHT
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.explanation import called_by, can_be_on, effects_on, events_of
 from omniroll.vocabulary import LAWS, ROLLER_MODELS
@@ -154,20 +153,11 @@ def test_events_of_a_scene(more, words, tmp_path):
     assert "free" in effects_on(scene, task) and called_by(scene, free) == []
 
 
-def test_effects_that_no_scene_calls_for_are_not_offered():
-    """Every scene that is shipped, and rollers of several arcs, call for effects that are; what they bring along is
-    not, and neither is what only has functions."""
-    scenes = [load_scene(path) for path in sorted(Path("scenes").glob("*.toml"))]
-    paper = omniroll.Vehicle.paper()
-    thick = paper.wheel_radius - paper.roller_axis_radius
-    vehicles = [scene.vehicle for scene in scenes]
-    vehicles.append(paper.replace(roller_profile=((-0.01, thick, 0), (0.01, thick, 0))))  # a cylinder
-    named = {name for vehicle in vehicles for name, brings in BROUGHT.items() if brings(vehicle)}
-    for scene in scenes:
-        named |= {name for effect in scene.options.get("effects", ()) for name in effect.kernel_effects()}
+def test_effects_that_no_scene_can_call_for_are_not_offered():
+    """Neither what others bring along, nor what only has functions."""
     offered = {effect["name"] for effect in generated_data.load("effects")["effects"] if can_be_on(effect)}
-    assert {"arcs", "profile", "rows", "contact_coulomb", "contact_springs"} <= named <= offered
-    assert {*ROLLER_MODELS, *LAWS, "reactions"} <= offered
+    of_vehicles = {"layout", "kinds", "rows", "mecanum", "profile", "arcs"}
+    assert {*ROLLER_MODELS, *LAWS, *of_vehicles, "reactions", "contact_coulomb", "contact_springs"} <= offered
     assert offered.isdisjoint({"joints", "moving_rows", "contact_loads", "derivatives"})
 
 
