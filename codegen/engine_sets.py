@@ -144,7 +144,7 @@ class EngineSet:
         self.held = STUCK if self.spins_stick else HELD[self.spins]
         self.holds = effects.function(self.held) is not None and not self.slips
         inertia = self.holds or (self.acted and not self.slips)
-        self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
+        self.zeros: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
         further += [CORNERS] * self.strips + [SUPPORTS, LEANING] * self.sprung
         self.impact = effects.function(IMPACT)
@@ -357,7 +357,7 @@ class EngineSet:
         return [moving(name) for name in names]
 
     @property
-    def feels_chi(self) -> bool:
+    def core_needs_chi(self) -> bool:
         """Whether the rates of the core depend on the wheels' angles."""
         return any(array.name == "chi" for call in self.core_calls() for array in call.function.inputs)
 
@@ -378,7 +378,7 @@ class EngineSet:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
         plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
         known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS, *OF_STRIPS, *OF_STANDING)}
-        known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
+        known |= self.zeros | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         known |= {PRELOAD: known[HEADING_INPUT]} if self.grips else {}  # a wheel that stands has no heading
         calls = []
@@ -388,7 +388,7 @@ class EngineSet:
                 if array.name in targets:
                     arguments.append(targets[array.name])
                     continue
-                size = size_of(array).replace("wheels", "MOST_WHEELS")
+                size = size_of(array).replace("wheels", "MAX_WHEELS")
                 if "rollers" in size:  # the only such outputs are rates of the core, which no account needs
                     arguments.append("at->core_dot")
                     continue
@@ -450,6 +450,6 @@ def deviating(effects: EffectSet, registry: Registry) -> EngineSet:
     facts = EngineSet(effects, registry)
     facts.dynamics = facts.held if facts.holds else facts.dynamics
     facts.inputs = [name for name in facts.inputs if name not in MOMENT_INPUTS]  # which follow from the bearings
-    facts.still = {state.name: "at->still" for state in facts.core if state.size == "energy"}
+    facts.zeros = {state.name: "at->zeros" for state in facts.core if state.size == "energy"}
     facts.core = [state for state in facts.core if state.size != "energy"]
     return facts

@@ -36,7 +36,7 @@ ALWAYS_INLINE lanes_t load(const double *from)
 /* nu' of sixteen vehicles. */
 ALWAYS_INLINE void block(const int wheels, const lanes_model *constants, arrays_t at)
 {
-    lanes_t nu[3], chi[MOST_WHEELS], momenta[2*MOST_WHEELS], nu_dot[3];
+    lanes_t nu[3], chi[MAX_WHEELS], momenta[2*MAX_WHEELS], nu_dot[3];
     WITH_WHEELS(constants, wheels);
     UNROLLED
     for (int k = 0; k < 3; k++)
@@ -62,7 +62,7 @@ static long long block_size(int wheels, int rollers_per_wheel)
 
 ALWAYS_INLINE void blocks(const int wheels, const lanes_t *constants, long long next, arrays_t at)
 {
-    for (long long left = at.stride; left >= LANES; left -= LANES) {
+    for (long long remaining = at.stride; remaining >= LANES; remaining -= LANES) {
         block(wheels, (const lanes_model *)constants, at);
         at.nu += LANES, at.chi += LANES, at.nu_dot += LANES;
         if (SET_HAS_MOMENTA)
@@ -104,29 +104,29 @@ int omniroll_forward_dynamics_batch(long long count, int wheels, int rollers_per
     const long long next = shared ? 0 : block_size(wheels, rollers_per_wheel);
     if (!TAKES_WHEELS(wheels))
         return 1;
-    all_blocks(OWN_WHEELS(wheels), (const lanes_t *)constants, next, at);
+    all_blocks(FIXED_WHEELS(wheels), (const lanes_t *)constants, next, at);
     return 0;
 }
 
 static void fill(double *to, const double *from, long long stride, int components)
 {
-    const long long left = stride%LANES;
+    const long long remaining = stride%LANES;
     for (int k = 0; k < components; k++)
         for (int lane = 0; lane < LANES; lane++)
-            to[k*LANES + lane] = from[(k + 1)*stride - left + (lane < left ? lane : 0)];
+            to[k*LANES + lane] = from[(k + 1)*stride - remaining + (lane < remaining ? lane : 0)];
 }
 
 /* The last vehicles, fewer than sixteen: a block that is filled up with the first of them. */
 static void rest(const int wheels, const lanes_t *constants, arrays_t at)
 {
-    double nu[3*LANES], chi[MOST_WHEELS*LANES], momenta[2*MOST_WHEELS*LANES], nu_dot[3*LANES];
-    const long long left = at.stride%LANES;
+    double nu[3*LANES], chi[MAX_WHEELS*LANES], momenta[2*MAX_WHEELS*LANES], nu_dot[3*LANES];
+    const long long remaining = at.stride%LANES;
     fill(nu, at.nu, at.stride, 3);
     fill(chi, at.chi, at.stride, wheels);
     if (at.momenta)
         fill(momenta, at.momenta, at.stride, 2*wheels);
     blocks(wheels, constants, 0, (arrays_t){nu, chi, momenta, nu_dot, LANES});
     for (int k = 0; k < 3; k++)
-        for (int lane = 0; lane < left; lane++)
-            at.nu_dot[(k + 1)*at.stride - left + lane] = nu_dot[k*LANES + lane];
+        for (int lane = 0; lane < remaining; lane++)
+            at.nu_dot[(k + 1)*at.stride - remaining + lane] = nu_dot[k*LANES + lane];
 }

@@ -122,9 +122,9 @@ typedef struct {
 
 /* The state, in and out. */
 typedef struct {
-    double elapsed, carry;      /* time since the start, and what its rounding has left over            */
+    double elapsed, carry;      /* time since the start, and its rounding, which is carried on           */
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
-    double pose_carry[3];       /* what the rounding of the pose has left over                          */
+    double pose_carry[3];       /* the rounding of the pose, which is carried on                        */
     long long *contact;         /* N, as run/pieces.c counts                                            */
     double *core, *accounts;    /* the rest of the core, and the accounts; out                          */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
@@ -157,7 +157,7 @@ typedef struct {
     double *guards;             /* the sum of the sizes of the constant's terms (count x 6)             */
     int pivot_guards;           /* of wheels that stand on their joint, behind all others               */
     long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)          */
-    long long *passed;          /* which guards are passed, where the caller is asked; out               */
+    long long *passed;          /* out: which guards are passed, as the caller is to say                 */
     int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
     int table_count, sampler_count, modal_count;
     omniroll_table_t *tables;
@@ -240,7 +240,7 @@ void omniroll_run_members(long long count, const long long *which, const omnirol
 /* nu (count x 3) and chi (count x N) of all members. */
 void omniroll_read_members(long long count, const omniroll_member_t *members, double *nu, double *chi);
 
-/* The rows and steps that runs have left. contact: its first column in a row. */
+/* The rows and steps of finished runs. contact: its first column in a row. */
 typedef struct {
     int wheels, contact;
     long long count, row_size, step_size;

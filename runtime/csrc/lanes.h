@@ -62,13 +62,13 @@ ALWAYS_INLINE double lanes_largest(lanes_t x)
         lanes_t all;
         pair_mask_t pairs[LANES/2];
     } bits = {.all = lanes_abs(x)};
-    pair_mask_t most = bits.pairs[0];
+    pair_mask_t pair = bits.pairs[0];
     IN_REGISTERS
     for (int k = 1; k < LANES/2; k++) {
-        const pair_mask_t larger = bits.pairs[k] > most;
-        most = (larger & bits.pairs[k]) | (~larger & most);
+        const pair_mask_t larger = bits.pairs[k] > pair;
+        pair = (larger & bits.pairs[k]) | (~larger & pair);
     }
-    const long long largest = most[0] > most[1] ? most[0] : most[1];
+    const long long largest = pair[0] > pair[1] ? pair[0] : pair[1];
     double size;
     memcpy(&size, &largest, sizeof size);
     return size;

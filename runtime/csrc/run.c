@@ -13,7 +13,7 @@
 
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */
-#define MOST_GUARDS 256
+#define MAX_GUARDS 256
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
 /* Times an input's rounding: of torques that hold. On wheels that stand the ground's part may be far less than the bearing's,
  * which it is rounded with. */
@@ -202,7 +202,7 @@ long long omniroll_run_work_size(int wheels, int rollers_per_wheel)
 
 long long omniroll_run_modes(int wheels, int rollers_per_wheel)
 {
-    return most_bearings(wheels, rollers_per_wheel);
+    return max_bearings(wheels, rollers_per_wheel);
 }
 
 const char *omniroll_run_states(void)
@@ -220,7 +220,7 @@ int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
 {
     if (!TAKES_WHEELS(run->wheels))
         return OMNIROLL_RUN_WHEELS;
-    return run_phases(run, model, OWN_WHEELS(run->wheels));
+    return run_phases(run, model, FIXED_WHEELS(run->wheels));
 }
 
 #include "run/members.c"

@@ -19,13 +19,13 @@
 
 /* A library is compiled for one number of wheels, whose loops it unrolls, or for any number. */
 #ifdef OMNIROLL_WHEELS
-#define MOST_WHEELS OMNIROLL_WHEELS
-#define OWN_WHEELS(wheels) OMNIROLL_WHEELS
+#define MAX_WHEELS OMNIROLL_WHEELS
+#define FIXED_WHEELS(wheels) OMNIROLL_WHEELS
 #define TAKES_WHEELS(wheels) ((wheels) == OMNIROLL_WHEELS)
 #else
-#define MOST_WHEELS 64
-#define OWN_WHEELS(wheels) (wheels)
-#define TAKES_WHEELS(wheels) ((wheels) <= MOST_WHEELS)
+#define MAX_WHEELS 64
+#define FIXED_WHEELS(wheels) (wheels)
+#define TAKES_WHEELS(wheels) ((wheels) <= MAX_WHEELS)
 #endif
 
 #endif

@@ -1,5 +1,5 @@
-/* Where a bearing whose rate is a number of the core changes its mode: one that turns comes to rest, one that sticks is
- * asked for more than it takes. As events.c does for wheels and guards. */
+/* Where a bearing whose rate is a number of the core changes its mode: one that turns comes to rest, or the demand on
+ * one that sticks becomes more than it takes. As events.c does for wheels and guards. */
 
 /* What holds is rounded so. */
 ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
@@ -55,11 +55,11 @@ static double turn_of_spin(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->hold.bearing + k;
     const double start = -bearing->mode*bearing_start(s, k);
-    const double bound = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->hold.residual;
+    const double limit = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->hold.residual;
     nodes_t rate = times(gauss_slope, s->hold.states->held + k);
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] *= -bearing->mode;
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, bound);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, limit);
 }
 
 /* How the rate of a bearing that turns changes at the nodes, against its mode. */
@@ -80,8 +80,8 @@ ALWAYS_INLINE double bearing_at_end(const step_t *s, int k)
     if (bearing->mode)
         return -bearing->mode*(bearing_start(s, k)
                                + s->h*weighted(s->rate_core + bearing_rates_at(s->wheels) + k, &gauss_weight));
-    const double torque = weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k], most = bound_of(bearing);
-    return fabs(torque) - most - BEARING_LANDS*rounding_of_holding(torque, most);
+    const double torque = weighted(s->hold.states->held + k, &gauss_end) + s->hold.states->late[k], bound = bound_of(bearing);
+    return fabs(torque) - bound - BEARING_LANDS*rounding_of_holding(torque, bound);
 }
 
 /* What counts as rounding of the rate of one that turns. */
@@ -115,7 +115,7 @@ static double bearing_rate_at_end(const step_t *s, int k)
     return fabs(rate)*s->h < 0.5*BEARING_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
 }
 
-/* Whether an axle starts to turn: where the ground is stiff, what the iteration has left of the slip may turn it back for
+/* Whether an axle starts to turn: where the ground is stiff, the residual of the iteration in the slip may turn it back for
  * an instant. It stops only where it is beyond what counts as rest. */
 ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 {
@@ -173,10 +173,10 @@ static double turn_of_bearing(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            rounding_of_turning(s, k));
     }
-    const double most = bound_of(s->hold.bearing + k);
-    const double bound = most + HELD_NOISE*rounding_of_holding(s->hold.bearing[k].torque, most);
-    if (LEBESGUE*largest_of(s->hold.states->held + k) <= bound)
+    const double bound = bound_of(s->hold.bearing + k);
+    const double limit = bound + HELD_NOISE*rounding_of_holding(s->hold.bearing[k].torque, bound);
+    if (LEBESGUE*largest_of(s->hold.states->held + k) <= limit)
         return 1;
     const nodes_t rate = times(gauss_slope, s->hold.states->held + k);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->hold.bearing[k].torque, -bound, bound);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->hold.bearing[k].torque, -limit, limit);
 }

@@ -44,46 +44,46 @@ ALWAYS_INLINE const omniroll_bearing_t *contact_bearings(const omniroll_run_t *r
 
 /* The ground's forces on wheels that are rigid, and what would hold their rollers then. */
 static void demand_on_rigid_wheels(const bearing_states_t *states, const vehicle_t *v, const int wheels, const lanes_t *nu,
-                                  const lanes_t *chi, const lanes_t *core, lanes_t *force, lanes_t *asked)
+                                  const lanes_t *chi, const lanes_t *core, lanes_t *force, lanes_t *demand)
 {
-    lanes_t pair[2*MOST_WHEELS], slope[4*MOST_WHEELS], none[MOST_WHEELS], rigid[MOST_WHEELS], spin[MOST_WHEELS];
+    lanes_t pair[2*MAX_WHEELS], slope[4*MAX_WHEELS], none[MAX_WHEELS], rigid[MAX_WHEELS], spin[MAX_WHEELS];
     for (int i = 0; i < wheels; i++)
         none[i] = lanes_of(0), rigid[i] = lanes_of(1);
     slips_of(wheels, v, nu, chi, core, pair);
     set_sliding_forces(wheels, v, pair, states->load, states->friction, force, slope);
-    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, rigid, spin, asked);
+    set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), none, force, none, rigid, spin, demand);
     (void)slope, (void)spin;
 }
 
-/* A roller turns on a contact that slips while the ground would ask its bearing for more than it takes, if the wheel
- * were rigid. As the bearing comes to take all of the friction along the axle, the slip along the axle grows beyond all
- * bounds, over what is left across, and the spin passes zero so fast that no instant is as near to that as its rounding.
- * There what would be asked for, less what is taken, stands in the place of the spin: it has the same sign, vanishes with
- * it, is smooth, and has all digits. */
-static void spins_at_the_most(const bearing_states_t *states, const vehicle_t *v, const int wheels, const lanes_t *nu,
-                              const lanes_t *chi, const lanes_t *core, lanes_t *spin)
+/* A roller turns on a contact that slips while the ground's demand on its bearing would be more than that takes, if the
+ * wheel were rigid. As the bearing comes to take all of the friction along the axle, the slip along the axle grows
+ * beyond all bounds, over the rest across it, and the spin passes zero so fast that no instant is as near to that as
+ * its rounding. There the demand, less what the bearing takes, stands in the place of the spin: it has the same sign,
+ * vanishes with it, is smooth, and has all digits. */
+static void spins_at_bound(const bearing_states_t *states, const vehicle_t *v, const int wheels, const lanes_t *nu,
+                           const lanes_t *chi, const lanes_t *core, lanes_t *spin)
 {
-    lanes_t force[2*MOST_WHEELS], asked[MOST_WHEELS];
+    lanes_t force[2*MAX_WHEELS], demand[MAX_WHEELS];
     int some = 0;
     for (int i = 0; i < wheels; i++)
         some |= fabs(states->takes[i]) > 0;
     if (!some)
         return;
-    demand_on_rigid_wheels(states, v, wheels, nu, chi, core, force, asked);
+    demand_on_rigid_wheels(states, v, wheels, nu, chi, core, force, demand);
     for (int i = 0; i < wheels; i++) {
-        const double taken = fabs(states->takes[i]), mode = states->takes[i] < 0 ? 1 : -1;
-        const lanes_t over = lanes_abs(asked[i])/taken;
-        if (taken > 0)
+        const double torque = fabs(states->takes[i]), mode = states->takes[i] < 0 ? 1 : -1;
+        const lanes_t over = lanes_abs(demand[i])/torque;
+        if (torque > 0)
             spin[i] = states->scale[i]*mode*(over - 1)*(over + 1);
     }
 }
 
 /* Which rollers turn on contacts that slip, and take nearly all of their friction along the axle, from now on. */
-static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, const instant_t *now)
+static void begin_at_bound(const omniroll_run_t *run, const work_t *work, const instant_t *now)
 {
     const bearing_states_t *const states = &work->states;
     const double pace = length3(run->state.nu)*run->bearings.rate_of_speed;
-    lanes_t force[2*MOST_WHEELS], asked[MOST_WHEELS];
+    lanes_t force[2*MAX_WHEELS], demand[MAX_WHEELS];
     int some = 0;
     for (int i = 0; i < run->wheels; i++) {
         states->takes[i] = slides(run, i) ? -roller_mode(run, i)*core_bearings(run)[states->rollers_at + i].sliding : 0;
@@ -92,10 +92,10 @@ static void begin_at_the_most(const omniroll_run_t *run, const work_t *work, con
     if (!some)
         return;
     demand_on_rigid_wheels(states, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core, force,
-                          asked);
+                          demand);
     for (int i = 0; i < run->wheels; i++) {
-        const double most = fabs(asked[i][0]/force[2*i][0])*(states->load[i]*states->friction[2*i])[0];
-        const double part = fabs(states->takes[i])/most;
+        const double largest = fabs(demand[i][0]/force[2*i][0])*(states->load[i]*states->friction[2*i])[0];
+        const double part = fabs(states->takes[i])/largest;
         if (!(part > NEARLY_ALL))
             states->takes[i] = 0;
         states->scale[i] = pace/fmax((1 - part)*(1 + part), EPS);
@@ -113,7 +113,7 @@ ALWAYS_INLINE void bearing_rates_in_lanes(const bearing_states_t *states, const 
         rates[k] = first[k];
     if (SET_STRIPS) {
         memcpy(rates + at, states->spin, sizeof *rates*(size_t)wheels);
-        spins_at_the_most(states, v, wheels, nu, chi, core, rates + at);
+        spins_at_bound(states, v, wheels, nu, chi, core, rates + at);
     } else if (SET_IN_SERIES)
         set_slip_spins(wheels, v, nu, chi, core + rates_at(wheels), states->torque + at, 0, 0, states->sticks + at, rates + at,
                        states->holding + at);
@@ -132,7 +132,7 @@ ALWAYS_INLINE omniroll_bearing_t *in_series(const omniroll_run_t *run, const wor
 /* The same beside contacts that stick, in the present modes, into work->states.rate. */
 static void bearing_rates_in_modes(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
-    lanes_t torque[MOST_WHEELS], sticks[MOST_WHEELS], aside[MOST_WHEELS];
+    lanes_t torque[MAX_WHEELS], sticks[MAX_WHEELS], aside[MAX_WHEELS];
     const int at = work->states.rollers_at;
     for (int i = 0; i < run->wheels; i++)
         torque[i] = lanes_of(-roller_mode(run, i)*in_series(run, work)[i].sliding);
@@ -144,11 +144,11 @@ static void bearing_rates_in_modes(const omniroll_run_t *run, const work_t *work
     set_slip_spins(run->wheels, &work->vehicle, now->arrays.nu, now->arrays.chi,
                    now->point.core + rates_at(run->wheels), torque, now->arrays.ground_push, now->arrays.ground_yield,
                    sticks, work->states.rate + at, aside);
-    spins_at_the_most(&work->states, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
-                      work->states.rate + at);
+    spins_at_bound(&work->states, &work->vehicle, run->wheels, now->arrays.nu, now->arrays.chi, now->point.core,
+                   work->states.rate + at);
 }
 
-static void bearing_rates_there(const omniroll_run_t *run, const work_t *work, instant_t *now)
+static void bearing_rates_now(const omniroll_run_t *run, const work_t *work, instant_t *now)
 {
     if (SET_STRIPS)
         bearing_rates_in_modes(run, work, now);
@@ -165,8 +165,8 @@ static void find_bearing_rates(const omniroll_run_t *run, const work_t *work)
         return;
     at_this_instant(run, work, run->wheels, &now);
     if (SET_STRIPS)
-        begin_at_the_most(run, work, &now);
-    bearing_rates_there(run, work, &now);
+        begin_at_bound(run, work, &now);
+    bearing_rates_now(run, work, &now);
     for (int k = 0; k < run->bearings.core_count; k++)
         work->states.now[k] = work->states.rate[k][0];
 }
@@ -199,11 +199,11 @@ ALWAYS_INLINE void put_bearing_rate(const omniroll_run_t *run, const work_t *wor
         bearing_rates(run)[k] = rate;
 }
 
-/* Whether one that sticks is asked for more than it takes. */
+/* Whether the demand on one that sticks is more than it takes. */
 ALWAYS_INLINE int is_beyond_bound(const omniroll_bearing_t *states)
 {
-    const double torque = fabs(states->torque), most = bound_of(states);
-    return states->mode == 0 && torque - most > PASSED*rounding_of_holding(torque, most);
+    const double torque = fabs(states->torque), bound = bound_of(states);
+    return states->mode == 0 && torque - bound > PASSED*rounding_of_holding(torque, bound);
 }
 
 /* How many of them have rates that are numbers of the core; they stand first. */
@@ -212,7 +212,7 @@ ALWAYS_INLINE int count_in_core(const omniroll_run_t *run, const work_t *work)
     return SET_IN_SERIES ? work->states.rollers_at : run->bearings.core_count;
 }
 
-/* Those rest whose rates are zero within rounding: a rate is what is left of larger speeds. */
+/* Those rest whose rates are zero within rounding: a rate is a difference of larger speeds. */
 static void find_resting_bearings(omniroll_run_t *run, const work_t *work, double speed)
 {
     for (int k = 0; k < count_in_core(run, work); k++) {
@@ -295,13 +295,13 @@ ALWAYS_INLINE double noise_of_bearing(const omniroll_bearing_t *bearing, double 
 static int stop_bearings(omniroll_run_t *run, const work_t *work)
 {
     const double together = run->past.at_event ? tau(run, run->state.elapsed - run->past.phase_start) : 0;
-    const double left = residual_of_rates(run);
+    const double rest = residual_of_rates(run);
     lanes_t nu_dot[3];
     int count = 0, near = run->past.at_event;
     for (int k = 0; k < count_in_core(run, work); k++) {
         const omniroll_bearing_t *const bearing = core_bearings(run) + k;
         const double rate = bearing_rate(run, work, k);
-        near |= bearing->mode && may_hold(bearing) && -bearing->mode*rate >= -LANDED*noise_of_bearing(bearing, rate) - left;
+        near |= bearing->mode && may_hold(bearing) && -bearing->mode*rate >= -LANDED*noise_of_bearing(bearing, rate) - rest;
     }
     if (!near)
         return 0;
@@ -311,7 +311,7 @@ static int stop_bearings(omniroll_run_t *run, const work_t *work)
         const double now = bearing_rate(run, work, k), value = -bearing->mode*now, noise = noise_of_bearing(bearing, now);
         const double rate = -bearing->mode*bearing_acceleration(run, work, k);
         if (bearing->mode && !bearing->resting && may_hold(bearing)
-            && (value > PASSED*noise + left || (rate > 0 && value >= -(LANDED*noise + left + together*rate)))) {
+            && (value > PASSED*noise + rest || (rate > 0 && value >= -(LANDED*noise + rest + together*rate)))) {
             bearing->resting = run->hold.undecided = 1;
             count++;
         }

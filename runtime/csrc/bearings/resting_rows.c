@@ -1,5 +1,5 @@
 /* What holds together that stands: rows of rates in nu, motions that they leave, torques of least norm. */
-#define MOST_BEARINGS (2*MOST_WHEELS)
+#define MAX_BEARINGS (2*MAX_WHEELS)
 #define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
 #define SAME_TORQUE 1e-7            /* of its bound: by so much a torque may differ that is found in another form */
 #define LEAST_REACH 1e-14           /* of the largest: for bearings that take no torque                      */
@@ -9,8 +9,8 @@ typedef double vector3_t[3];
 /* Bearings at rest whose rates follow from nu, and the largest torques that they take. */
 typedef struct {
     int count;
-    vector3_t rows[MOST_BEARINGS];
-    double bounds[MOST_BEARINGS];
+    vector3_t rows[MAX_BEARINGS];
+    double bounds[MAX_BEARINGS];
 } bearings_t;
 
 ALWAYS_INLINE void add3(double *to, double times, const double *from)
@@ -29,7 +29,7 @@ ALWAYS_INLINE double normalise3(double *a)
     return length;
 }
 
-/* What is left of a vector across some that are orthonormal; twice, so that rounding leaves nothing along them. */
+/* The part of a vector across some that are orthonormal; twice, so that rounding leaves nothing along them. */
 ALWAYS_INLINE void take_across(int rank, const vector3_t *basis, double *a)
 {
     for (int pass = 0; pass < 2; pass++)
@@ -43,18 +43,18 @@ static int span_of(const bearings_t *bearings, vector3_t *basis)
 {
     int rank = 0;
     for (; rank < 3; rank++) {
-        double most = PARALLEL;
+        double largest = PARALLEL;
         for (int i = 0; i < bearings->count; i++) {
             vector3_t unit = {bearings->rows[i][0], bearings->rows[i][1], bearings->rows[i][2]};
             normalise3(unit);
             take_across(rank, (const vector3_t *)basis, unit);
             const double length = normalise3(unit);
-            if (length > most) {
-                most = length;
+            if (length > largest) {
+                largest = length;
                 memcpy(basis[rank], unit, sizeof unit);
             }
         }
-        if (most == PARALLEL)
+        if (largest == PARALLEL)
             break;
     }
     return rank;
@@ -80,13 +80,13 @@ static int directions_allowed(const bearings_t *bearings, const vector3_t *mass,
     }
     for (int c = 0; c < 3 - rank; c++) {
         /* the axis that is farthest from what there is */
-        double most = 0;
+        double largest = 0;
         for (int axis = 0; axis < 3; axis++) {
             vector3_t unit = {axis == 0, axis == 1, axis == 2};
             take_across(rank + c, (const vector3_t *)basis, unit);
             const double length = normalise3(unit);
-            if (length > most) {
-                most = length;
+            if (length > largest) {
+                largest = length;
                 memcpy(basis[rank + c], unit, sizeof unit);
             }
         }
@@ -97,7 +97,7 @@ static int directions_allowed(const bearings_t *bearings, const vector3_t *mass,
         for (int pass = 0; pass < 2; pass++)
             for (int b = 0; b < c; b++)
                 add3(column, -metric(mass, columns[b], column), columns[b]);
-        if (!(metric(mass, column, column) > 0))    /* rounding has left the matrix without its smallest part */
+        if (!(metric(mass, column, column) > 0))    /* the smallest part of the matrix is lost in rounding */
             memcpy(column, basis[rank + c], sizeof columns[c]);
         const double size = sqrt(metric(mass, column, column));
         for (int k = 0; k < 3; k++)
@@ -112,7 +112,7 @@ static void least_norm(const bearings_t *bearings, const double *force, double *
 {
     vector3_t basis[3];
     const int rank = span_of(bearings, basis), count = bearings->count;
-    double q[3][MOST_BEARINGS], r[3][3] = {{0}}, y[3], x[3];
+    double q[3][MAX_BEARINGS], r[3][3] = {{0}}, y[3], x[3];
     for (int c = 0; c < rank; c++) {
         for (int i = 0; i < count; i++)
             q[c][i] = dot3(bearings->rows[i], basis[c]);
@@ -163,8 +163,8 @@ static void take_least(const bearings_t *bearings, const double *force, const el
 {
     bearings_t free = {.count = 0};
     vector3_t rest = {force[0], force[1], force[2]};
-    double found[MOST_BEARINGS];
-    int places[MOST_BEARINGS], same = 1;
+    double found[MAX_BEARINGS];
+    int places[MAX_BEARINGS], same = 1;
     for (int i = 0; i < bearings->count; i++) {
         torques[i] = clipped(problem->force[i], bearings->bounds[i]);
         if (problem->state[i] != FRICTION_RESTS) {

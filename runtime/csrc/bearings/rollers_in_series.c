@@ -47,11 +47,11 @@ static void find_spins_soon(const omniroll_run_t *run, const work_t *work)
     }
     for (int c = 0; c < work->core; c++)
         work->core_here[c][1] += time*work->core_dot[c][0];
-    bearing_rates_there(run, work, &now);
+    bearing_rates_now(run, work, &now);
 }
 
 /* Rounding of a spin, or of what stands in its place, beside that of rates of its size. */
-ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
+ALWAYS_INLINE double noise_at_bound(const work_t *work, int i)
 {
     return SET_STRIPS && fabs(work->states.takes[i]) > 0 ? EPS*work->states.scale[i] : 0;
 }
@@ -61,12 +61,12 @@ ALWAYS_INLINE double noise_at_the_most(const work_t *work, int i)
 static int stop_in_series(omniroll_run_t *run, const work_t *work)
 {
     const double speed = length3(run->state.nu)*run->bearings.rate_of_speed;
-    const double left = residual_of_rates(run);
-    int count = 0, near[MOST_WHEELS], some = 0;
+    const double residual = residual_of_rates(run);
+    int count = 0, near[MAX_WHEELS], some = 0;
     for (int i = 0; i < run->wheels; i++) {
         const omniroll_bearing_t *const roller = in_series(run, work) + i;
         const double spin = bearing_rate(run, work, work->states.rollers_at + i);
-        const double noise = EPS*(fabs(spin) + speed) + noise_at_the_most(work, i);
+        const double noise = EPS*(fabs(spin) + speed) + noise_at_bound(work, i);
         near[i] = roller->mode && !roller->resting && -roller->mode*spin >= -PASSED*noise;
         some |= near[i];
     }
@@ -75,8 +75,8 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_bearing_t *const roller = in_series(run, work) + i;
         const lanes_t spin = -roller->mode*work->states.rate[work->states.rollers_at + i];
-        const double noise = noise_of_bearing(roller, spin[0]) + noise_at_the_most(work, i);
-        if (!near[i] || !(spin[0] > PASSED*noise + left || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
+        const double noise = noise_of_bearing(roller, spin[0]) + noise_at_bound(work, i);
+        if (!near[i] || !(spin[0] > PASSED*noise + residual || (spin[0] >= -PASSED*noise && spin[1] > spin[0])))
             continue;
         roller->resting = 1;
         count++;
@@ -84,12 +84,12 @@ static int stop_in_series(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-/* Modes of those at rest. One that has come to rest at this instant takes what it is asked for there:
+/* Modes of those at rest. One that has come to rest at this instant takes the demand on it there:
  * where its spin is zero that is its sliding torque, as near as the event is located. */
 static void decide_in_series(const omniroll_run_t *run, const work_t *work)
 {
     omniroll_bearing_t *const rollers = in_series(run, work);
-    int comes_to_rest[MOST_WHEELS];
+    int comes_to_rest[MAX_WHEELS];
     for (int i = 0; i < run->wheels; i++) {
         comes_to_rest[i] = rollers[i].resting && rollers[i].mode && !rollers[i].released;
         if (rollers[i].resting)

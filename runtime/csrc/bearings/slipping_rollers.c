@@ -41,7 +41,7 @@ static void rollers_have_switched(const omniroll_run_t *run, const int *directio
     }
 }
 
-/* Rollers that stick turn with their disks: what rounding and the iteration have left of their spins is taken away. */
+/* Rollers that stick turn with their disks: the residual of rounding and of the iteration in their spins is removed. */
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work)
 {
     find_bearing_rates(run, work);

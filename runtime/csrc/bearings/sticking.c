@@ -6,7 +6,7 @@ ALWAYS_INLINE double *bearing_input(const omniroll_run_t *run, int bearing)
     return run->acts.inputs + kind*run->wheels + (of_axle ? bearing : bearing - run->bearings.axle_count);
 }
 
-/* What the rate of a bearing is rounded against: nu is what is left of larger numbers, each of about its length. */
+/* What the rate of a bearing is rounded against: nu is a difference of larger numbers, each of about its length. */
 ALWAYS_INLINE double size_of_rate(const omniroll_bearing_t *bearing, const double *nu)
 {
     return length3(bearing->row)*length3(nu);
@@ -15,7 +15,7 @@ ALWAYS_INLINE double size_of_rate(const omniroll_bearing_t *bearing, const doubl
 /* How much larger than where chi is 0 the rates of the rollers in contact are now. */
 static void find_nearer(omniroll_run_t *run, const work_t *work)
 {
-    double nearer[MOST_WHEELS], per_chi[MOST_WHEELS];
+    double nearer[MAX_WHEELS], per_chi[MAX_WHEELS];
     if (!SET_ROLLERS_STICK || rows_count(run) == run->bearings.axle_count)
         return;
     omniroll_bearing_t *const contacts = run->bearings.each + run->bearings.axle_count;
@@ -24,8 +24,8 @@ static void find_nearer(omniroll_run_t *run, const work_t *work)
         contacts[i].nearer = nearer[i];
 }
 
-/* Bearings whose rates are zero within rounding rest. A phase may end on a joint where all rates come to zero: what is
- * left is rounding of what nu has been. */
+/* Bearings whose rates are zero within rounding rest. A phase may end on a joint where all rates come to zero: what
+ * remains is rounding of what nu has been. */
 static void find_resting(omniroll_run_t *run, const work_t *work)
 {
     const double speed = fmax(length3(run->state.nu), run->hold.speed);
@@ -60,7 +60,7 @@ static void put_to_rest(omniroll_run_t *run, const work_t *work)
 {
     bearings_t bearings;
     vector3_t basis[3];
-    int places[MOST_BEARINGS];
+    int places[MAX_BEARINGS];
     find_resting(run, work);
     bearings_of(run, 0, 1, &bearings, places);
     const int rank = span_of(&bearings, basis);
@@ -93,13 +93,13 @@ static void turn_bearings(const omniroll_run_t *run, const work_t *work)
 static void put_standing(const omniroll_run_t *run, standing_t *standing)
 {
     standing->count = standing->rows.count;
-    standing->radius = -1, standing->arm = 1, standing->most_holding = 0;
+    standing->radius = -1, standing->arm = 1, standing->max_holding = 0;
     for (int d = 0; d < standing->count; d++) {
         const int of_axle = standing->bearing[d] < run->bearings.axle_count;
         standing->wheel[d] = standing->bearing[d] - (of_axle ? 0 : run->bearings.axle_count);
         standing->direction[d] = of_axle;
         standing->holding[d] = standing->rows.bounds[d];
-        standing->most_holding = fmax(standing->most_holding, standing->holding[d]);
+        standing->max_holding = fmax(standing->max_holding, standing->holding[d]);
     }
     memset(standing->used_by, 0, sizeof standing->used_by);
 }
@@ -109,7 +109,7 @@ static void round_use(const omniroll_run_t *run, const work_t *work)
 {
     standing_t *const standing = work->standing;
     demand_t now;
-    double forces[MOST_STANDING];
+    double forces[MAX_STANDING];
     demand_now(run, work, &now);
     standing->rounding = 0;
     for (int k = 0; k < 3 && standing->count; k++) {
@@ -154,8 +154,8 @@ static void find_held_force(omniroll_run_t *run, const work_t *work)
 static void find_torques(omniroll_run_t *run, const work_t *work)
 {
     bearings_t sticking;
-    int places[MOST_BEARINGS];
-    double torques[MOST_BEARINGS];
+    int places[MAX_BEARINGS];
+    double torques[MAX_BEARINGS];
     for (int i = 0; i < rows_count(run); i++)
         run->bearings.each[i].torque = *bearing_input(run, i);
     if (!bearings_of(run, 1, 0, &sticking, places))

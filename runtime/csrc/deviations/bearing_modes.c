@@ -9,7 +9,7 @@
 #define ROLLERS_MAY_STICK (SET_DISKS_STICK || SET_IN_SERIES || (SET_HOLDS && SET_CONTACT_BEARING_INPUT >= 0))
 #define OF_A_WHEEL(w) (SET_GATHERS ? (w)->rollers : 1)      /* bearings of its rollers */
 #define AXLES(w) (AXLES_MAY_STICK*(w)->wheels)
-#define MOST_OWN(w) (AXLES(w) + ROLLERS_MAY_STICK*(w)->wheels*OF_A_WHEEL(w))
+#define BEARINGS(w) (AXLES(w) + ROLLERS_MAY_STICK*(w)->wheels*OF_A_WHEEL(w))
 #define SET_SERIES_ALONE (SET_IN_SERIES && !SET_STRIPS)     /* whether no contact sticks beside massless rollers */
 ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
 {
@@ -19,14 +19,14 @@ ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
 /* In a row 0 where one sticks, else the sign of its rate. */
 ALWAYS_INLINE long long bearing_mode(const variations_t *w, long long row, int k)
 {
-    return w->run->bearings.mode[row*MOST_OWN(w) + k];
+    return w->run->bearings.mode[row*BEARINGS(w) + k];
 }
 
 /* What the functions take and give of axles and of rollers in contact at a point, or as these move. */
-ALWAYS_INLINE void put_bearings(const variations_t *w, lanes_t *own, point_t *point)
+ALWAYS_INLINE void put_bearings(const variations_t *w, lanes_t *numbers, point_t *point)
 {
-    const int moves = own == w->along, wheels = w->wheels;
-    const lanes_t *const sticks = moves ? own + point_still(w) : w->bearings.sticks;
+    const int moves = numbers == w->along, wheels = w->wheels;
+    const lanes_t *const sticks = moves ? numbers + point_zeros(w) : w->bearings.sticks;
     lanes_t *const holding = w->bearings.holding + 2*wheels*moves;
     if (SET_AXLES_STICK)
         point->axle_sticks = sticks, point->axle_holding = holding;
@@ -66,10 +66,10 @@ ALWAYS_INLINE double demand_on_bearing(const variations_t *w, const point_t *at,
 }
 
 /* The torque of a bearing at a point, or as it moves. */
-ALWAYS_INLINE lanes_t *torque_of_bearing(const variations_t *w, lanes_t *own, int k)
+ALWAYS_INLINE lanes_t *torque_of_bearing(const variations_t *w, lanes_t *numbers, int k)
 {
-    lanes_t *const inputs = own + point_inputs(w);
-    lanes_t *const free = own == w->along ? w->spins.bearing_along : w->spins.bearing;
+    lanes_t *const inputs = numbers + point_inputs(w);
+    lanes_t *const free = numbers == w->along ? w->spins.bearing_along : w->spins.bearing;
     return of_bearing(w, k, inputs + SET_BEARING_INPUT*w->wheels, inputs + SET_CONTACT_BEARING_INPUT*w->wheels, free);
 }
 
@@ -83,6 +83,6 @@ ALWAYS_INLINE void put_bearing_mode(const variations_t *w, int k, long long mode
 /* The modes of bearings as in a row. */
 static void put_bearing_modes(const variations_t *w, long long row)
 {
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         put_bearing_mode(w, k, bearing_mode(w, row, k));
 }

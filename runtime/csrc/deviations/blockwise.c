@@ -33,23 +33,23 @@ ALWAYS_INLINE long long blockwise_memory(int count, int last, int blocks, int gr
 ALWAYS_INLINE void copy_row(const blockwise_t *e, int row, int column, int j, lanes_t *to)
 {
     const int kind = *kind_of(e, row, column);
-    const nodes_t *const own = block_of(e, row, column);
+    const nodes_t *const block = block_of(e, row, column);
     for (int b = 0; b < e->blocks; b++)
-        to[b] = kind == FULL ? own[j].lanes[b] : lanes_of(0);
+        to[b] = kind == FULL ? block[j].lanes[b] : lanes_of(0);
     if (kind == DIAGONAL)
-        to[j/LANES][j%LANES] = own->node[j];
+        to[j/LANES][j%LANES] = block->node[j];
 }
 
 static void make_full(const blockwise_t *e, int row, int column)
 {
-    nodes_t *const own = block_of(e, row, column), diagonal = *own;
+    nodes_t *const block = block_of(e, row, column), diagonal = *block;
     const int had = *kind_of(e, row, column);
     if (had == FULL)
         return;
     *kind_of(e, row, column) = FULL;
-    memset(own, 0, e->nodes*sizeof *own);
+    memset(block, 0, e->nodes*sizeof *block);
     for (int j = 0; j < e->nodes && had == DIAGONAL; j++)
-        own[j].node[j] = diagonal.node[j];
+        block[j].node[j] = diagonal.node[j];
 }
 
 /* Take from the block (row, column) that of (row, pivot) times that of (pivot, column). */
@@ -80,14 +80,14 @@ static void subtract_product(const blockwise_t *e, int row, int pivot, int colum
 static void subtract_values(const blockwise_t *e, int row, int column, const lanes_t *value)
 {
     const int kind = *kind_of(e, row, column), groups = e->groups;
-    const nodes_t *const own = block_of(e, row, column);
+    const nodes_t *const block = block_of(e, row, column);
     lanes_t *const to = right_of(e, row);
     if (kind == DIAGONAL)
         for (int j = 0; j < e->nodes; j++)
             for (int g = 0; g < groups; g++)
-                to[j*groups + g] -= own->node[j]*value[j*groups + g];
+                to[j*groups + g] -= block->node[j]*value[j*groups + g];
     else if (kind == FULL)
-        add_product(e->nodes, groups, groups, own, -1, value, to);
+        add_product(e->nodes, groups, groups, block, -1, value, to);
 }
 
 /* Divide the equations of some unknowns, from p on, by their own blocks; of one the blocks behind it go along. */
@@ -122,9 +122,9 @@ static void divide(const blockwise_t *e, int p, int some)
 /* The same of one whose own block is diagonal. */
 static void divide_by_diagonal(const blockwise_t *e, int p)
 {
-    const nodes_t *const own = block_of(e, p, p);
+    const nodes_t *const pivot = block_of(e, p, p);
     for (int j = 0; j < e->nodes; j++) {
-        const double by = 1/own->node[j];
+        const double by = 1/pivot->node[j];
         for (int c = p + 1; c < e->count; c++) {
             nodes_t *const to = block_of(e, p, c);
             if (*kind_of(e, p, c) == DIAGONAL)

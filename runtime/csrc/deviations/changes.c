@@ -14,18 +14,18 @@ typedef struct {
 /* The slips of contacts in a row: 2*wheels. */
 static void slips_in_row(const variations_t *w, long long row, lanes_t *slip)
 {
-    lanes_t own[point_size(w)];
-    put_state(w, row, own);
-    slips_at(w, own, slip);
+    lanes_t state[point_size(w)];
+    put_state(w, row, state);
+    slips_at(w, state, slip);
 }
 
 /* Whether a contact comes to rest as a step ends in a row, and at once slips on in another direction: where it slips
- * one way alone, the other way. */
+ * along one line alone, the other way. */
 static int goes_on(const variations_t *w, long long row, int i)
 {
-    const int wheels = OWN_WHEELS(w->wheels), turns = turns_in(w, row, i);
+    const int wheels = FIXED_WHEELS(w->wheels), turns = turns_in(w, row, i);
     const double *const heading = w->run->motion.drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels + i;
-    lanes_t slip[2*MOST_WHEELS];
+    lanes_t slip[2*MAX_WHEELS];
     if (!slides_in(w, row, i) || !slides_in(w, row + 1, i) || turns != turns_in(w, row + 1, i))
         return 0;
     if (!turns)
@@ -47,8 +47,8 @@ static int rests_behind(const variations_t *w, long long row, int i)
  * turned. */
 static int slips_along_axle(const variations_t *w, const change_t *e, int i)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t slip[2*MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels);
+    lanes_t slip[2*MAX_WHEELS];
     double fastest = 0;
     if (!sticks_in(w, e->row, i) || sticks_in(w, e->after, i))
         return 0;
@@ -101,13 +101,13 @@ ALWAYS_INLINE int turns_on(const variations_t *w, const change_t *e, int k)
 
 #include "deviations/holding.c"
 
-/* What the ground would ask of massless rollers if they stuck, at the point, and how that moves: where no contact may
+/* The demand of the ground on massless rollers if they stuck, at the point, and how that moves: where no contact may
  * stick. */
-static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
+static void put_demand_on_rollers(const variations_t *w, const vehicle_t *v)
 {
 #if !SET_STRIPS && !SET_DISKS_STICK     /* where these spins have other arguments */
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
-    lanes_t spin[MOST_WHEELS], spin_moved[MOST_WHEELS], none[MOST_WHEELS] = {{0}}, sticks[MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels), chi = point_chi(w);
+    lanes_t spin[MAX_WHEELS], spin_moved[MAX_WHEELS], none[MAX_WHEELS] = {{0}}, sticks[MAX_WHEELS];
     for (int i = 0; i < wheels; i++)
         sticks[i] = lanes_of(1);
     set_slip_spins_along(wheels, v, w->point, w->point + chi, w->point + POINT_CORE, none, sticks, w->along,
@@ -118,31 +118,31 @@ static void put_asked_in_series(const variations_t *w, const vehicle_t *v)
 
 /* The rates then, with the accelerations of the speeds of units and what holds the bearings that stick. */
 static void rates_of_change(const variations_t *w, const change_t *e, int which, lanes_t *rate, double *dot,
-                            double *asked)
+                            double *demand)
 {
     const long long row = which == AFTER ? e->after : e->row, modes = which == AFTER ? e->after : e->before;
-    lanes_t own[point_size(w)], moved[UNITS(w)];
+    lanes_t tangent[point_size(w)], moved[UNITS(w)];
     put_state(w, row, w->point);
     if (which == RESTING || modes == NONE)
         put_held_in(w, e, which);
     else
         put_held(w, modes, -1);
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         put_bearing_mode(w, k, mode_of(w, e, which, k));
     for (int i = 0; i < SET_GRIPS*w->wheels && which == RESTING && e->after > e->row; i++)
         if (rests_behind(w, e->row, i))
             w->point[point_inputs(w) + SET_MODES_INPUT*w->wheels + i] = lanes_of(1);
     rates_at_point(w, row, rate);
     if (SET_SERIES_ALONE)
-        put_asked_in_series(w, w->vehicle);
-    memset(own, 0, sizeof own);
-    put_moved(w, rate, 1, 0, own);
-    put_speeds_moved(w, w->vehicle, own, moved);
+        put_demand_on_rollers(w, w->vehicle);
+    memset(tangent, 0, sizeof tangent);
+    put_moved(w, rate, 1, 0, tangent);
+    put_speeds_moved(w, w->vehicle, tangent, moved);
     const point_t at = point_of(w, w->vehicle, w->point);
     for (int k = 0; k < UNITS(w); k++)
         dot[k] = moved[k][0];
-    for (int k = 0; k < MOST_OWN(w); k++)
-        asked[k] = demand_on_bearing(w, &at, k);
+    for (int k = 0; k < BEARINGS(w); k++)
+        demand[k] = demand_on_bearing(w, &at, k);
 }
 
 /* Whether contacts or bearings have other modes in another row. */
@@ -151,7 +151,7 @@ static int modes_differ(const variations_t *w, long long row, long long other)
     int found = 0;
     for (int i = 0; i < w->wheels; i++)
         found |= sticks_in(w, row, i) != sticks_in(w, other, i);
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         found |= bearing_mode(w, row, k) != bearing_mode(w, other, k);
     return found;
 }
@@ -160,11 +160,11 @@ static int modes_differ(const variations_t *w, long long row, long long other)
  * long the run is. */
 static double time_of_modes(const variations_t *w, long long row)
 {
-    const double *const elapsed = w->run->motion.elapsed, whole = elapsed[w->run->motion.rows - 1];
+    const double *const elapsed = w->run->motion.elapsed, duration = elapsed[w->run->motion.rows - 1];
     long long first = row;
     while (first > 0 && !modes_differ(w, first - 1, row))
         first--;
-    return first > 0 || SET_HOLDS ? elapsed[row] - elapsed[first] : whole;
+    return first > 0 || SET_HOLDS ? elapsed[row] - elapsed[first] : duration;
 }
 
 /* Whether contacts slip on (1) behind a rest, or bearings turn on (2). */
@@ -174,12 +174,12 @@ static int what_goes_on(const variations_t *w, const change_t *e)
     int found = 0;
     for (int i = 0; i < w->wheels && e->after > e->row; i++)
         found |= goes_on(w, e->row, i)*SLIPS_ON;
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         found |= turns_on(w, e, k)*TURNS_ON;
     return found;
 }
 
-/* Whether contacts or bearings change their modes, or the way that they move, between a row and the next. */
+/* Whether contacts or bearings change their modes, or the directions in which they move, between a row and the next. */
 static int changes_modes(const variations_t *w, long long row)
 {
     const change_t e = {row, row, row + 1, 0, 0};
@@ -205,7 +205,7 @@ static int drives_jump(const variations_t *w, long long row)
 static int rests_at_switch(const variations_t *w, long long row)
 {
     const long long *const contact = w->run->motion.contact + row*w->wheels;
-    for (int k = 0; k < MOST_OWN(w) && !SET_HOLDS; k++) {
+    for (int k = 0; k < BEARINGS(w) && !SET_HOLDS; k++) {
         const int roller = k - AXLES(w), places = OF_A_WHEEL(w), i = roller/places;
         const int passed = roller < 0 ? 0 : (int)(contact[w->wheels + i] - contact[i]) + w->rollers;
         const int was = roller < 0 ? k : roller_bearing(w, i, (roller%places + passed)%places);

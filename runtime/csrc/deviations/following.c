@@ -1,5 +1,5 @@
 /* Deviations followed along a run, from row to row: through its steps and its switches. A library by itself, with the
- * set's functions and their slopes; a run that is asked for no derivatives does not load it. */
+ * set's functions and their slopes; a run without derivatives does not load it. */
 #include "set_in_lanes.h"
 
 #include "linear.c"
@@ -13,7 +13,7 @@
 #include "deviations/variations.c"
 #include "deviations/passages.c"
 #include "deviations/small.c"
-#include "deviations/ways.c"
+#include "deviations/tangents.c"
 #include "deviations/responses.c"
 #include "deviations/changes.c"
 #include "deviations/rests.c"
@@ -28,18 +28,19 @@ static void lay_out_lanes(variations_t *w, parts_t *parts)
     const struct { lanes_t **array; long long lanes; } part[] = {
         {&w->moved, w->size*groups}, {&w->phase.moved, w->size*groups}, {&w->axial, wheels*w->rollers*groups},
         {&w->given, (w->inputs + SET_MOVING*wheels)*groups}, {&w->held, 2*HELD_SIZE}, {&w->point, point_size(w)},
-        {&w->along, point_size(w) + groups}, {&w->step.felt, (w->felt + 1)*at_nodes}, {&w->step.core, w->core*at_nodes},
-        {&w->step.carried, (wheels + 3)*at_nodes}, {&w->solving.right, w->equations*at_nodes},
-        {&w->solving.memory, blockwise_memory(w->equations, 3, NODES/LANES, groups)},
-        {&w->contacts.pushed, 12*ground}, {&w->contacts.yielding, 2*ground}, {&w->contacts.towards, 2*ground},
-        {&w->contacts.slipping, ground}, {&w->contacts.turned, 2*ground}, {&w->bearings.sticks, 2*wheels},
-        {&w->bearings.holding, 4*wheels}, {&w->bearings.spin_dot, 2*w->rollers*wheels}, {&w->bearings.yaw_mass, 2},
-        {&w->spins.sticks, free}, {&w->spins.bearing, free}, {&w->spins.holding, 2*free},
-        {&w->spins.bearing_along, free}, {&w->spins.response, free*w->run->models},
-        {&w->spins.fading, free*w->run->models}, {&w->spins.response_moved, in_columns},
-        {&w->spins.fading_moved, in_columns}, {&w->spins.torque_moved, in_columns},
-        {&w->spins.momenta_moved, SET_GATHERS*SUMS(w)*groups}, {&w->spins.axial_moved, in_columns},
-        {&w->spins.axial_nodes, free*at_nodes}, {&w->spins.disks, free}, {&w->spins.disks_moved, free},
+        {&w->along, point_size(w) + groups}, {&w->step.feedback, (w->feedback + 1)*at_nodes},
+        {&w->step.core, w->core*at_nodes}, {&w->step.carried, (wheels + 3)*at_nodes},
+        {&w->solving.right, w->equations*at_nodes},
+        {&w->solving.memory, blockwise_memory(w->equations, 3, NODES/LANES, groups)}, {&w->contacts.pushed, 12*ground},
+        {&w->contacts.yielding, 2*ground}, {&w->contacts.towards, 2*ground}, {&w->contacts.slipping, ground},
+        {&w->contacts.turned, 2*ground}, {&w->bearings.sticks, 2*wheels}, {&w->bearings.holding, 4*wheels},
+        {&w->bearings.spin_dot, 2*w->rollers*wheels}, {&w->bearings.yaw_mass, 2}, {&w->spins.sticks, free},
+        {&w->spins.bearing, free}, {&w->spins.holding, 2*free}, {&w->spins.bearing_along, free},
+        {&w->spins.response, free*w->run->models}, {&w->spins.fading, free*w->run->models},
+        {&w->spins.response_moved, in_columns}, {&w->spins.fading_moved, in_columns},
+        {&w->spins.torque_moved, in_columns}, {&w->spins.momenta_moved, SET_GATHERS*SUMS(w)*groups},
+        {&w->spins.axial_moved, in_columns}, {&w->spins.axial_nodes, free*at_nodes}, {&w->spins.disks, free},
+        {&w->spins.disks_moved, free},
     };
     for (int k = 0; k < (int)(sizeof part/sizeof *part); k++)
         *part[k].array = lanes_part(parts, part[k].lanes);
@@ -70,7 +71,7 @@ static void lay_out_numbers(variations_t *w, parts_t *parts)
     w->solving.row = numbers_part(parts, equations);
     w->solving.pivot_row = numbers_part(parts, 3*NODES);
     w->solving.kind = numbers_part(parts, equations*equations);
-    w->slopes.is_still = numbers_part(parts, equations*w->directions);
+    w->slopes.is_zero = numbers_part(parts, equations*w->directions);
     w->is_given = numbers_part(parts, w->inputs);
     w->numbered_column = numbers_part(parts, columns);
     w->number_of = numbers_part(parts, columns);
@@ -85,7 +86,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, lane
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
     w->known = 3 + core_size(wheels, run->rollers_per_wheel);
     w->core = SET_GATHERS ? first_momentum(w) + 2*wheels : w->known;
-    w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
+    w->feedback = SET_CORE_NEEDS_CHI*wheels + SET_HAS_HEADING;
     w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_GATHERS*2*wheels;
     w->equations = w->core + SET_TURNS*wheels;
     w->directions = first_turn(w) + SET_TURNS*wheels;
@@ -163,14 +164,14 @@ static void enter(variations_t *w, long long row, long long phase)
 static void exchange_given(variations_t *w, long long step)
 {
     const int drives = SET_MOVING*w->wheels, inputs = SET_INPUTS*w->wheels;
-    double *const own = w->run->given + step*w->run->given_size*w->columns;
-    into_lanes(w, own, drives, w->given);
+    double *const given = w->run->given + step*w->run->given_size*w->columns;
+    into_lanes(w, given, drives, w->given);
     const int held = held_inputs(w);
     if (SET_GATHERS)
-        into_lanes(w, own + inputs*w->columns, held, w->spins.torque_moved);
+        into_lanes(w, given + inputs*w->columns, held, w->spins.torque_moved);
     else
-        out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
-    into_lanes(w, own + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
+        out_of_lanes(w, w->given + drives*w->groups, held, given + inputs*w->columns);
+    into_lanes(w, given + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
 }
 
 /* Whether a wheel that switches grazes its joint, at these rates of what deviates. */
@@ -189,10 +190,10 @@ static int grazes(const variations_t *w, const lanes_t *rate, const int *directi
  * at which drives jump there, or null. Returns whether it was known how; else nothing has been done. */
 static int pass_others(variations_t *w, long long row, const double *knot)
 {
-    double still[w->columns];
-    memset(still, 0, sizeof still);
+    double zero[w->columns];
+    memset(zero, 0, sizeof zero);
     if (changes_modes(w, row)) {
-        const double *const jump = knot ? knot : drives_jump(w, row) ? still : 0;
+        const double *const jump = knot ? knot : drives_jump(w, row) ? zero : 0;
         return pass_change(w, &(change_t){row, row, row + 1, jump, 0});
     }
     if (knot) {
@@ -237,8 +238,8 @@ static int switch_wheels(variations_t *w, long long phase, long long row, const 
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one)
 {
-    variations_t own, *const w = &own;
-    int direction[MOST_WHEELS];
+    variations_t work, *const w = &work;
+    int direction[MAX_WHEELS];
     prepare(w, run);
     enter(w, first, phase);
     refuse(w, UNKNOWN, 0);
@@ -279,7 +280,7 @@ static long long enter_step_of(variations_t *w, long long step, long long phase)
 void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
                              const long long *phases, double *rates, int *in_pieces)
 {
-    variations_t own, *const w = &own;
+    variations_t work, *const w = &work;
     prepare(w, run);
     w->inside = 1;
     for (long long k = 0; k < count; k++) {
@@ -292,7 +293,7 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
 void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
                              const long long *phases, const double *x, double *moved)
 {
-    variations_t own, *const w = &own;
+    variations_t work, *const w = &work;
     prepare(w, run);
     for (long long k = 0; k < count; k++) {
         const long long row = enter_step_of(w, steps[k], phases[k]);
@@ -312,7 +313,7 @@ void omniroll_moved_in_steps(const omniroll_variations_t *run, long long count, 
  * rest of the core and of the axial speeds. */
 static void put_start(variations_t *w, const double *spins)
 {
-    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w), chi = point_chi(w);
+    const int wheels = FIXED_WHEELS(w->wheels), count = FREE(w), chi = point_chi(w);
     lanes_t at[point_size(w)], moved[point_size(w)], spin[count], spin_moved[count], axial[count], axial_moved[count];
     memset(w->axial, 0, wheels*w->rollers*w->groups*sizeof *w->axial);
     memset(moved, 0, sizeof moved);
@@ -335,7 +336,7 @@ static void put_start(variations_t *w, const double *spins)
 
 void omniroll_begin(const omniroll_variations_t *run, long long row, long long phase, const double *spins)
 {
-    variations_t own, *const w = &own;
+    variations_t work, *const w = &work;
     if (!SET_HOLDS && !spins)
         return;
     prepare(w, run);

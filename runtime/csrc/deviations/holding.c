@@ -2,7 +2,7 @@
  * bearings that stick of wheels that roll, and of wheels that stand, along their axles where contact and roller stick,
  * and along their rolling direction where contact and axle do. The forces that hold nu are torques of these bearings.
  * Where there are many such torques wheels that stand are held if some of them do it. */
-#define MOST_ROWS (2*MOST_WHEELS)
+#define MAX_ROWS (2*MAX_WHEELS)
 #define IS_AT_REST 1e-12        /* of the length of a row: its rate along a motion is rounding */
 
 /* The rate of a bearing for each of nu, and how it moves. */
@@ -15,8 +15,8 @@ typedef struct {
 typedef struct {
     const change_t *change;
     int which, count, is_only;          /* is_only: whether no other torques do it */
-    row_t row[MOST_ROWS];
-    lanes_t torque[MOST_ROWS], moved[MOST_ROWS];
+    row_t row[MAX_ROWS];
+    lanes_t torque[MAX_ROWS], moved[MAX_ROWS];
 } held_t;
 
 /* Whether a bearing takes a direction from nu in one of these instants. */
@@ -33,17 +33,17 @@ static int takes_direction(const variations_t *w, const change_t *e, int which, 
  * point. Returns how many. */
 static int list_rows(const variations_t *w, const change_t *e, int which, const vehicle_t *vehicle, row_t *to)
 {
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
-    const lanes_t still[3] = {{0}};
-    lanes_t rate[3][2][MOST_WHEELS], moved[3][2][MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels), chi = point_chi(w);
+    const lanes_t zero[3] = {{0}};
+    lanes_t rate[3][2][MAX_WHEELS], moved[3][2][MAX_WHEELS];
     int count = 0;
     for (int c = 0; c < 3; c++) {
         lanes_t nu[3] = {{0}};
         nu[c] = lanes_of(1);
-        set_wheel_rates_along(wheels, vehicle, nu, w->point + chi, still, w->along + chi, rate[c][0], rate[c][1],
+        set_wheel_rates_along(wheels, vehicle, nu, w->point + chi, zero, w->along + chi, rate[c][0], rate[c][1],
                               moved[c][0], moved[c][1]);
     }
-    for (int k = 0; k < MOST_OWN(w); k++) {
+    for (int k = 0; k < BEARINGS(w); k++) {
         const int is_axle = k < AXLES(w), i = is_axle ? k : (k - AXLES(w))/OF_A_WHEEL(w);
         if (!takes_direction(w, e, which, k))
             continue;
@@ -59,20 +59,20 @@ static int list_rows(const variations_t *w, const change_t *e, int which, const 
 static int add_to_basis(double (*basis)[3], int count, const double *vector, double part)
 {
     const double length = length3(vector);
-    double own[3], left = 0;
+    double residual[3], norm = 0;
     for (int c = 0; c < 3; c++)
-        own[c] = vector[c]/length;
+        residual[c] = vector[c]/length;
     for (int twice = 0; twice < 2 && count < 3; twice++) {
         for (int k = 0; k < count; k++) {
-            const double in = dot3(basis[k], own);
+            const double in = dot3(basis[k], residual);
             for (int c = 0; c < 3; c++)
-                own[c] -= in*basis[k][c];
+                residual[c] -= in*basis[k][c];
         }
-        left = length3(own);
+        norm = length3(residual);
     }
-    for (int c = 0; c < 3 && left > part; c++)
-        basis[count][c] = own[c]/left;
-    return count + (left > part);
+    for (int c = 0; c < 3 && norm > part; c++)
+        basis[count][c] = residual[c]/norm;
+    return count + (norm > part);
 }
 
 /* Add units until there are three: of these one always has more than half outside of what there is. */
@@ -82,49 +82,49 @@ static void complete_basis(double (*basis)[3], int count)
         count = add_to_basis(basis, count, (const double[3]){c == 0, c == 1, c == 2}, 0.5);
 }
 
-/* What is left to nu then. */
+/* The directions that nu has then. */
 static void put_held_in(const variations_t *w, const change_t *e, int which)
 {
-    row_t row[MOST_ROWS];
+    row_t row[MAX_ROWS];
     double basis[3][3];
     const int rows = SET_DIRECTIONS ? list_rows(w, e, which, w->vehicle, row) : 0;
-    int taken = 0;
+    int rank = 0;
     for (int j = 0; j < rows; j++)
-        taken = add_to_basis(basis, taken, row[j].row, SAME);
-    complete_basis(basis, taken);
+        rank = add_to_basis(basis, rank, row[j].row, SAME);
+    complete_basis(basis, rank);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
     for (int k = 0; k < 3; k++) {
-        w->held[ABSENT + k] = lanes_of(k >= 3 - taken);
-        for (int c = 0; c < 3 && k < 3 - taken; c++)
-            w->held[DIRECTIONS + 3*c + k] = lanes_of(basis[taken + k][c]);
+        w->held[ABSENT + k] = lanes_of(k >= 3 - rank);
+        for (int c = 0; c < 3 && k < 3 - rank; c++)
+            w->held[DIRECTIONS + 3*c + k] = lanes_of(basis[rank + k][c]);
     }
 }
 
-/* The torques along rows that hold what they are asked for. Returns whether these are the only ones. */
-static int find_torques(const held_t *held, const lanes_t *asked, lanes_t *torque)
+/* The torques along rows that balance a force on nu. Returns whether these are the only ones. */
+static int find_torques(const held_t *held, const lanes_t *force, lanes_t *torque)
 {
     const int count = held->count;
     double matrix[count*count + 1];
     for (int a = 0; a < count; a++) {
         const double *const row = held->row[a].row;
-        torque[a] = row[0]*asked[0] + row[1]*asked[1] + row[2]*asked[2];
+        torque[a] = row[0]*force[0] + row[1]*force[1] + row[2]*force[2];
         for (int b = 0; b < count; b++)
             matrix[a*count + b] = dot3(row, held->row[b].row);
     }
     return solve_small(matrix, count, torque, 1, SAME) == count;
 }
 
-/* The torques at the point, and how they move as this does: where what they are asked for moves, and the rows. */
+/* The torques at the point, and how they move as this does: where the force that they balance moves, and the rows. */
 static void solve_held(const variations_t *w, held_t *held)
 {
     const lanes_t *const force = w->held + HELD_FORCE, *const force_moved = force + HELD_SIZE;
-    lanes_t asked[3];
+    lanes_t right[3];
     held->is_only = find_torques(held, force, held->torque);
-    memcpy(asked, force_moved, sizeof asked);
+    memcpy(right, force_moved, sizeof right);
     for (int j = 0; j < held->count; j++)
         for (int c = 0; c < 3; c++)
-            asked[c] -= held->row[j].moved[c]*held->torque[j];
-    find_torques(held, asked, held->moved);
+            right[c] -= held->row[j].moved[c]*held->torque[j];
+    find_torques(held, right, held->moved);
 }
 
 /* Find what holds nu in an instant at the point, where the rates there have been computed last, and how that moves as
@@ -139,8 +139,8 @@ static void find_held(const variations_t *w, const change_t *e, int which, const
 /* With which arm the contact of a row holds its bearing, and how that moves. */
 static double arm_along(const variations_t *w, int column, const row_t *row, double *moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), model = column < 0 ? 0 : w->run->number[column];
-    lanes_t reach[MOST_WHEELS], reach_moved[MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels), chi = point_chi(w), model = column < 0 ? 0 : w->run->number[column];
+    lanes_t reach[MAX_WHEELS], reach_moved[MAX_WHEELS];
     *moved = column < 0 ? 0 : -w->run->contacts.standing_moved[column];
     if (row->is_axle)
         return -w->run->contacts.standing[0];
@@ -180,16 +180,16 @@ static int find_motion(const variations_t *w, const held_t *held, int broken, do
 {
     double basis[4][3];
     for (int others = 1; others >= 0; others--) {
-        int taken = 0, first;
+        int rank = 0, first;
         for (int j = 0; j < held->count; j++) {
             const int k = held->row[j].bearing;
             if (others ? k != broken : bearing_mode(w, held->change->after, k) == 0)
-                taken = add_to_basis(basis, taken, held->row[j].row, SAME);
+                rank = add_to_basis(basis, rank, held->row[j].row, SAME);
         }
-        first = taken;
+        first = rank;
         for (int j = 0; j < held->count; j++)
-            taken = add_to_basis(basis, taken, held->row[j].row, SAME);
-        if (taken == first + 1) {
+            rank = add_to_basis(basis, rank, held->row[j].row, SAME);
+        if (rank == first + 1) {
             memcpy(n, basis[first], sizeof basis[first]);
             return 1;
         }
@@ -198,14 +198,14 @@ static int find_motion(const variations_t *w, const held_t *held, int broken, do
 }
 
 /* How the largest torque of a bearing at rest moves with a column. */
-ALWAYS_INLINE double moved_most(const variations_t *w, int column, int k)
+ALWAYS_INLINE double bound_moved(const variations_t *w, int column, int k)
 {
-    return column < 0 ? 0 : w->run->bearings.bound_moved[column*MOST_OWN(w) + k];
+    return column < 0 ? 0 : w->run->bearings.bound_moved[column*BEARINGS(w) + k];
 }
 
 /* How much of what bearings can hold is used where one breaks away, and how that moves; not a number where that is not
- * determined. Those that move along n use the same part of their largest torques, each against its rate: a row of their
- * own in the place of all of theirs. */
+ * determined. Those that move along n use the same part of their largest torques, each against its rate: one row in
+ * the place of all of theirs. */
 static double use_of_all(const variations_t *w, int column, const held_t *held, int broken, double *moved)
 {
     double n[3];
@@ -215,14 +215,14 @@ static double use_of_all(const variations_t *w, int column, const held_t *held, 
         return *moved = NAN;
     for (int j = 0; j < held->count; j++) {
         const row_t *const row = &held->row[j];
-        const double rate = dot3(row->row, n), most = w->run->bearings.bound[row->bearing];
+        const double rate = dot3(row->row, n), bound = w->run->bearings.bound[row->bearing];
         if (fabs(rate) <= IS_AT_REST*length3(row->row)) {
             facet.row[facet.count++] = *row;
             continue;
         }
         for (int c = 0; c < 3; c++) {
-            all.row[c] += copysign(most, rate)*row->row[c];
-            all.moved[c] += copysign(1, rate)*(most*row->moved[c] + moved_most(w, column, row->bearing)*row->row[c]);
+            all.row[c] += copysign(bound, rate)*row->row[c];
+            all.moved[c] += copysign(1, rate)*(bound*row->moved[c] + bound_moved(w, column, row->bearing)*row->row[c]);
         }
     }
     facet.row[facet.count++] = all;
@@ -236,27 +236,27 @@ static double use_of_all(const variations_t *w, int column, const held_t *held, 
 static double use_of_bearing(const variations_t *w, int column, const held_t *held, int k, double *moved)
 {
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    const double most = w->run->bearings.bound[k];
+    const double bound = w->run->bearings.bound[k];
     double torque = demand_on_bearing(w, &at, k), torque_moved = demand_on_bearing(w, &along, k);
     if (goes_with_nu(w, k) && !held->is_only)
         return use_of_all(w, column, held, k, moved);
     for (int j = 0; j < held->count; j++)
         if (held->row[j].bearing == k)
             torque += held->torque[j][0], torque_moved += held->moved[j][0];
-    *moved = ((torque < 0 ? -torque_moved : torque_moved) - fabs(torque)/most*moved_most(w, column, k))/most;
-    return fabs(torque)/most;
+    *moved = ((torque < 0 ? -torque_moved : torque_moved) - fabs(torque)/bound*bound_moved(w, column, k))/bound;
+    return fabs(torque)/bound;
 }
 
 /* Of many torques that hold wheels those that use little. Returns whether they were found. */
-static int find_small_torques(const variations_t *w, held_t *held, const lanes_t *asked)
+static int find_small_torques(const variations_t *w, held_t *held, const lanes_t *force)
 {
-    double matrix[9] = {0}, by[MOST_ROWS], moved;
+    double matrix[9] = {0}, by[MAX_ROWS], moved;
     lanes_t right[3];
-    memcpy(right, asked, sizeof right);
+    memcpy(right, force, sizeof right);
     for (int j = 0; j < held->count; j++) {
         const row_t *const row = &held->row[j];
-        const double arm = arm_along(w, TIMES_ALONE, row, &moved), most = w->run->bearings.bound[row->bearing];
-        by[j] = 1/(w->run->contacts.per_reach[2*row->wheel + row->is_axle]/(arm*arm) + 1/(most*most));
+        const double arm = arm_along(w, TIMES_ALONE, row, &moved), bound = w->run->bearings.bound[row->bearing];
+        by[j] = 1/(w->run->contacts.per_reach[2*row->wheel + row->is_axle]/(arm*arm) + 1/(bound*bound));
         for (int c = 0; c < 9; c++)
             matrix[c] += by[j]*row->row[c/3]*row->row[c%3];
     }
@@ -274,7 +274,7 @@ static int find_small_torques(const variations_t *w, held_t *held, const lanes_t
 static int is_at_bound(const variations_t *w, const change_t *e)
 {
     const point_t at = point_of(w, w->vehicle, w->point);
-    const double most = 1 - w->run->bounds.reached;
+    const double limit = 1 - w->run->bounds.reached;
     double moved;
     held_t held;
     find_held(w, e, AFTER, w->vehicle, &held);
@@ -282,11 +282,11 @@ static int is_at_bound(const variations_t *w, const change_t *e)
         && ((held.count <= 3 && !SET_STRIPS) || !find_small_torques(w, &held, at.held_force)))
         return 1;
     for (int i = 0; i < w->wheels; i++)
-        if (sticks_in(w, e->after, i) && !(use_of_contact(w, TIMES_ALONE, &held, i, &moved) < most))
+        if (sticks_in(w, e->after, i) && !(use_of_contact(w, TIMES_ALONE, &held, i, &moved) < limit))
             return 1;
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         if (bearing_mode(w, e->after, k) == 0 && !settles(w, e, k) && !goes_with_nu(w, k)
-            && !(use_of_bearing(w, TIMES_ALONE, &held, k, &moved) < most))
+            && !(use_of_bearing(w, TIMES_ALONE, &held, k, &moved) < limit))
             return 1;
     return 0;
 }

@@ -8,17 +8,17 @@
 /* The forces on contacts that slip turn with their slips. */
 static void turn_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels);
+    lanes_t slip[2*MAX_WHEELS], moved[2*MAX_WHEELS];
     put_pushes(w, row, model, at, along);
     slips_of(w, at, along, slip, moved);
     for (int i = 0; i < wheels && SET_TURNS; i++) {
-        const lanes_t *const own = slip + 2*i, *const way = moved + 2*i;
-        const double squared = own[0][0]*own[0][0] + own[1][0]*own[1][0];
+        const lanes_t *const velocity = slip + 2*i, *const velocity_moved = moved + 2*i;
+        const double squared = velocity[0][0]*velocity[0][0] + velocity[1][0]*velocity[1][0];
         const double noise = w->run->contacts.slip_rounding[row*wheels + i];
-        if (!slides_in(w, row, i) || !slips_both_ways(at, i) || squared <= noise*noise)
+        if (!slides_in(w, row, i) || !slips_in_plane(at, i) || squared <= noise*noise)
             continue;
-        const lanes_t turn = (own[0]*way[1] - own[1]*way[0])*(1/squared);
+        const lanes_t turn = (velocity[0]*velocity_moved[1] - velocity[1]*velocity_moved[0])*(1/squared);
         for (int c = 2*i; c < 2*i + 2; c++)
             along->ground_push[c] += w->contacts.turned[c]*turn;
     }
@@ -27,15 +27,15 @@ static void turn_pushes(const variations_t *w, long long row, int model, const p
 /* How forces move along a column, or with time: in a row, whose rates have been computed last. */
 static void move_along(const variations_t *w, long long row, int column, const lanes_t *rate)
 {
-    const int wheels = OWN_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
-    put_way(w, row, column, rate);              /* first: a point copies its heading */
+    const int wheels = FIXED_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
+    put_tangent(w, row, column, rate);          /* first: a point copies its heading */
     const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
     lanes_t nu_dot[3], nu_dot_along[3];
     if (SET_GRIPS)
         turn_pushes(w, row, model, &at, &along);
     rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
     if (SET_SERIES_ALONE)
-        put_asked_in_series(w, at.vehicle);
+        put_demand_on_rollers(w, at.vehicle);
 }
 
 /* List the contacts that let go, then the bearings that break away, as units: of a contact one for both components.
@@ -46,7 +46,7 @@ static int list_let_go(const variations_t *w, const change_t *e, int *unit)
     for (int i = 0; i < w->wheels; i++)
         if (sticks_in(w, e->row, i) && !sticks_in(w, e->after, i))
             unit[count++] = 2*i;
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         if (turns_on(w, e, k) && !stops(w, e, k))
             unit[count++] = 2*w->wheels + k;
     return count;
@@ -66,7 +66,7 @@ static void put_uses(const variations_t *w, const change_t *e, int column, const
         use[j] = k < 0 ? use_of_contact(w, column, &held, unit[j]/2, &moved[j])
                        : use_of_bearing(w, column, &held, k, &moved[j]);
     }
-    take_way_back(w);
+    clear_tangent(w);
 }
 
 /* Keep of a list those that have come to their bounds by themselves: the others they have set off. `rises` becomes how

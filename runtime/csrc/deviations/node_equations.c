@@ -19,14 +19,14 @@ static void divide_at_nodes(const variations_t *w, const nodes_t *by, nodes_t *t
         memcpy(table[j].lanes, w->solving.pivot_row[j] + blocks, blocks*sizeof(lanes_t));
 }
 
-/* What a row feels of wheels and heading by a number of the core, which carries them. Returns whether it feels any. */
-static int put_carried_slope(const variations_t *w, const nodes_t *slope, const int *still, int c, nodes_t *to)
+/* A row's slopes by what feeds back, through a number of the core that carries it. Returns whether they are not zero. */
+static int put_carried_slope(const variations_t *w, const nodes_t *slope, const int *zero, int c, nodes_t *to)
 {
     memset(to, 0, sizeof *to);
-    for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
-        if (!still[w->core + f])
+    for (int f = 0; c < CARRYING(w->wheels) && f < w->feedback; f++)
+        if (!zero[w->core + f])
             for (int b = 0; b < w->blocks; b++)
-                to->lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
+                to->lanes[b] += slope[w->core + f].lanes[b]*carries_feedback(w, f)[c];
     return !are_zero(to->lanes, w->blocks);
 }
 
@@ -35,26 +35,26 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
 {
     const int a = unknown[p], c = unknown[q], turns = c >= w->core, at = turns ? first_turn(w) + c - w->core : c;
     const nodes_t *const slope = w->slopes.core + a*w->directions;
-    const int *const still = w->slopes.is_still + a*w->directions;
-    const int linear = !still[at], is_change = c >= 3 && !turns;
+    const int *const zero = w->slopes.is_zero + a*w->directions;
+    const int linear = !zero[at], is_change = c >= 3 && !turns;
     nodes_t carried, *const to = block_of(e, p, q);
     if (!linear && a != c && c >= CARRYING(w->wheels)) {
         *kind_of(e, p, q) = NO_BLOCK;
         return;
     }
-    const int carries = put_carried_slope(w, slope, still, c, &carried);
+    const int carries = put_carried_slope(w, slope, zero, c, &carried);
     const int is_full = carries || (is_change ? a == c : linear && !turns);
     const int kind = is_full ? FULL : linear || a == c ? DIAGONAL : NO_BLOCK;
     *kind_of(e, p, q) = kind;
     for (int b = 0; kind == DIAGONAL && b < w->blocks; b++)
         to->lanes[b] = turns || is_change ? -slope[at].lanes[b] : lanes_of(a == c);
     for (int j = 0; is_full && j < w->nodes; j++) {
-        const double own = slope[c].node[j];
+        const double direct = slope[c].node[j];
         for (int b = 0; b < w->blocks; b++)
             to[j].lanes[b] = is_change
                 ? (a == c)*(1/h)*w->step.inverse[j].lanes[b] - h*carried.node[j]*w->step.once[j].lanes[b]
-                : -h*own*w->step.once[j].lanes[b] - h*h*carried.node[j]*w->step.twice[j].lanes[b];
-        to[j].node[j] += is_change ? -own : a == c;
+                : -h*direct*w->step.once[j].lanes[b] - h*h*carried.node[j]*w->step.twice[j].lanes[b];
+        to[j].node[j] += is_change ? -direct : a == c;
     }
 }
 
@@ -62,7 +62,7 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
 static void put_rates_of_changes(variations_t *w, double h, lanes_t *value)
 {
     const long long size = w->nodes*w->groups*(long long)sizeof *value;
-    lanes_t *const rate = w->step.felt;    /* not needed any more */
+    lanes_t *const rate = w->step.feedback;  /* not needed any more */
     memset(rate, 0, size);
     add_product_of(w, w->step.inverse, 1/h, value, rate);
     memcpy(value, rate, size);
@@ -73,7 +73,7 @@ static void put_rates_of_changes(variations_t *w, double h, lanes_t *value)
  * behind. */
 static int list_unknowns(const variations_t *w, long long row, int *unknown)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
+    const int wheels = FIXED_WHEELS(w->wheels);
     int count = 0;
     for (int a = 3 + WHEEL_SPEEDS*wheels; a < w->core; a++)
         unknown[count++] = a;
@@ -98,22 +98,22 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
     const int groups = w->groups, nodes = w->nodes, all = NODES*groups;
     lanes_t *const rate = w->step.carried;
     memset(w->step.core, 0, w->core*all*sizeof *rate);
-    memset(w->step.felt, 0, w->felt*all*sizeof *rate);
+    memset(w->step.feedback, 0, w->feedback*all*sizeof *rate);
     for (int p = 0; p < count; p++)
         if (unknown[p] < w->core)
             add_product_of(w, w->step.once, h, w->solving.row[unknown[p]], w->step.core + unknown[p]*all);
-    for (int f = 0; f < w->felt; f++) {
+    for (int f = 0; f < w->feedback; f++) {
         for (int k = 0; k < nodes*groups; k++)
-            rate[k] = carried_by(w, carries_felt(w, f), w->step.core + k, w->step.core + 3*all + k, all);
-        add_product_of(w, w->step.once, h, rate, w->step.felt + f*all);
+            rate[k] = carried_by(w, carries_feedback(w, f), w->step.core + k, w->step.core + 3*all + k, all);
+        add_product_of(w, w->step.once, h, rate, w->step.feedback + f*all);
     }
     for (int p = count; unknown[p] >= 0; p++) {
         const int a = unknown[p];
         for (int d = 0; d < w->directions; d++) {
             const int turns = d - first_turn(w);
-            if (w->slopes.is_still[a*w->directions + d] || (d >= w->core + w->felt && turns < 0))
+            if (w->slopes.is_zero[a*w->directions + d] || (d >= w->core + w->feedback && turns < 0))
                 continue;
-            const lanes_t *const by = d < w->core ? w->step.core + d*all : turns < 0 ? w->step.felt + (d - w->core)*all
+            const lanes_t *const by = d < w->core ? w->step.core + d*all : turns < 0 ? w->step.feedback + (d - w->core)*all
                                                                        : w->solving.row[w->core + turns];
             const nodes_t *const slope = &w->slopes.core[a*w->directions + d];
             for (int j = 0; j < nodes; j++)
@@ -129,9 +129,9 @@ static void put_core_rates(variations_t *w, long long row, double h)
     int unknown[w->equations + 1];
     memset(unknown, -1, sizeof unknown);
     const int count = list_unknowns(w, row, unknown);
-    const solving_t *const own = &w->solving;
+    const solving_t *const solving = &w->solving;
     const blockwise_t e = {count, 3, w->nodes, w->blocks, w->groups,
-                           own->kind, own->block, own->right, own->memory, own->pivot_row};
+                           solving->kind, solving->block, solving->right, solving->memory, solving->pivot_row};
     for (int p = 0; unknown[p] >= 0; p++) {
         w->solving.row[unknown[p]] = right_of(&e, p);
         put_right(w, unknown[p]);

@@ -29,23 +29,23 @@ static double *row_of(const variations_t *w, long long row)
 /* The rates of all that deviates at the point, which is the state in a row; of the row itself what contacts do. */
 NEVER_INLINE void rates_at_point(const variations_t *w, long long row, lanes_t *rate)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
+    const int wheels = FIXED_WHEELS(w->wheels);
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
-    lanes_t moved[MOST_WHEELS + 3];
-    const lanes_t still[3] = {{0}};
+    lanes_t moved[MAX_WHEELS + 3];
+    const lanes_t zero[3] = {{0}};
     if (SET_GRIPS)
         put_forces_on_contacts(w, row);
     rates_along(wheels, &at, &along, rate, moved);
     if (SET_SLIPS)
         memcpy(rate + 3, at.core, wheels*sizeof *rate);
     else
-        set_wheel_speeds_along(wheels, w->vehicle, w->point, still, rate + 3, moved);
-    set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
+        set_wheel_speeds_along(wheels, w->vehicle, w->point, zero, rate + 3, moved);
+    set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, zero, zero[0], rate + 3 + wheels, moved);
     for (int k = 0; k < w->known - 3; k++)
         rate[6 + wheels + k] = at.core_dot[k];
 }
 
-/* The rates in a row of all that deviates: one number in all lanes. The row's state is left in w->point. */
+/* The rates in a row of all that deviates: one number in all lanes. The row's state stands in w->point then. */
 static void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
 {
     put_state(w, row, w->point);
@@ -96,13 +96,13 @@ ALWAYS_INLINE void take_free(variations_t *w, const long long *contact, int grou
 /* The free rollers' axial speeds in a row, by place. */
 static void axial_in_row(const variations_t *w, long long row, lanes_t *axial)
 {
-    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
-    lanes_t spins[count], still[count];
+    const int wheels = FIXED_WHEELS(w->wheels), count = FREE(w);
+    lanes_t spins[count], spins_moved[count];
     for (int k = 0; k < count; k++)
-        spins[k] = lanes_of(w->run->motion.spins[row*count + k]), still[k] = lanes_of(0);
-    lanes_t zero[MOST_WHEELS + 3] = {{0}}, moved[count];
+        spins[k] = lanes_of(w->run->motion.spins[row*count + k]), spins_moved[k] = lanes_of(0);
+    lanes_t zero[MAX_WHEELS + 3] = {{0}}, moved[count];
     put_state(w, row, w->point);
-    set_axial_speeds_along(wheels, w->vehicle, w->point, w->point + point_chi(w), spins, zero, zero, still, axial,
+    set_axial_speeds_along(wheels, w->vehicle, w->point, w->point + point_chi(w), spins, zero, zero, spins_moved, axial,
                            moved);
 }
 
@@ -111,9 +111,9 @@ static void begin_phase(variations_t *w, long long phase)
 {
     if (!SET_HAS_ROLLERS)
         return;
-    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
+    const int wheels = FIXED_WHEELS(w->wheels), count = FREE(w);
     const long long row = w->run->motion.phase_start[phase];
-    lanes_t axial[count], moved[count], momenta[2*MOST_WHEELS], momenta_moved[2*MOST_WHEELS];
+    lanes_t axial[count], moved[count], momenta[2*MAX_WHEELS], momenta_moved[2*MAX_WHEELS];
     axial_in_row(w, row, axial);
     for (int k = 0; k < count; k++)
         w->phase.free_axial[k] = axial[k][0];
@@ -145,7 +145,7 @@ static void follow_axial(variations_t *w, int group, const long long *contact, c
                          const lanes_t *before_moved, const lanes_t *after, const lanes_t *after_moved,
                          double elapsed, lanes_t elapsed_moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), count = FREE(w);
+    const int wheels = FIXED_WHEELS(w->wheels), count = FREE(w);
     lanes_t axial[count], moved[count], later[count], later_moved[count];
     for (int k = 0; k < count; k++)
         axial[k] = lanes_of(w->phase.free_axial[k]);
@@ -161,20 +161,20 @@ static void follow_axial(variations_t *w, int group, const long long *contact, c
 static void strike(const variations_t *w, int group, const int *direction, lanes_t *at, lanes_t *moved,
                    const lanes_t *chi_before, const lanes_t *chi_moved, const lanes_t *spin, const lanes_t *spin_moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
+    const int wheels = FIXED_WHEELS(w->wheels), chi = point_chi(w);
     const vehicle_t *const v = &w->column[group];
-    lanes_t rate[MOST_WHEELS], rate_moved[MOST_WHEELS], demanded[MOST_WHEELS], demanded_moved[MOST_WHEELS];
-    lanes_t left[MOST_WHEELS], left_moved[MOST_WHEELS], nu[3], nu_moved[3];
+    lanes_t rate[MAX_WHEELS], rate_moved[MAX_WHEELS], demanded[MAX_WHEELS], demanded_moved[MAX_WHEELS];
+    lanes_t leaving[MAX_WHEELS], leaving_moved[MAX_WHEELS], nu[3], nu_moved[3];
     set_wheel_rates_along(wheels, v, at, at + chi, moved, moved + chi, rate, demanded, rate_moved, demanded_moved);
-    set_wheel_rates_along(wheels, v, at, chi_before, moved, chi_moved, rate, left, rate_moved, left_moved);
+    set_wheel_rates_along(wheels, v, at, chi_before, moved, chi_moved, rate, leaving, rate_moved, leaving_moved);
     for (int i = 0; i < wheels; i++) {
         const double switches = direction[i] != 0;
         demanded[i] = switches*(spin[i] - demanded[i]);
         demanded_moved[i] = switches*(spin_moved[i] - demanded_moved[i]);
-        left[i] *= SET_HAS_ROLLERS ? 0 : switches;
-        left_moved[i] *= SET_HAS_ROLLERS ? 0 : switches;
+        leaving[i] *= SET_HAS_ROLLERS ? 0 : switches;
+        leaving_moved[i] *= SET_HAS_ROLLERS ? 0 : switches;
     }
-    set_impact_along(wheels, v, at, at + chi, demanded, left, moved, moved + chi, demanded_moved, left_moved, nu,
+    set_impact_along(wheels, v, at, at + chi, demanded, leaving, moved, moved + chi, demanded_moved, leaving_moved, nu,
                      nu_moved);
     memcpy(at, nu, sizeof nu);
     memcpy(moved, nu_moved, sizeof nu_moved);
@@ -184,15 +184,15 @@ static void strike(const variations_t *w, int group, const int *direction, lanes
 static void exchange_rollers(variations_t *w, int group, long long row, const int *direction, const lanes_t *at,
                              const lanes_t *moved, lanes_t *spin, lanes_t *spin_moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), count = FREE(w), places = w->rollers - 1;
+    const int wheels = FIXED_WHEELS(w->wheels), chi = point_chi(w), count = FREE(w), places = w->rollers - 1;
     const long long *const contact = w->run->motion.contact + row*wheels;
     const vehicle_t *const v = &w->column[group];
     lanes_t axial[count], axial_moved[count], spins[count], spins_moved[count];
-    lanes_t own[MOST_WHEELS], speed_moved[MOST_WHEELS];
+    lanes_t speed[MAX_WHEELS], speed_moved[MAX_WHEELS];
     axial_in_row(w, row, axial);
     put_free(w, contact, group, axial_moved);
     set_spins_from_axial_along(wheels, v, at, at + chi, axial, moved, moved + chi, axial_moved, spins, spins_moved);
-    set_contact_axial_along(wheels, v, at, at + chi, moved, moved + chi, own, speed_moved);
+    set_contact_axial_along(wheels, v, at, at + chi, moved, moved + chi, speed, speed_moved);
     for (int i = 0; i < wheels; i++)
         if (direction[i]) {
             const int comes = i*places + (direction[i] > 0 ? places - 1 : 0);
@@ -204,20 +204,20 @@ static void exchange_rollers(variations_t *w, int group, long long row, const in
 /* Where wheels may slip no speed changes: the entering roller comes with the axial speed that it has. */
 static void exchange_contacts(variations_t *w, int group, long long row, const int *direction, lanes_t *moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), own = POINT_CORE + wheels;
+    const int wheels = FIXED_WHEELS(w->wheels), first = POINT_CORE + wheels;
     const long long *const leaves = w->run->motion.contact + row*wheels, *const enters = leaves + wheels;
     for (int i = 0; i < wheels; i++)
         if (direction[i]) {
-            w->axial[(i*w->rollers + (int)leaves[i])*w->groups + group] = moved[own + i];
-            moved[own + i] = w->axial[(i*w->rollers + (int)enters[i])*w->groups + group];
+            w->axial[(i*w->rollers + (int)leaves[i])*w->groups + group] = moved[first + i];
+            moved[first + i] = w->axial[(i*w->rollers + (int)enters[i])*w->groups + group];
         }
 }
 
 /* The state and its deviations after the wheels have switched together, in one vector of columns. */
 static void apply_switch(variations_t *w, int group, long long row, const int *direction, lanes_t *at, lanes_t *moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
-    lanes_t chi_before[MOST_WHEELS], chi_moved[MOST_WHEELS], spin[MOST_WHEELS] = {{0}}, spin_moved[MOST_WHEELS] = {{0}};
+    const int wheels = FIXED_WHEELS(w->wheels), chi = point_chi(w);
+    lanes_t chi_before[MAX_WHEELS], chi_moved[MAX_WHEELS], spin[MAX_WHEELS] = {{0}}, spin_moved[MAX_WHEELS] = {{0}};
     memcpy(chi_before, at + chi, wheels*sizeof *at);
     memcpy(chi_moved, moved + chi, wheels*sizeof *at);
     if (SET_HAS_IMPACT && SET_HAS_ROLLERS)
@@ -258,7 +258,7 @@ static void move_time(variations_t *w, int group, long long from, const lanes_t 
 /* Take what the switch has made of a state, whose core begins anew. */
 ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lanes_t *at, lanes_t *moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), groups = w->groups;
+    const int wheels = FIXED_WHEELS(w->wheels), groups = w->groups;
     if (SET_HAS_ROLLERS && SET_CORE_PARTS) {
         const int count = FREE(w);
         lanes_t axial[count], axial_moved[count];

@@ -9,7 +9,7 @@
  * is off by about 3e-4 of what they make where z is s. */
 #define FAST 1.25               /* a node: how many times its inverse length a rate in a step may be */
 #define FAST_INSIDE 0.4         /* the same where somebody looks between the rows */
-#define MOST_INSIDE 300         /* times what they may be off by: what the last two polynomials may make there */
+#define MAX_INSIDE 300          /* times what they may be off by: what the last two polynomials may make there */
 #define SHORTEST 0x1p-60        /* of a step: a piece that is not cut */
 
 /* Work at the nodes of a whole step: where slips are near rest, roundings of other weights would be seen. */
@@ -25,13 +25,13 @@ static void take_piece(variations_t *w, double from, double part)
     const int degree = w->run->motion.degree, nodes = w->nodes;
     for (int j = 0; j < nodes; j++) {
         const double x = from + part*w->run->gauss.nodes[j], rest = 1 - x;
-        double factor = 1, *const own = w->step.of_coefficients + j;
+        double factor = 1, *const weight = w->step.of_coefficients + j;
         w->step.part.node[j] = x;
         for (int c = 0; c <= degree; c++, factor *= x*(degree + 1 - c)/c)
-            own[c*nodes] = factor;
+            weight[c*nodes] = factor;
         factor = 1;
         for (int c = degree; c >= 0; c--, factor *= rest)
-            own[c*nodes] *= factor;
+            weight[c*nodes] *= factor;
     }
 }
 
@@ -39,19 +39,19 @@ static void take_piece(variations_t *w, double from, double part)
  * their squares is at most that of |f_ac f_ca|, which depends on no units. */
 static double fastest(const variations_t *w, double h)
 {
-    double most = 0;
+    double largest = 0;
     lanes_t sum[NODES/LANES] = {{0}};
     for (int a = 0; a < w->core; a++)
         for (int c = 0; c <= a; c++) {
             const int one = a*w->directions + c, other = c*w->directions + a;
-            if (w->slopes.is_still[one] || w->slopes.is_still[other])
+            if (w->slopes.is_zero[one] || w->slopes.is_zero[other])
                 continue;
             for (int b = 0; b < w->blocks; b++)
                 sum[b] += (a == c ? 1 : 2)*lanes_abs(w->slopes.core[one].lanes[b]*w->slopes.core[other].lanes[b]);
         }
     for (int j = 0; j < w->nodes; j++)
-        most = fmax(most, sum[j/LANES][j%LANES]);
-    return h*sqrt(most);
+        largest = fmax(largest, sum[j/LANES][j%LANES]);
+    return h*sqrt(largest);
 }
 
 /* Whether deviations of speeds are too fast for the nodes of a step, whose rates are known. */
@@ -64,7 +64,7 @@ static int are_too_fast(const variations_t *w, long long row, double h)
     if (!(rate > (w->inside ? FAST_INSIDE : FAST)*nodes) || h < SHORTEST*w->step.length)
         return 0;
     const double behind = 4*nodes*exp(nodes*(nodes + 1)/rate);
-    const double most = w->run->bounds.most_wrong*(w->inside ? fmin(behind, MOST_INSIDE) : behind);
+    const double allowed = w->run->bounds.max_error*(w->inside ? fmin(behind, MAX_INSIDE) : behind);
     for (int g = 0; g < w->groups; g++) {
         lanes_t tail = {0}, size = {0};
         for (int a = 0; a < speeds; a++) {
@@ -78,7 +78,7 @@ static int are_too_fast(const variations_t *w, long long row, double h)
             tail += lanes_abs(last) + lanes_abs(before), size += lanes_abs(end);
         }
         for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
-            if (tail[k] > most*(size[k] + w->run->bounds.least[g*LANES + k]/w->step.length))
+            if (tail[k] > allowed*(size[k] + w->run->bounds.least[g*LANES + k]/w->step.length))
                 return 1;
     }
     return 0;

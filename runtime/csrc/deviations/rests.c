@@ -1,16 +1,16 @@
 /* How deviations pass where slips of contacts and rates of bearings come to rest.
  *
  * What comes to rest does so by its own force or torque alone, and so does its deviation. With what these do to the
- * rates, R, and to the slips and the bearings' rates, W, all that is left of a deviation is
+ * rates, R, and to the slips and the bearings' rates, W, what remains of a deviation is
  *
  *     d* = d- - R W^+ ds                              (ds: of the slips and rates that have come to rest)
  *
  * A slip comes to rest along a direction. On the way there the directions turn without end, so that nodes and roundings
- * would decide what is left across them. Forces that turn take it away, F' = dF/dheading. So the row of the rest is put
+ * would decide what remains across them. Forces that turn take it away, F' = dF/dheading. So the row of the rest is put
  * right first,
  *
  *     d- := d- - R F' l                                (l: 0 = slips of the new d- across their directions) */
-#define MOST_AIMS 8                                     /* rounds of Newton's rule */
+#define MAX_AIMS 8                                      /* rounds of Newton's rule */
 #define AIMED 1e-13                                     /* rad: directions are found that turn by no more */
 #define IDLE 1e-12              /* of the largest: turns that are no more are rounding */
 #define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
@@ -22,7 +22,7 @@ typedef struct {
     int *unit;
 } resting_t;
 
-/* List the components of the slips that come to rest behind a row: contacts of massless rollers slip one way alone,
+/* List the components of the slips that come to rest behind a row: contacts of massless rollers slip along one line alone
  * where these turn. Of all, or of those whose directions turn. Returns how many. */
 static int list_rests(const variations_t *w, long long row, int turning, int *unit)
 {
@@ -43,7 +43,7 @@ static resting_t list_resting(const variations_t *w, const change_t *e, int *uni
     if (e->after > e->row)
         found.contacts = list_rests(w, e->row, 0, unit);
     found.count = found.contacts;
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         if (stops(w, e, k))
             unit[found.count++] = 2*w->wheels + k;
     return found;
@@ -74,13 +74,13 @@ static void put_turns(const variations_t *w, const int *component, int count, co
 /* A slip that neither falls nor turns, since what stands holds the vehicle there, goes where it goes. */
 static void keep_idle(double *turns, int count)
 {
-    double most = 0;
+    double largest = 0;
     for (int n = 0; n < count*count; n++)
-        most = fmax(most, fabs(turns[n]));
+        largest = fmax(largest, fabs(turns[n]));
     for (int k = 0; k < count; k++) {
         int idle = 1;
         for (int j = 0; j < count; j++)
-            idle &= fabs(turns[k*count + j]) <= IDLE*most;
+            idle &= fabs(turns[k*count + j]) <= IDLE*largest;
         turns[k*count + k] += idle;
     }
 }
@@ -91,7 +91,7 @@ static double find_turns(const variations_t *w, const int *component, int count,
 {
     const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
     const int rests = count/2;
-    double turns[rests*rests], most = 0;
+    double turns[rests*rests], largest = 0;
     put_turns(w, component, count, to_slip, turns);
     for (int k = 0; k < rests; k++) {
         const lanes_t *const rate = slip_dot + component[2*k], *const towards = w->contacts.towards + component[2*k];
@@ -103,15 +103,15 @@ static double find_turns(const variations_t *w, const int *component, int count,
     if (solve_small(turns, rests, turn, 1, 0) < rests)
         return 0;
     for (int k = 0; k < rests; k++)
-        most = fmax(most, fabs(turn[k][0]));
-    return most;
+        largest = fmax(largest, fabs(turn[k][0]));
+    return largest;
 }
 
 /* Where contacts go late in the step that ends in a row; without one, where the row says. */
 static void begin_aiming(const variations_t *w, long long row, double *heading)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t slip[2*MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels);
+    lanes_t slip[2*MAX_WHEELS];
     memcpy(heading, w->run->motion.drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels, wheels*sizeof *heading);
     if (row == 0 || w->run->motion.step_of[row - 1] < 0)
         return;
@@ -127,20 +127,20 @@ static void aim_rests(variations_t *w, long long row)
     const omniroll_motion_t *const motion = &w->run->motion;
     if (!SET_TURNS || row == w->contacts.aimed_row || row + 1 >= motion->rows || motion->step_of[row] >= 0)
         return;
-    int component[2*MOST_WHEELS];
+    int component[2*MAX_WHEELS];
     const int count = list_rests(w, row, 1, component);
     if (!count)
         return;
-    double to_known[w->known*count], to_slip[count*count], most = INFINITY;
-    lanes_t rate[w->size], turn[MOST_WHEELS];
+    double to_known[w->known*count], to_slip[count*count], largest = INFINITY;
+    lanes_t rate[w->size], turn[MAX_WHEELS];
     begin_aiming(w, row, w->contacts.aimed);
     w->contacts.aimed_row = row;
-    for (int round = 0; round < MOST_AIMS && most > AIMED; round++) {
+    for (int round = 0; round < MAX_AIMS && largest > AIMED; round++) {
         rates_in_row(w, row, rate);
         if (round == 0)
             put_responses(w, component, count, to_known, to_slip);
-        most = find_turns(w, component, count, to_slip, turn);
-        for (int k = 0; most > 0 && k < count/2; k++)
+        largest = find_turns(w, component, count, to_slip, turn);
+        for (int k = 0; largest > 0 && k < count/2; k++)
             w->contacts.aimed[component[2*k]/2] += turn[k][0];
     }
 }
@@ -149,7 +149,7 @@ static void aim_rests(variations_t *w, long long row)
  * they have across their directions, by forces that turn. Returns whether that is determinate. */
 static int put_directions_right(variations_t *w, const change_t *e)
 {
-    int component[2*MOST_WHEELS];
+    int component[2*MAX_WHEELS];
     const int groups = w->groups, count = SET_TURNS && e->after > e->row ? list_rests(w, e->row, 1, component) : 0;
     const int rests = count/2;
     double turns[rests*rests + 1], to_known[w->known*count + 1], to_slip[count*count + 1];
@@ -179,7 +179,7 @@ static int put_directions_right(variations_t *w, const change_t *e)
 }
 
 /* Whether something comes to rest only just, where the rates before have been computed last. */
-static int rest_grazes(const variations_t *w, const resting_t *rests, const double *dot, const double *asked)
+static int rest_grazes(const variations_t *w, const resting_t *rests, const double *dot, const double *demand)
 {
     int found = 0;
     for (int j = 0; j < rests->count; j++) {
@@ -189,7 +189,7 @@ static int rest_grazes(const variations_t *w, const resting_t *rests, const doub
             found |= -(dot[unit/2*2]*towards[0][0] + dot[unit/2*2 + 1]*towards[1][0]) <= w->run->bounds.grazes;
         else {
             const omniroll_bearing_modes_t *const of = &w->run->bearings;
-            const double possible = fabs(dot[unit]) + (fabs(asked[k]) + of->bound[k])/of->inertia[k];
+            const double possible = fabs(dot[unit]) + (fabs(demand[k]) + of->bound[k])/of->inertia[k];
             found |= fabs(dot[unit]) <= w->run->bounds.only_just*possible;
         }
     }
@@ -219,33 +219,32 @@ static int put_times_of_stops(const variations_t *w, const resting_t *rests, con
     return put_times_of_zeros(w, moved, rate, count, time);
 }
 
-/* A slip that its own force does not move is no speed of its own: other wheels hold the vehicle there. */
-static void forget_what_is_held(const variations_t *w, const resting_t *rests, double *to_own)
+/* A slip that its own force does not move depends on other speeds: other wheels hold the vehicle there. */
+static void forget_what_is_held(const variations_t *w, const resting_t *rests, double *to_speed)
 {
     const int count = rests->count;
     const double *const inertia = w->run->bearings.inertia, arm = w->run->contacts.standing[1];
     for (int j = 0; j < count; j++) {
         const double size = j < rests->contacts ? inertia[roller_bearing(w, 0, 0)]/(arm*arm)
                                                 : inertia[rests->unit[j] - 2*w->wheels];
-        for (int k = 0; k < count && fabs(to_own[j*count + j])*size <= SAME; k++)
-            to_own[j*count + k] = to_own[k*count + j] = 0;
+        for (int k = 0; k < count && fabs(to_speed[j*count + j])*size <= SAME; k++)
+            to_speed[j*count + k] = to_speed[k*count + j] = 0;
     }
 }
 
-/* Let slips and rates come to rest, where the rates before have been computed last; where the vehicle stands afterwards
- * nothing is left of nu. */
+/* Let slips and rates come to rest, behind rates that have been computed last. nu is zero where the vehicle stands. */
 static void take_rests(variations_t *w, const change_t *e, const resting_t *rests)
 {
     const int count = rests->count, groups = w->groups;
-    double to_known[w->known*count], to_own[count*count];
+    double to_known[w->known*count], to_speed[count*count];
     lanes_t force[count*groups], speed[UNITS(w)*groups];
-    put_responses(w, rests->unit, count, to_known, to_own);
+    put_responses(w, rests->unit, count, to_known, to_speed);
     put_speeds_of_columns(w, speed);
     for (int j = 0; j < count; j++)
         memcpy(force + j*groups, speed + rests->unit[j]*groups, groups*sizeof *force);
     if (SET_STRIPS)
-        forget_what_is_held(w, rests, to_own);
-    solve_small(to_own, count, force, groups, SAME);
+        forget_what_is_held(w, rests, to_speed);
+    solve_small(to_speed, count, force, groups, SAME);
     take_responses(w, to_known, count, force);
     put_held(w, e->after, -1);
     if (w->held[ABSENT][0]*w->held[ABSENT + 1][0]*w->held[ABSENT + 2][0] != 0)

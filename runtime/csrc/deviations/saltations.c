@@ -29,7 +29,7 @@ static int settles_only_just(const variations_t *w, const change_t *e, const lan
         found |= settles(w, e, k) && !sticks_in(w, e->row, i) && holds_more
             && -mode*falls[i][0] <= run->bounds.only_just*possible;
     }
-    take_way_back(w);
+    clear_tangent(w);
     return found;
 }
 
@@ -38,11 +38,11 @@ static int settles_only_just(const variations_t *w, const change_t *e, const lan
 static int pass_one_by_one(variations_t *w, const change_t *e, const int *unit, int count, const lanes_t *moved,
                            const double *rises, const lanes_t *before)
 {
-    double time[w->columns], dot[UNITS(w)], asked[MOST_OWN(w)];
+    double time[w->columns], dot[UNITS(w)], demand[BEARINGS(w)];
     lanes_t after[w->size];
     for (int j = 0; j < count; j++) {
         const change_t one = {e->row, e->before, e->after, 0, 1 + unit[j] - 2*w->wheels};
-        rates_of_change(w, &one, AFTER, after, dot, asked);
+        rates_of_change(w, &one, AFTER, after, dot, demand);
         put_times_of_zeros(w, moved + j*w->groups, rises + j, 1, time);
         add_jump(w, before, after, time);
     }
@@ -107,7 +107,7 @@ static int pass_rests(variations_t *w, const change_t *e, const resting_t *rests
 /* Pass a change of modes. Returns whether it was one of those above; else nothing has been done. */
 static int pass_change(variations_t *w, const change_t *e)
 {
-    double dot[UNITS(w)], asked[MOST_OWN(w) + 1];
+    double dot[UNITS(w)], demand[BEARINGS(w) + 1];
     int unit[UNITS(w)], go[UNITS(w)];
     lanes_t before[w->size], resting[w->size], after[w->size];
     const resting_t rests = list_resting(w, e, unit);
@@ -117,17 +117,17 @@ static int pass_change(variations_t *w, const change_t *e)
         return 0;
     if (rests.contacts)
         aim_rests(w, e->row);
-    rates_of_change(w, e, AFTER, after, dot, asked);
+    rates_of_change(w, e, AFTER, after, dot, demand);
     if (is_at_bound(w, e))
         return 0;
     if (on)
-        rates_of_change(w, e, RESTING, resting, dot, asked);
-    rates_of_change(w, e, BEFORE, before, dot, asked);
+        rates_of_change(w, e, RESTING, resting, dot, demand);
+    rates_of_change(w, e, BEFORE, before, dot, demand);
     if (settles_only_just(w, e, before, dot))
         return 0;
     if (!rests.count)
         return pass_let_go(w, e, before, after);
-    return (e->knot || !rest_grazes(w, &rests, dot, asked)) && pass_rests(w, e, &rests, on, dot, resting, after);
+    return (e->knot || !rest_grazes(w, &rests, dot, demand)) && pass_rests(w, e, &rests, on, dot, resting, after);
 }
 
 /* Let all that sticks in a row take what it does from the deviations there, as if it came to rest then. */
@@ -135,14 +135,14 @@ static void take_what_sticks(variations_t *w, long long row)
 {
     const change_t e = {row, NONE, row, 0, 0};
     int unit[UNITS(w)];
-    double dot[UNITS(w)], asked[MOST_OWN(w) + 1];
+    double dot[UNITS(w)], demand[BEARINGS(w) + 1];
     resting_t rests = {.unit = unit};
     lanes_t rate[w->size];
-    for (int k = 0; k < MOST_OWN(w); k++)
+    for (int k = 0; k < BEARINGS(w); k++)
         if (bearing_mode(w, row, k) == 0)
             unit[rests.count++] = 2*w->wheels + k;
     if (!rests.count)
         return;
-    rates_of_change(w, &e, BEFORE, rate, dot, asked);
+    rates_of_change(w, &e, BEFORE, rate, dot, demand);
     take_rests(w, &e, &rests);
 }

@@ -1,6 +1,6 @@
 /* Forces on contacts that slip under Coulomb's friction, at the nodes of a step: they go against the slip, whatever its
  * size. They move with the numbers, and with the directions of the slips; how these turn, turning.c solves for.
- * Massless rollers slip one way alone. */
+ * Massless rollers slip along one line alone. */
 
 /* The number of the core that is a speed of a wheel, by which the slip of its contact goes. */
 ALWAYS_INLINE int contact_speed(const variations_t *w, int i, int k) { return 3 + k*w->wheels + i; }
@@ -23,8 +23,8 @@ ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
     return may && slides_in(w, row, i);
 }
 
-/* Whether a contact slips both ways at a point, if it slips there. */
-ALWAYS_INLINE int slips_both_ways(const point_t *at, int i)
+/* Whether a contact may slip in both directions of the ground at a point, and not along one line alone. */
+ALWAYS_INLINE int slips_in_plane(const point_t *at, int i)
 {
     return SET_STRIPS ? at->contact_sticks[i][0] > 0.5 : SET_HAS_CONTACT_SPEEDS;
 }
@@ -42,20 +42,20 @@ static void slips_along(int wheels, const point_t *at, const point_t *along, lan
 ALWAYS_INLINE void slips_of(const variations_t *w, const point_t *at, const point_t *along, lanes_t *slip,
                             lanes_t *moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t rigid[MOST_WHEELS], none[MOST_WHEELS];
-    point_t own = *at, way = *along;
+    const int wheels = FIXED_WHEELS(w->wheels);
+    lanes_t rigid[MAX_WHEELS], none[MAX_WHEELS];
+    point_t point = *at, tangent = *along;
     for (int i = 0; i < SET_STRIPS*wheels; i++)
         rigid[i] = lanes_of(1), none[i] = lanes_of(0);
     if (SET_STRIPS)
-        own.contact_sticks = rigid, way.contact_sticks = own.ground_yield = way.ground_yield = none;
-    slips_along(wheels, &own, &way, slip, moved);
+        point.contact_sticks = rigid, tangent.contact_sticks = point.ground_yield = tangent.ground_yield = none;
+    slips_along(wheels, &point, &tangent, slip, moved);
 }
 
 /* The slips alone, at a state where nothing moves. */
 static void slips_at(const variations_t *w, lanes_t *state, lanes_t *slip)
 {
-    lanes_t moved[2*MOST_WHEELS];
+    lanes_t moved[2*MAX_WHEELS];
     const point_t at = point_of(w, w->vehicle, state), along = point_of(w, w->vehicle, w->along);
     slips_of(w, &at, &along, slip, moved);
 }
@@ -64,20 +64,20 @@ static void slips_at(const variations_t *w, lanes_t *state, lanes_t *slip)
  * point is given; and the parts of the slips along these. */
 NEVER_INLINE void put_directions(const variations_t *w, long long row, const point_t *at, const point_t *along)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels);
+    lanes_t slip[2*MAX_WHEELS], moved[2*MAX_WHEELS];
     slips_of(w, at, along, slip, moved);
     for (int i = 0; i < wheels; i++) {
-        const int turns = slips_both_ways(at, i);
+        const int turns = slips_in_plane(at, i);
         const double heading = at->inputs[SET_HEADINGS_INPUT*wheels + i][0];
         const double rolling = SET_STRIPS && !turns ? copysign(1, heading) : sin(heading);
-        const lanes_t *const own = slip + 2*i, size = lanes_sqrt(own[0]*own[0] + own[1]*own[1]);
+        const lanes_t *const velocity = slip + 2*i, size = lanes_sqrt(velocity[0]*velocity[0] + velocity[1]*velocity[1]);
         const lane_mask_t known = size > (turns ? w->run->contacts.slip_rounding[row*wheels + i] : INFINITY);
         const lanes_t inverse = 1/lanes_select(known, size, lanes_of(1));
         lanes_t *const towards = w->contacts.towards + 2*i;
-        towards[0] = lanes_select(known, own[0]*inverse, lanes_of(turns ? cos(heading) : 0));
-        towards[1] = lanes_select(known, own[1]*inverse, lanes_of(rolling));
-        w->contacts.slipping[i] = own[0]*towards[0] + own[1]*towards[1];
+        towards[0] = lanes_select(known, velocity[0]*inverse, lanes_of(turns ? cos(heading) : 0));
+        towards[1] = lanes_select(known, velocity[1]*inverse, lanes_of(rolling));
+        w->contacts.slipping[i] = velocity[0]*towards[0] + velocity[1]*towards[1];
     }
 }
 
@@ -86,19 +86,19 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
 static void put_corners(const variations_t *w, const point_t *at, const point_t *along, const lanes_t *load,
                         const lanes_t *load_moved, const lanes_t *friction, const lanes_t *friction_moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
-    lanes_t given[MOST_WHEELS], force[MOST_WHEELS], force_moved[MOST_WHEELS], still[2*MOST_WHEELS] = {{0}};
+    const int wheels = FIXED_WHEELS(w->wheels), torque = SET_CONTACT_BEARING_INPUT*wheels;
+    lanes_t given[MAX_WHEELS], force[MAX_WHEELS], force_moved[MAX_WHEELS], zero[2*MAX_WHEELS] = {{0}};
     lanes_t *const yield = w->contacts.yielding, *const yield_moved = yield + w->wheels;
-    int both[MOST_WHEELS], some = 0;
+    int both[MAX_WHEELS], some = 0;
     for (int i = 0; i < wheels; i++) {
-        both[i] = load[i][0] > 0 && !slips_both_ways(at, i), some |= both[i];
+        both[i] = load[i][0] > 0 && !slips_in_plane(at, i), some |= both[i];
         given[i] = lanes_select(load[i] > 0, load[i], lanes_of(1));
     }
     memset(yield, 0, 2*w->wheels*sizeof *yield);
     if (!some)
         return;
     set_corner_forces_along(wheels, at->vehicle, at->chi, w->contacts.towards, given, friction, at->inputs + torque,
-                            along->chi, still, load_moved, friction_moved, along->inputs + torque, force, yield,
+                            along->chi, zero, load_moved, friction_moved, along->inputs + torque, force, yield,
                             force_moved, yield_moved);
     for (int i = 0; i < wheels; i++)
         if (both[i])
@@ -110,19 +110,19 @@ static void put_corners(const variations_t *w, const point_t *at, const point_t 
 /* The forces in these directions, into a point, and how they move with one of the numbers, or with none. */
 NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
 {
-    const int wheels = OWN_WHEELS(w->wheels), pair = 2*MOST_WHEELS;
+    const int wheels = FIXED_WHEELS(w->wheels), pair = 2*MAX_WHEELS;
     const double *const grip = w->run->contacts.grip, *const grown = grip + 3*wheels*model;
-    lanes_t load[MOST_WHEELS], load_moved[MOST_WHEELS], friction[pair], friction_moved[pair], still[pair];
+    lanes_t load[MAX_WHEELS], load_moved[MAX_WHEELS], friction[pair], friction_moved[pair], zero[pair];
     lanes_t slope[2*pair], slope_moved[2*pair];
     for (int i = 0; i < wheels; i++) {
         const double slides = at->inputs[SET_MODES_INPUT*wheels + i][0] < 0.5;
         load[i] = lanes_of(slides*grip[i]), load_moved[i] = lanes_of(model ? slides*grown[i] : 0);
         for (int c = 2*i; c < 2*i + 2; c++) {
             friction[c] = lanes_of(grip[wheels + c]), friction_moved[c] = lanes_of(model ? grown[wheels + c] : 0);
-            still[c] = lanes_of(0);
+            zero[c] = lanes_of(0);
         }
     }
-    set_sliding_forces_along(wheels, at->vehicle, w->contacts.towards, load, friction, still, load_moved,
+    set_sliding_forces_along(wheels, at->vehicle, w->contacts.towards, load, friction, zero, load_moved,
                              friction_moved, at->ground_push, slope, along->ground_push, slope_moved);
     for (int k = 0; k < 2*wheels; k++)      /* by the angle of the direction */
         w->contacts.turned[k] = slope[2*k + 1]*w->contacts.towards[k/2*2] - slope[2*k]*w->contacts.towards[k/2*2 + 1];
@@ -130,8 +130,8 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
         put_corners(w, at, along, load, load_moved, friction, friction_moved);
 }
 
-/* The numbers whose slopes the slips have: those of the core and what it feels, then those of the vehicle. */
-ALWAYS_INLINE int slip_directions(const variations_t *w) { return w->core + w->felt + w->run->models - 1; }
+/* The numbers whose slopes the slips have: those of the core and what feeds back to it, then those of the vehicle. */
+ALWAYS_INLINE int slip_directions(const variations_t *w) { return w->core + w->feedback + w->run->models - 1; }
 ALWAYS_INLINE nodes_t *slope_of_slip(const variations_t *w, int i, int component)
 {
     return w->contacts.slip_slope + (2*i + component)*slip_directions(w);
@@ -140,16 +140,16 @@ ALWAYS_INLINE nodes_t *slope_of_slip(const variations_t *w, int i, int component
 /* The slopes of the slips at a block of nodes, by each number of theirs. */
 NEVER_INLINE void put_slopes_of_slips(const variations_t *w, int b)
 {
-    const int felt = w->core + w->felt, wheels = OWN_WHEELS(w->wheels);
-    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS], unused;
+    const int states = w->core + w->feedback, wheels = FIXED_WHEELS(w->wheels);
+    lanes_t slip[2*MAX_WHEELS], moved[2*MAX_WHEELS], unused;
     for (int place = 0; place < slip_directions(w); place++) {
-        const int is_sum = place < felt && !is_of_point(w, place);
-        const point_t at = point_of(w, &w->vehicle[place < felt ? 0 : place - felt + 1], w->point);
+        const int is_sum = place < states && !is_of_point(w, place);
+        const point_t at = point_of(w, &w->vehicle[place < states ? 0 : place - states + 1], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
-        lanes_t *const way = place < felt && !is_sum ? &w->along[place_of_direction(w, place)] : &unused;
-        *way = lanes_of(1);
+        lanes_t *const seed = place < states && !is_sum ? &w->along[place_of_direction(w, place)] : &unused;
+        *seed = lanes_of(1);
         slips_of(w, &at, &along, slip, moved);
-        *way = lanes_of(0);
+        *seed = lanes_of(0);
         for (int k = 0; k < 2*wheels; k++)
             slope_of_slip(w, k/2, k%2)[place].lanes[b] = is_sum ? lanes_of(0) : moved[k];
     }
@@ -199,7 +199,7 @@ static void put_forces_on_contacts(const variations_t *w, long long row)
 /* The forces on contacts at a block of nodes, and the slopes of the slips there. */
 static void put_ground(const variations_t *w, long long row, int b)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
+    const int wheels = FIXED_WHEELS(w->wheels);
     put_forces_on_contacts(w, row);
     for (int k = 0; k < 2*wheels; k++)
         w->contacts.towards_at[k].lanes[b] = w->contacts.towards[k];
@@ -212,7 +212,7 @@ static void put_ground(const variations_t *w, long long row, int b)
 static void put_ground_along(const variations_t *w, long long row, int d, int b, const point_t *at,
                              const point_t *along)
 {
-    const int wheels = OWN_WHEELS(w->wheels), felt = w->core + w->felt, number = d - w->directions;
+    const int wheels = FIXED_WHEELS(w->wheels), states = w->core + w->feedback, number = d - w->directions;
     const int turning = d - first_turn(w);
     if (number >= 0)
         put_pushes(w, row, number + 1, at, along);
@@ -222,5 +222,5 @@ static void put_ground_along(const variations_t *w, long long row, int d, int b,
         memset(w->contacts.yielding + wheels, 0, SET_STRIPS*wheels*sizeof *w->contacts.yielding);
     } else if (SET_STRIPS && d >= w->core)
         put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings                 */
-    let_speeds_follow(w, row, number >= 0 ? felt + number : d < felt ? d : -1, b);
+    let_speeds_follow(w, row, number >= 0 ? states + number : d < states ? d : -1, b);
 }

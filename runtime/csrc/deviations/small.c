@@ -5,16 +5,16 @@
  * rows depend on others, and their right sides with them, such unknowns are 0. Returns how many are independent. */
 static int solve_small(double *matrix, int count, lanes_t *right, int groups, double least)
 {
-    double scale[count + 1], scratch[count + 1], own[count + 1];
+    double scale[count + 1], scratch[count + 1], solution[count + 1];
     int row[count + 1], column[count + 1];
     friction_system_t system = {count, 0, matrix, scale, scratch, row, column};
     friction_factor(&system, least);
     for (int p = 0; p < groups*LANES; p++) {
         for (int k = 0; k < count; k++)
-            own[k] = right[k*groups + p/LANES][p%LANES];
-        friction_solve(&system, own);
+            solution[k] = right[k*groups + p/LANES][p%LANES];
+        friction_solve(&system, solution);
         for (int k = 0; k < count; k++)
-            right[k*groups + p/LANES][p%LANES] = own[k];
+            right[k*groups + p/LANES][p%LANES] = solution[k];
     }
     return system.rank;
 }

@@ -19,9 +19,9 @@ static const lanes_t *carried_to_nodes(variations_t *w, double h)
     for (int i = 0; i <= wheels; i++) {
         const lanes_t *const rate = w->step.carried + (i < wheels ? i : wheels + 2)*NODES*groups;
         const lanes_t *const start = w->moved + (i < wheels ? 3 + i : 5 + wheels)*groups;
-        come_to_nodes(w, h, start, rate, w->step.felt + i*NODES*groups);  /* which is not needed any more */
+        come_to_nodes(w, h, start, rate, w->step.feedback + i*NODES*groups);  /* which is not needed any more */
     }
-    return w->step.felt;
+    return w->step.feedback;
 }
 
 /* Into w->along what deviates at a node in a vector of columns, but for the spins. */
@@ -41,9 +41,9 @@ static void put_moved_at_node(variations_t *w, int j, int g, const lanes_t *carr
 /* How the axial acceleration of a roller deviates by its torque, and by what the torque does where numbers move. */
 ALWAYS_INLINE lanes_t rate_by_torque(const variations_t *w, int k, int g)
 {
-    const int own = k*w->groups + g;
+    const int place = k*w->groups + g;
     const spins_t *const s = &w->spins;
-    const lanes_t rate = s->response[k]*s->torque_moved[own] + s->response_moved[own]*s->bearing[k];
+    const lanes_t rate = s->response[k]*s->torque_moved[place] + s->response_moved[place]*s->bearing[k];
     return (1 - s->sticks[k])*rate;
 }
 
@@ -54,9 +54,9 @@ static void put_axial_rates(variations_t *w, int j, int g)
     const spins_t *const s = &w->spins;
     put_disks(w, &w->column[g], w->point, w->along);
     for (int k = 0; k < FREE(w); k++) {
-        const int own = k*groups + g;
-        const lanes_t by_spin = s->fading[k]*(s->axial_moved[own] - s->disks_moved[k]);
-        const lanes_t rate = (1 - s->sticks[k])*(by_spin + s->fading_moved[own]*spin_of(w, k));
+        const int place = k*groups + g;
+        const lanes_t by_spin = s->fading[k]*(s->axial_moved[place] - s->disks_moved[k]);
+        const lanes_t rate = (1 - s->sticks[k])*(by_spin + s->fading_moved[place]*spin_of(w, k));
         s->axial_nodes[(k*NODES + j)*groups + g] = rate + rate_by_torque(w, k, g);
     }
 }
@@ -66,16 +66,16 @@ static void put_axial_rates(variations_t *w, int j, int g)
 static void put_faded(const variations_t *w, int wheel, double h, nodes_t *to)
 {
     const int momentum = first_momentum(w) + 2*wheel;
-    const nodes_t *const own = &w->slopes.core[momentum*w->directions + momentum];
-    nodes_t left[NODES];
+    const nodes_t *const slope = &w->slopes.core[momentum*w->directions + momentum];
+    nodes_t matrix[NODES];
     for (int j = 0; j < w->nodes; j++) {
         for (int b = 0; b < w->blocks; b++) {
             to[j].lanes[b] = h*w->step.once[j].lanes[b];
-            left[j].lanes[b] = -to[j].lanes[b]*own->lanes[b];
+            matrix[j].lanes[b] = -to[j].lanes[b]*slope->lanes[b];
         }
-        left[j].node[j] += 1;
+        matrix[j].node[j] += 1;
     }
-    divide_at_nodes(w, left, to);
+    divide_at_nodes(w, matrix, to);
 }
 
 /* The deviations of the axial speeds: at the nodes, and at the end of the step in the place of those at its start. With
@@ -94,18 +94,18 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
     }
     nodes_t faded[NODES];
     for (int k = 0; k < FREE(w); k++) {
-        lanes_t *const own = w->spins.axial_nodes + k*NODES*groups, *const start = w->spins.axial_moved + k*groups;
+        lanes_t *const axial = w->spins.axial_nodes + k*NODES*groups, *const start = w->spins.axial_moved + k*groups;
         lanes_t *const changes = w->solving.memory;
         if (k%(w->rollers - 1) == 0)
             put_faded(w, k/(w->rollers - 1), h, faded);
         memset(changes, 0, nodes*groups*sizeof *changes);
-        add_product_of(w, faded, 1, own, changes);
+        add_product_of(w, faded, 1, axial, changes);
         for (int g = 0; g < groups; g++) {
             lanes_t end = start[g];
             for (int j = 0; j < nodes; j++) {
                 const lanes_t change = changes[j*groups + g];
-                end += h*w->run->gauss.weights[j]*(own[j*groups + g] + w->spins.fading[k]*change);
-                own[j*groups + g] = start[g] + change;
+                end += h*w->run->gauss.weights[j]*(axial[j*groups + g] + w->spins.fading[k]*change);
+                axial[j*groups + g] = start[g] + change;
             }
             start[g] = end;
         }
@@ -118,16 +118,16 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
 {
     const int count = FREE(w), groups = w->groups, first = 3 + w->wheels + first_momentum(w);
     const lanes_t *const carried = carried_to_nodes(w, h);
-    lanes_t block[point_size(w)], axial_moved[count], own[count], *const found = w->spins.axial_nodes;
+    lanes_t block[point_size(w)], axial_moved[count], spins[count], *const found = w->spins.axial_nodes;
     for (int j = 0; j < w->nodes; j++) {
         put_node(w, step, row, j, block);
         for (int g = 0; g < groups; g++) {
             put_moved_at_node(w, j, g, carried);
             for (int k = 0; k < count; k++)
                 axial_moved[k] = found[(k*NODES + j)*groups + g];
-            put_state_of_spins(w, g, w->along, axial_moved, own);
+            put_state_of_spins(w, g, w->along, axial_moved, spins);
             for (int k = 0; k < count; k++)
-                found[(k*NODES + j)*groups + g] = own[k] - w->moved[(first + k)*groups + g];
+                found[(k*NODES + j)*groups + g] = spins[k] - w->moved[(first + k)*groups + g];
         }
     }
     for (int k = 0; k < count; k++) {
@@ -138,7 +138,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
 }
 
 /* The step is solved: its end for the axial speeds, and the rates of the spins (nodes x size x columns), or null. Where
- * nothing fades and nobody looks between rows its end is all that is asked for. */
+ * nothing fades and nobody looks between rows only its end is needed. */
 static void finish_spins(variations_t *w, long long step, long long row, double h, double *rates)
 {
     for (int k = 0; k < FREE(w) && !w->spins.fades && !rates; k++)
@@ -149,5 +149,5 @@ static void finish_spins(variations_t *w, long long step, long long row, double 
     put_axial_moved(w, step, row, h);
     if (rates)
         put_rates_of_spins(w, step, row, h, rates);
-    take_way_back(w);
+    clear_tangent(w);
 }

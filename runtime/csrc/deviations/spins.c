@@ -6,9 +6,9 @@
  *     a' = (response) (torque of its bearing) + (fading) (spin),
  *
  * with a torque that is constant in a step; fading is there with viscous friction, alike for the rollers of a wheel. nu
- * feels the axial speeds through two momenta of each wheel. So beside nu these momenta are what a step's system is for:
- * they act upon themselves and nu alone, and where wheels may slip upon these. One that sticks goes with its
- * disk, and its spin does not deviate.
+ * depends on the axial speeds through two momenta of each wheel. So a step's system is for nu and these momenta,
+ * which act upon themselves and nu alone, and where wheels may slip upon these. One that sticks goes with its disk, and
+ * its spin does not deviate.
  *
  * What is known of the momenta here are sums that generated functions give of numbers of the rollers: momenta are those
  * of axial speeds, with the vehicle's own inertia, and moments those of accelerations by deviations of the torques. */
@@ -19,9 +19,9 @@
 static void put_disks(const variations_t *w, const vehicle_t *vehicle, const lanes_t *at, const lanes_t *moved)
 {
     const int chi = point_chi(w);
-    lanes_t still[FREE(w)];
-    memset(still, 0, sizeof still);
-    set_axial_speeds_along(OWN_WHEELS(w->wheels), vehicle, at, at + chi, still, moved, moved + chi, still,
+    lanes_t zero[FREE(w)];
+    memset(zero, 0, sizeof zero);
+    set_axial_speeds_along(FIXED_WHEELS(w->wheels), vehicle, at, at + chi, zero, moved, moved + chi, zero,
                            w->spins.disks, w->spins.disks_moved);
 }
 
@@ -55,7 +55,7 @@ static void put_response(variations_t *w, double torque, double spin, lanes_t *t
     }
     for (int model = 0; model < w->run->models; model++) {
         const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
-        rates_along(OWN_WHEELS(w->wheels), &at, &along, nu_dot, nu_dot_along);
+        rates_along(FIXED_WHEELS(w->wheels), &at, &along, nu_dot, nu_dot_along);
         memcpy(to + model*count, (model ? along.core_dot : at.core_dot) + first - 3, count*sizeof *to);
     }
     memset(w->point + first, 0, count*sizeof *to);
@@ -70,16 +70,16 @@ static void put_response(variations_t *w, double torque, double spin, lanes_t *t
 /* The momenta of axial speeds, with the vehicle's own inertia. */
 static void put_momenta_of(const variations_t *w, const lanes_t *axial, lanes_t *momenta)
 {
-    lanes_t still[FREE(w)], moved[2*MOST_WHEELS];
-    memset(still, 0, sizeof still);
-    set_momenta_along(OWN_WHEELS(w->wheels), w->vehicle, axial, still, momenta, moved);
+    lanes_t zero[FREE(w)], moved[2*MAX_WHEELS];
+    memset(zero, 0, sizeof zero);
+    set_momenta_along(FIXED_WHEELS(w->wheels), w->vehicle, axial, zero, momenta, moved);
 }
 
 /* Axial speeds of the first two free rollers of each wheel that make one of its momenta alone 1. */
 static void put_basis(variations_t *w)
 {
     const int places = w->rollers - 1;
-    lanes_t axial[FREE(w)], momenta[2][2*MOST_WHEELS];
+    lanes_t axial[FREE(w)], momenta[2][2*MAX_WHEELS];
     for (int s = 0; s < 2; s++) {
         memset(axial, 0, sizeof axial);
         for (int i = 0; i < w->wheels; i++)
@@ -148,7 +148,7 @@ static void begin_spins(variations_t *w, long long row)
 /* Which of the momenta a direction is (0), or which of the moments (1), or -1. */
 ALWAYS_INLINE int sum_of(const variations_t *w, int d, int moments)
 {
-    const int first = moments ? w->core + w->felt + SET_MOVING*w->wheels : first_momentum(w);
+    const int first = moments ? w->core + w->feedback + SET_MOVING*w->wheels : first_momentum(w);
     return d >= first && d < (moments ? first_turn(w) : w->core) ? d - first : -1;
 }
 
@@ -157,13 +157,13 @@ ALWAYS_INLINE int sum_of(const variations_t *w, int d, int moments)
 static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehicle)
 {
     const int momentum = sum_of(w, d, 0), moment = sum_of(w, d, 1), places = w->rollers - 1;
-    lanes_t *const own = w->along + first_momentum(w);
-    memset(own, 0, FREE(w)*sizeof *own);
-    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *own);
+    lanes_t *const axial = w->along + first_momentum(w);
+    memset(axial, 0, FREE(w)*sizeof *axial);
+    memset(w->spins.bearing_along, 0, FREE(w)*sizeof *axial);
     for (int s = 0; s < 2; s++) {
         const int one = momentum/2*places + s, other = moment/2*places + s;
         if (momentum >= 0)
-            own[one] = lanes_of(w->spins.basis[momentum][s]);
+            axial[one] = lanes_of(w->spins.basis[momentum][s]);
         if (moment >= 0)
             w->spins.bearing_along[other] = w->spins.basis[moment][s]/w->spins.response[other];
     }
@@ -171,7 +171,7 @@ static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehi
         return;
     put_disks(w, vehicle, w->point, w->along);
     for (int k = 0; k < FREE(w); k++)
-        own[k] = (w->spins.sticks[k] - SET_SPINS_STICK)*w->spins.disks_moved[k];
+        axial[k] = (w->spins.sticks[k] - SET_SPINS_STICK)*w->spins.disks_moved[k];
 }
 
 /* How the rates of the momenta move along this direction, at a block of nodes. */
@@ -199,14 +199,14 @@ static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
 static void put_spins_at_end(variations_t *w)
 {
     const int count = FREE(w), first = 3 + w->wheels + first_momentum(w), groups = w->groups;
-    lanes_t moved[point_size(w)], axial_moved[count], own[count];
+    lanes_t moved[point_size(w)], axial_moved[count], spins[count];
     memset(moved, 0, sizeof moved);
     for (int g = 0; g < groups; g++) {
         put_moved(w, w->moved, w->groups, g, moved);
         for (int k = 0; k < count; k++)
             axial_moved[k] = w->spins.axial_moved[k*groups + g];
-        put_state_of_spins(w, g, moved, axial_moved, own);
+        put_state_of_spins(w, g, moved, axial_moved, spins);
         for (int k = 0; k < count; k++)
-            w->moved[(first + k)*groups + g] = own[k];
+            w->moved[(first + k)*groups + g] = spins[k];
     }
 }

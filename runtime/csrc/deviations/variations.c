@@ -1,9 +1,9 @@
 /* How deviations grow along a step of a run: the variational equations, solved by collocation at its nodes.
  *
  * Where y' = f(y, u, p) and y(t) is known, a deviation follows d' = f_y d + f_u du + f_p dp. The core c has to be
- * solved for. What it carries and feels, g (the wheels' angles, the heading), has rates that are linear in the core,
- * with constants: g' = W c + G. That is by nu alone, and where wheels may slip by their rates as well. With the rates r
- * of the core at the nodes, T the integral up to each node and h the length,
+ * solved for. What it carries and what feeds back, g (the wheels' angles, the heading), has rates that are linear in
+ * the core, with constants: g' = W c + G. That is by nu alone, and where wheels may slip by their rates as well. With
+ * the rates r of the core at the nodes, T the integral up to each node and h the length,
  *
  *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
  *
@@ -70,10 +70,10 @@ typedef struct {
 /* Slopes of rates at the nodes of a step. */
 typedef struct {
     nodes_t *core;              /* equations x directions                                       */
-    int *is_still;              /* equations x directions: whether a slope is zero              */
+    int *is_zero;               /* equations x directions: whether a slope is zero              */
     nodes_t *core_by, *chi_by, *pose_by;    /* by each number: equations, wheels, 3             */
     nodes_t pose[3][4];         /* of the rates of the pose by nu and the heading               */
-    double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
+    double carries[MAX_WHEELS + 1][CARRYING(MAX_WHEELS)];       /* W                            */
 } slopes_t;
 
 /* A step, and what there is at its nodes. */
@@ -82,7 +82,7 @@ typedef struct {
     nodes_t part;               /* where the nodes are in it, from 0 to 1                       */
     nodes_t twice[NODES], once[NODES], inverse[NODES];  /* T^2, T and T^-1 by rows                  */
     double *of_coefficients;    /* degree + 1 x nodes: weights of the polynomials' coefficients         */
-    lanes_t *felt, *core, *carried;     /* deviations: felt x NODES, core x NODES, (wheels + 3) x NODES */
+    lanes_t *feedback, *core, *carried;  /* deviations: feedback x NODES, core x NODES, (wheels + 3) x NODES */
 } varied_step_t;
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
@@ -90,7 +90,7 @@ typedef struct {
     const omniroll_variations_t *run;
     int wheels, rollers, columns, groups;
     int nodes, blocks;          /* of a step, at most NODES; vectors of them                    */
-    int size, core, felt, inputs;       /* numbers: all, of the core, of what it feels, that it is given    */
+    int size, core, feedback, inputs;   /* numbers: all, of the core, that feed back to it, that are given */
     int known;                  /* nu and the whole core of the state                           */
     int equations, directions;  /* the core and turns of directions; all that these have slopes by          */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
@@ -118,11 +118,11 @@ ALWAYS_INLINE int point_chi(const variations_t *w) { return w->known; }
 ALWAYS_INLINE int point_heading(const variations_t *w) { return w->known + w->wheels; }
 ALWAYS_INLINE int point_inputs(const variations_t *w) { return point_heading(w) + 1; }
 ALWAYS_INLINE int point_momenta(const variations_t *w) { return point_inputs(w) + SET_INPUTS*w->wheels; }
-ALWAYS_INLINE int point_still(const variations_t *w) { return point_momenta(w) + 2*w->wheels; }
-ALWAYS_INLINE int point_rates(const variations_t *w) { return point_still(w) + w->wheels*w->rollers; }
+ALWAYS_INLINE int point_zeros(const variations_t *w) { return point_momenta(w) + 2*w->wheels; }
+ALWAYS_INLINE int point_rates(const variations_t *w) { return point_zeros(w) + w->wheels*w->rollers; }
 ALWAYS_INLINE int point_size(const variations_t *w) { return point_rates(w) + w->known; }
 
-/* Where what stands at a place among the deviations is in a point; -1 for x and y, which nothing feels. */
+/* Where what stands at a place among the deviations is in a point; -1 for x and y, on which nothing depends. */
 ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
 {
     const int pose = place - 3 - w->wheels;
@@ -155,13 +155,13 @@ ALWAYS_INLINE const lanes_t *start_of_core(const variations_t *w, int a)
 }
 
 /* The first direction that is the turn of a slip's direction; those before it are numbers of a point. */
-ALWAYS_INLINE int first_turn(const variations_t *w) { return w->core + w->felt + w->inputs; }
+ALWAYS_INLINE int first_turn(const variations_t *w) { return w->core + w->feedback + w->inputs; }
 
 /* Whether a direction is a number of a point: no turn, no sum over rollers, and no number of the vehicle. */
 ALWAYS_INLINE int is_of_point(const variations_t *w, int d)
 {
     if (SET_GATHERS)
-        return d < first_momentum(w) || (d >= w->core && d < w->core + w->felt + SET_MOVING*w->wheels);
+        return d < first_momentum(w) || (d >= w->core && d < w->core + w->feedback + SET_MOVING*w->wheels);
     return d < first_turn(w);
 }
 
@@ -171,9 +171,9 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
     if (d < w->core)
         return d;
     d -= w->core;
-    if (SET_FEELS_CHI && d < w->wheels)
+    if (SET_CORE_NEEDS_CHI && d < w->wheels)
         return point_chi(w) + d;
-    d -= SET_FEELS_CHI*w->wheels;
+    d -= SET_CORE_NEEDS_CHI*w->wheels;
     if (SET_HAS_HEADING && d == 0)
         return point_heading(w);
     d -= SET_HAS_HEADING;
@@ -189,17 +189,17 @@ enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
 
 #include "deviations/bearing_modes.c"
 
-ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *own)
+ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *numbers)
 {
-    point_t point = {.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
-                     .heading = own[point_heading(w)], .inputs = own + point_inputs(w),
-                     .momenta = own + point_momenta(w), .still = own + point_still(w),
-                     .core_dot = own + point_rates(w) + POINT_CORE};
-    const int moves = own == w->along;
+    point_t point = {.vehicle = vehicle, .nu = numbers + POINT_NU, .core = numbers + POINT_CORE,
+                     .chi = numbers + point_chi(w), .heading = numbers[point_heading(w)],
+                     .inputs = numbers + point_inputs(w), .momenta = numbers + point_momenta(w),
+                     .zeros = numbers + point_zeros(w), .core_dot = numbers + point_rates(w) + POINT_CORE};
+    const int moves = numbers == w->along;
     lanes_t *const held = w->held + HELD_SIZE*moves;
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
-    put_bearings(w, own, &point);
-    point.free_sticks = moves ? own + point_still(w) : w->spins.sticks;
+    put_bearings(w, numbers, &point);
+    point.free_sticks = moves ? numbers + point_zeros(w) : w->spins.sticks;
     point.free_bearing = moves ? w->spins.bearing_along : w->spins.bearing;
     point.free_holding = w->spins.holding + FREE(w)*moves;
     point.ground_push = w->contacts.pushed + 6*w->wheels*moves;
@@ -213,18 +213,18 @@ ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 {
     const int numbers = w->run->models - 1;
     const omniroll_bearing_modes_t *const of = &w->run->bearings;
-    const double *const own = SET_DIRECTIONS ? of->allowed + of->hold[row]*(12 + 9*numbers) : 0;
+    const double *const allowed = SET_DIRECTIONS ? of->allowed + of->hold[row]*(12 + 9*numbers) : 0;
     for (int k = 0; k < 12*SET_DIRECTIONS; k++)
-        w->held[k] = lanes_of(own[k]);
+        w->held[k] = lanes_of(allowed[k]);
     for (int k = 0; k < 9*SET_DIRECTIONS; k++)
-        w->held[HELD_SIZE + k] = lanes_of(number < 0 ? 0 : own[12 + 9*number + k]);
+        w->held[HELD_SIZE + k] = lanes_of(number < 0 ? 0 : allowed[12 + 9*number + k]);
 }
 
 /* Where contacts slip whose slip is rounding, at a point of the phase of a row. */
 ALWAYS_INLINE void put_headings(const variations_t *w, long long row, lanes_t *point)
 {
-    const double *const own = w->run->motion.drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels;
-    const double *const heading = row == w->contacts.aimed_row ? w->contacts.aimed : own;
+    const double *const recorded = w->run->motion.drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels;
+    const double *const heading = row == w->contacts.aimed_row ? w->contacts.aimed : recorded;
     for (int i = 0; i < SET_GRIPS*w->wheels; i++)
         point[point_inputs(w) + SET_HEADINGS_INPUT*w->wheels + i] = lanes_of(heading[i]);
 }
@@ -256,7 +256,7 @@ ALWAYS_INLINE void put_moved(const variations_t *w, const lanes_t *moved, int ve
 }
 
 /* Nothing moves any more. */
-static void take_way_back(const variations_t *w)
+static void clear_tangent(const variations_t *w)
 {
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->spins.bearing_along, 0, SET_GATHERS*FREE(w)*sizeof *w->spins.bearing_along);
@@ -288,20 +288,20 @@ static void find_given(variations_t *w)
 /* Whether no slope by a direction is needed: it is an input that does not deviate, or nothing moves in it by itself. */
 ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
 {
-    const int input = d < first_turn(w) ? d - w->core - w->felt : -1;
+    const int input = d < first_turn(w) ? d - w->core - w->feedback : -1;
     return (input >= 0 && !w->is_given[input]) || is_bound_to_ground(w, row, d);
 }
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
 NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 {
-    const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
+    const int wheels = FIXED_WHEELS(w->wheels), directions = w->directions;
     put_held(w, row, -1);
     if (SET_GRIPS)
         put_ground(w, row, b);
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
-        lanes_t *const way = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
+        lanes_t *const seed = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
         nodes_t *const to = number < 0 ? w->slopes.core + d : w->slopes.core_by + number*w->equations;
         const int stride = number < 0 ? directions : 1;
         if (is_idle(w, row, d)) {
@@ -309,8 +309,8 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
                 to[a*stride].lanes[b] = lanes_of(0);
             continue;
         }
-        if (way)
-            *way = lanes_of(1);
+        if (seed)
+            *seed = lanes_of(1);
         if (number >= 0)
             put_held(w, row, number);
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
@@ -325,17 +325,17 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
             put_momenta_along(w, d, along.core_dot + first_momentum(w) - 3);
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
-        if (way)
-            *way = lanes_of(0);
+        if (seed)
+            *seed = lanes_of(0);
     }
-    take_way_back(w);
+    clear_tangent(w);
 }
 
 /* The slopes of the rates of the pose, and of wheels that roll: which are linear in nu, with constants. */
 NEVER_INLINE void slopes_of_followers(variations_t *w, int b)
 {
-    const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t rate[3], rate_along[3], chi_dot[MOST_WHEELS], chi_dot_along[MOST_WHEELS];
+    const int wheels = FIXED_WHEELS(w->wheels);
+    lanes_t rate[3], rate_along[3], chi_dot[MAX_WHEELS], chi_dot_along[MAX_WHEELS];
     for (int d = 0; d < 4 + w->run->models - 1; d++) {
         const int number = d - 4;
         const vehicle_t *const v = &w->vehicle[number < 0 ? 0 : number + 1];
@@ -390,20 +390,20 @@ static void put_point(const variations_t *w, long long step, long long row, int 
 ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int stride, int place, int node, lanes_t *to)
 {
     double *const column = (double *)to;
-    const nodes_t *const own = by + place;
+    const nodes_t *const slope = by + place;
     for (int k = 0; k < w->numbered; k++)
-        column[w->numbered_column[k]] += own[w->number_of[k]*stride].node[node];
+        column[w->numbered_column[k]] += slope[w->number_of[k]*stride].node[node];
 }
 
-/* Where what the core feels stands among the deviations. */
-ALWAYS_INLINE int place_of_felt(const variations_t *w, int f)
+/* Where the numbers that feed back to the core stand among the deviations. */
+ALWAYS_INLINE int place_of_feedback(const variations_t *w, int f)
 {
-    return SET_FEELS_CHI && f < w->wheels ? 3 + f : 5 + w->wheels;
+    return SET_CORE_NEEDS_CHI && f < w->wheels ? 3 + f : 5 + w->wheels;
 }
 
-ALWAYS_INLINE const double *carries_felt(const variations_t *w, int f)
+ALWAYS_INLINE const double *carries_feedback(const variations_t *w, int f)
 {
-    return w->slopes.carries[SET_FEELS_CHI && f < w->wheels ? f : w->wheels];
+    return w->slopes.carries[SET_CORE_NEEDS_CHI && f < w->wheels ? f : w->wheels];
 }
 
 #define AT_ONCE 4               /* sums that are made beside each other, */
@@ -461,13 +461,13 @@ ALWAYS_INLINE lanes_t carried_by(const variations_t *w, const double *carries, c
     return sum;
 }
 
-/* What the core feels at the nodes, but for what the core's own rates do to it. */
-static void put_felt(variations_t *w, double h)
+/* The numbers that feed back to the core at the nodes, but for what the core's own rates do to them. */
+static void put_feedback(variations_t *w, double h)
 {
     const int groups = w->groups;
-    for (int f = 0; f < w->felt; f++) {
-        const double *const carries = carries_felt(w, f);
-        const int place = place_of_felt(w, f), is_chi = place < 3 + w->wheels;
+    for (int f = 0; f < w->feedback; f++) {
+        const double *const carries = carries_feedback(w, f);
+        const int place = place_of_feedback(w, f), is_chi = place < 3 + w->wheels;
         const nodes_t *const by = is_chi ? w->slopes.chi_by : w->slopes.pose_by;
         const int stride = is_chi ? w->wheels : 3;
         lanes_t *const rate = w->step.carried;
@@ -479,36 +479,36 @@ static void put_felt(variations_t *w, double h)
         }
         for (int j = 0; j < w->nodes; j++)
             add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
-        come_to_nodes(w, h, w->moved + place*groups, rate, w->step.felt + f*NODES*groups);
+        come_to_nodes(w, h, w->moved + place*groups, rate, w->step.feedback + f*NODES*groups);
     }
 }
 
 /* What a step is given at a node. */
 ALWAYS_INLINE lanes_t given_at(const variations_t *w, int u, int j, int g)
 {
-    const lanes_t own = w->given[u*w->groups + g], *const rises = w->given + (w->inputs + u)*w->groups;
-    return u < SET_MOVING*w->wheels ? own + w->step.length*w->step.part.node[j]*rises[g] : own;
+    const lanes_t value = w->given[u*w->groups + g], *const rises = w->given + (w->inputs + u)*w->groups;
+    return u < SET_MOVING*w->wheels ? value + w->step.length*w->step.part.node[j]*rises[g] : value;
 }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, int a)
 {
-    const int groups = w->groups, fed = w->core + w->felt;
+    const int groups = w->groups, states = w->core + w->feedback;
     const nodes_t *const slope = w->slopes.core + a*w->directions;
-    const int *const still = w->slopes.is_still + a*w->directions;
+    const int *const zero = w->slopes.is_zero + a*w->directions;
     lanes_t *const row = w->solving.row[a];
     for (int g = 0; g < groups; g++)
         for (int j = 0; j < w->nodes; j += AT_ONCE) {
             lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
-                for (int i = 0; i < AT_ONCE && !still[c]; i++)
+                for (int i = 0; i < AT_ONCE && !zero[c]; i++)
                     sum[i] += slope[c].node[j + i]*start_of_core(w, c)[g];
-            for (int f = 0; f < w->felt; f++)
-                for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
-                    sum[i] += slope[w->core + f].node[j + i]*w->step.felt[(f*NODES + j + i)*groups + g];
+            for (int f = 0; f < w->feedback; f++)
+                for (int i = 0; i < AT_ONCE && !zero[w->core + f]; i++)
+                    sum[i] += slope[w->core + f].node[j + i]*w->step.feedback[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
-                for (int i = 0; i < AT_ONCE && !still[fed + u]; i++)
-                    sum[i] += slope[fed + u].node[j + i]*given_at(w, u, j + i, g);
+                for (int i = 0; i < AT_ONCE && !zero[states + u]; i++)
+                    sum[i] += slope[states + u].node[j + i]*given_at(w, u, j + i, g);
             for (int i = 0; i < AT_ONCE; i++)
                 row[(j + i)*groups + g] = sum[i];
         }
@@ -535,11 +535,11 @@ ALWAYS_INLINE void take_pivot(const equations_t *e, int p)
 }
 
 /* Take multiples of two rows, behind the vector in which they have their pivots. */
-ALWAYS_INLINE void subtract_two(const equations_t *e, int p, lanes_t *own, double first, const lanes_t *one,
+ALWAYS_INLINE void subtract_two(const equations_t *e, int p, lanes_t *row, double first, const lanes_t *one,
                                 double second, const lanes_t *two)
 {
     for (int c = p/LANES + 1; c < e->width + e->groups; c++)
-        own[c] -= first*one[c] + second*two[c];
+        row[c] -= first*one[c] + second*two[c];
 }
 
 /* Eliminate below two pivots at once, p and the one behind it, which stand in one vector of every row. */
@@ -559,27 +559,27 @@ ALWAYS_INLINE void eliminate_two(const equations_t *e, int p)
     subtract_two(e, p, two, two[v][k], one, 0, one);
     const double inverse_two = 1/two[v][k + 1];
     for (int i = p + 2; i < e->unknowns; i++) {
-        lanes_t *const own = e->row[i];
-        const double first = own[v][k], second = own[v][k + 1]*inverse_two;
+        lanes_t *const row = e->row[i];
+        const double first = row[v][k], second = row[v][k + 1]*inverse_two;
         if (first == 0 && second == 0)
             continue;
-        own[v] -= second*two[v];
-        subtract_two(e, p, own, first, one, second, two);
+        row[v] -= second*two[v];
+        subtract_two(e, p, row, first, one, second, two);
     }
 }
 
 /* An unknown from those behind it, in some vectors of right sides. */
 ALWAYS_INLINE void substitute_in(const equations_t *e, int p, int first, int some)
 {
-    const double *const own = (const double *)e->row[p];
-    lanes_t left[VECTORS_AT_ONCE], *const to = e->row[p] + e->width + first;
+    const double *const pivot_row = (const double *)e->row[p];
+    lanes_t sum[VECTORS_AT_ONCE], *const to = e->row[p] + e->width + first;
     for (int g = 0; g < some; g++)
-        left[g] = to[g];
+        sum[g] = to[g];
     for (int i = p + 1; i < e->unknowns; i++)
         for (int g = 0; g < some; g++)
-            left[g] -= own[i]*e->row[i][e->width + first + g];
+            sum[g] -= pivot_row[i]*e->row[i][e->width + first + g];
     for (int g = 0; g < some; g++)
-        to[g] = left[g]*(1/own[p]);
+        to[g] = sum[g]*(1/pivot_row[p]);
 }
 
 /* Eliminate below the pivots; then the right sides become the solution. */
@@ -613,7 +613,7 @@ static void put_slopes(variations_t *w, long long step, long long row)
             put_row_of_turn(w, i);
     }
     for (int k = 0; k < w->equations*w->directions; k++)
-        w->slopes.is_still[k] = are_zero(w->slopes.core[k].lanes, w->blocks);
+        w->slopes.is_zero[k] = are_zero(w->slopes.core[k].lanes, w->blocks);
 }
 
 /* The deviations of the core at the nodes, from its rates: of those of its numbers that carry something, or that spins
@@ -630,7 +630,7 @@ static void put_carried_rates(variations_t *w, double h)
 {
     const int groups = w->groups, wheels = w->wheels;
     const lanes_t *const core = w->step.core, *const rates = core + 3*NODES*groups;
-    lanes_t *const heading = w->step.felt;      /* not needed any more */
+    lanes_t *const heading = w->step.feedback;  /* not needed any more */
     for (int i = 0; i <= wheels; i++) {
         const int place = i < wheels ? i : wheels + 2;
         for (int j = 0; j < w->nodes; j++) {
@@ -666,7 +666,7 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 }
 
 /* Whether the nodes see what the deviations of nu do in a step: of its rates, as Legendre's polynomials, the last one
- * makes next to nothing of the way of the wheels. The steps are as long as the run lets them be, which may hardly move
+ * makes next to nothing of the turn of the wheels. The steps are as long as the run lets them be, which may hardly move
  * where what is beside it does. */
 static int are_seen(const variations_t *w, double h)
 {
@@ -684,7 +684,7 @@ static int are_seen(const variations_t *w, double h)
         for (int i = 0; i < w->wheels; i++)
             size += lanes_abs(w->moved[(3 + i)*w->groups + g]);
         for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
-            if (h*h*last[k] > w->run->bounds.most_last*(size[k] + w->run->bounds.least[g*LANES + k]))
+            if (h*h*last[k] > w->run->bounds.max_last*(size[k] + w->run->bounds.least[g*LANES + k]))
                 return 0;
     }
     return 1;
@@ -698,9 +698,9 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
 {
     const int groups = w->groups, places = SET_GATHERS ? 3 + w->wheels + first_momentum(w) : w->size;
     put_slopes(w, step, row);
-    put_felt(w, h);
+    put_feedback(w, h);
     put_core_rates(w, row, h);
-    if ((w->run->bounds.most_last > 0 && !are_seen(w, h)) || are_too_fast(w, row, h))
+    if ((w->run->bounds.max_last > 0 && !are_seen(w, h)) || are_too_fast(w, row, h))
         return 0;
     put_core(w, h);
     put_carried_rates(w, h);

@@ -28,10 +28,10 @@ typedef struct {
 
 /* What is nothing, what is too much, and what only just happens. */
 typedef struct {
-    double most_last;                       /* of the deviations of nu: how much the last of Legendre's polynomials
-                                             * of their rates may make of them in a step; 0: it is not asked */
+    double max_last;                        /* of the deviations of nu: how much the last of Legendre's polynomials
+                                             * of their rates may make of them in a step; 0: any part  */
     const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
-    double most_wrong;                      /* of the deviations of speeds: what these may be off by behind a step in
+    double max_error;                       /* of the deviations of speeds: what these may be off by behind a step in
                                              * which rates are fast                             */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
                                              * how fast a slip comes to rest that only just does        */
@@ -78,7 +78,7 @@ typedef struct {
     omniroll_bearing_modes_t bearings;
     omniroll_contact_modes_t contacts;
     const double *knot;                     /* P: by how much the time deviates at which drives jump at `first`; or null */
-    int *why;                               /* 2: why a row has not been passed, and by which column: why_t in ways.c */
+    int *why;                               /* 2: why a row has not been passed, and by which column: why_t in passages.c */
     double *moved;                          /* T x m x P: deviations in the rows                        */
     double *given;                          /* S x given_size x P: of what drives the steps             */
     double *axial;                          /* K x N x n x P: of the rollers' axial speeds at the phases' starts */

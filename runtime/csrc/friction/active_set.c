@@ -9,7 +9,7 @@
 
 #define ROUNDS 12                   /* of Newton's rule on one                                              */
 #define SINGULAR 1e-13              /* pivots of a matrix with ones on its diagonal                         */
-#define TURNS_MOST 0.3                /* a force turns by at most so much in a round                          */
+#define LARGEST_TURN 0.3              /* a force turns by at most so much in a round                          */
 #define ROUNDING 4.5e-16
 #define BEYOND 1e-14                /* of a ball's size, and of a pull's                                    */
 
@@ -107,7 +107,7 @@ static double improve(friction_balls_t *b)
     for (int i = 0; i < b->balls; i++)
         for (int k = 0; k < b->ball[i].rows && b->ball[i].bounded; k++)
             largest = fmax(largest, fabs(b->step[b->ball[i].first + k]));
-    const double part = largest > TURNS_MOST ? TURNS_MOST/largest : 1;
+    const double part = largest > LARGEST_TURN ? LARGEST_TURN/largest : 1;
     for (int k = 0; k < b->rows; k++)
         b->force[k] += part*b->step[k];
     for (int e = 0; e < b->equalities; e++)

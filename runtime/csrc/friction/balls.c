@@ -3,8 +3,8 @@
 
 #include "balls.h"
 
-/* s^T x of the rows apart. */
-static double taken_of_yaw(const friction_balls_t *b)
+/* s^T x: the moment about the yaw axis of the rows apart. */
+static double yaw_moment(const friction_balls_t *b)
 {
     double sum = 0;
     for (int k = 0; k < b->apart; k++)
@@ -14,17 +14,17 @@ static double taken_of_yaw(const friction_balls_t *b)
 
 FRICTION_LINKAGE void friction_slopes(friction_balls_t *b)
 {
-    const double taken = taken_of_yaw(b);
-    double yaw = b->yaw_yaw*taken;
+    const double moment = yaw_moment(b);
+    double yaw = b->yaw_yaw*moment;
     for (int k = 0; k < b->dense; k++) {
-        long double sum = b->given[k];          /* forces all but balance: what is left needs all its digits   */
+        long double sum = b->given[k];          /* forces all but balance: their sum needs all its digits      */
         for (int l = 0; l < b->dense; l++)
             sum += (long double)b->matrix[k*b->dense + l]*b->force[l];
         for (int e = 0; e < b->equalities; e++)
             sum += (long double)b->equality[e*b->dense + k]*b->multiplier[e];
         b->slope[k] = (double)sum;
         if (b->apart)
-            b->slope[k] += b->yaw_rows[k]*taken, yaw += b->yaw_rows[k]*b->force[k];
+            b->slope[k] += b->yaw_rows[k]*moment, yaw += b->yaw_rows[k]*b->force[k];
     }
     for (int k = 0; k < b->apart; k++) {
         const int row = b->dense + k;
@@ -32,15 +32,15 @@ FRICTION_LINKAGE void friction_slopes(friction_balls_t *b)
     }
 }
 
-/* The sizes of the terms of what rows apart take of the yaw, and of its acceleration. */
-static void sizes_of_yaw(const friction_balls_t *b, double *taken, double *yaw)
+/* The sizes of the terms of the yaw moment of rows apart, and of the yaw's acceleration. */
+static void sizes_of_yaw(const friction_balls_t *b, double *moment, double *yaw)
 {
-    *taken = *yaw = 0;
+    *moment = *yaw = 0;
     for (int k = 0; k < b->apart; k++)
-        *taken += fabs(b->yaw[k]*b->force[b->dense + k]);
+        *moment += fabs(b->yaw[k]*b->force[b->dense + k]);
     for (int l = 0; l < b->dense && b->apart; l++)
         *yaw += fabs(b->yaw_rows[l]*b->force[l]);
-    *yaw += b->yaw_yaw**taken;
+    *yaw += b->yaw_yaw**moment;
 }
 
 static double largest_number(int count, const double *numbers)
@@ -52,7 +52,7 @@ static double largest_number(int count, const double *numbers)
 }
 
 /* The size of the terms of one row. Multipliers of equalities are each rounded as the largest of them. */
-static double size_of_terms(const friction_balls_t *b, int row, double taken, double yaw)
+static double size_of_terms(const friction_balls_t *b, int row, double moment, double yaw)
 {
     const double pulls = largest_number(b->equalities, b->multiplier);
     double size = fabs(b->given[row]);
@@ -64,7 +64,7 @@ static double size_of_terms(const friction_balls_t *b, int row, double taken, do
         size += fabs(b->matrix[row*b->dense + l]*b->force[l]);
     for (int e = 0; e < b->equalities; e++)
         size += fabs(b->equality[e*b->dense + row])*pulls;
-    return b->apart ? size + fabs(b->yaw_rows[row])*taken : size;
+    return b->apart ? size + fabs(b->yaw_rows[row])*moment : size;
 }
 
 /* The point of a ball that is nearest to v, into its place. */
@@ -79,20 +79,20 @@ static void project(const friction_ball_t *ball, double *v)
         v[0] *= shorter, v[1] *= shorter;
         return;
     }
-    const double most = sqrt((1 - ball->strip)*(1 + ball->strip));
-    v[0] = copysign(ball->strip, v[0]), v[1] = fmax(-most, fmin(most, v[1]));
+    const double largest = sqrt((1 - ball->strip)*(1 + ball->strip));
+    v[0] = copysign(ball->strip, v[0]), v[1] = fmax(-largest, fmin(largest, v[1]));
 }
 
 FRICTION_LINKAGE double friction_residual(friction_balls_t *b)
 {
     const double forces = largest_number(b->dense, b->force);
-    double largest = 0, taken, yaw;
-    sizes_of_yaw(b, &taken, &yaw);
+    double largest = 0, moment, yaw;
+    sizes_of_yaw(b, &moment, &yaw);
     for (int i = 0; i < b->balls; i++) {
         const friction_ball_t *const ball = b->ball + i;
         double size = 0, place[2] = {0, 0};
         for (int k = 0; k < ball->rows; k++)
-            size = fmax(size, size_of_terms(b, ball->first + k, taken, yaw));
+            size = fmax(size, size_of_terms(b, ball->first + k, moment, yaw));
         size = size > 0 ? size : 1;
         for (int k = 0; k < ball->rows; k++)
             place[k] = b->force[ball->first + k] - b->slope[ball->first + k]/size;

@@ -59,7 +59,7 @@ FRICTION_LINKAGE void friction_begin(friction_balls_t *balls);
 
 /* Rounds from inside until products of slack and pull are `target` of the problem's size, and the active set that they
  * tell. Returns how many. */
-FRICTION_LINKAGE int friction_go_inside(friction_balls_t *balls, double target, int most);
+FRICTION_LINKAGE int friction_go_inside(friction_balls_t *balls, double target, int rounds);
 
 /* Newton's rule on the conditions of the active set, which changes up to so many times where a condition fails. What
  * has met the law best of all is kept, with its residual, and the inside for further rounds. */

@@ -7,7 +7,7 @@
 
 #define STICKS 9e-16                /* the residual with which all that rests sticks                        */
 #define OBEYED 2e-15               /* the residual that needs no further rounds                            */
-#define MOST_ROUNDS 60              /* from inside                                                          */
+#define MAX_ROUNDS 60               /* from inside                                                          */
 #define CHANGES 12                  /* of an active set                                                     */
 #define SINGULAR 1e-13              /* pivots of a matrix with ones on its diagonal                         */
 #define NOT_GIVEN 1e-7              /* the residual of equalities that no forces fulfil                     */
@@ -86,11 +86,11 @@ static void put_ball(friction_balls_t *b, int i, const friction_element_t *eleme
     for (int k = 0; k < element->rows && ball.bounded; k++)
         b->size[element->first + k] = element->size[k] > 0 ? element->size[k] : 0;
     if (element->kind == FRICTION_ELLIPSE) {
-        const int whole = b->size[ball.first] > 0 && element->strip > 0;
-        b->size[ball.first] = whole ? b->size[ball.first] : 0;
-        ball.strip = whole ? element->strip/b->size[ball.first] : INFINITY;
-        ball.first += !whole;
-        ball.rows = whole + (b->size[element->first + 1] > 0);
+        const int has_strip = b->size[ball.first] > 0 && element->strip > 0;
+        b->size[ball.first] = has_strip ? b->size[ball.first] : 0;
+        ball.strip = has_strip ? element->strip/b->size[ball.first] : INFINITY;
+        ball.first += !has_strip;
+        ball.rows = has_strip + (b->size[element->first + 1] > 0);
     }
     else if (ball.bounded)
         ball.rows = b->size[ball.first] > 0;
@@ -144,7 +144,7 @@ static void put_numbers(friction_balls_t *b, const friction_problem_t *p)
     put_equalities(b, p);
 }
 
-/* What is left of equality e across those before, with what it wants; returns its size. */
+/* The part of equality e across those before, with what it wants; returns its size. */
 static double take_before(friction_balls_t *b, int e)
 {
     const int n = b->dense;
@@ -207,7 +207,7 @@ static double minimise(friction_balls_t *b, int at_once, int *rounds)
     }
     for (int t = 0; t < count && !(b->least <= (t ? OBEYED : STICKS)); t++) {
         keep(b->rows, b->inside.force, b->force), keep(b->equalities, b->inside.multiplier, b->multiplier);
-        *rounds += friction_go_inside(b, targets[t], MOST_ROUNDS - *rounds);
+        *rounds += friction_go_inside(b, targets[t], MAX_ROUNDS - *rounds);
         friction_polish(b, CHANGES);
     }
     friction_take_best(b);
@@ -320,15 +320,15 @@ static void put_found(friction_balls_t *b, friction_solution_t *found)
 /* Q y + q and the same of rows apart, of the problem's own numbers: rows without force have theirs too. */
 static void put_accelerations(const friction_problem_t *p, friction_solution_t *found)
 {
-    double taken = 0, yaw;
+    double moment = 0, yaw;
     for (int k = 0; k < p->apart; k++)
-        taken += p->yaw[k]*found->force[p->rows + k];
-    yaw = p->apart ? p->yaw_yaw*taken : 0;
+        moment += p->yaw[k]*found->force[p->rows + k];
+    yaw = p->apart ? p->yaw_yaw*moment : 0;
     for (int k = 0; k < p->rows; k++) {
         double sum = p->given[k];
         for (int l = 0; l < p->rows; l++)
             sum += p->matrix[k*p->rows + l]*found->force[l];
-        found->acceleration[k] = p->apart ? sum + p->yaw_rows[k]*taken : sum;
+        found->acceleration[k] = p->apart ? sum + p->yaw_rows[k]*moment : sum;
         yaw += p->apart ? p->yaw_rows[k]*found->force[k] : 0;
     }
     for (int k = 0; k < p->apart; k++)
@@ -435,13 +435,13 @@ FRICTION_LINKAGE double friction_least_use(const friction_problem_t *p, void *me
     friction_balls_t balls = balls_of_use(p, memory);
     friction_problem_t sets = *p;
     sets.apart = 0;
-    double asked = 0;
+    double largest = 0;
     for (int e = 0; e < p->equalities; e++)
-        asked = fmax(asked, fabs(p->wanted[e]));
+        largest = fmax(largest, fabs(p->wanted[e]));
     refuse(&sets, found);
     if (!all_finite(p->equalities*(p->rows + 1), balls.equality))
         return INFINITY;
-    if (!(asked > 0))
+    if (!(largest > 0))
         return 0;
     make_orthonormal(&balls);
     found->residual = minimise(&balls, 0, &found->iterations);

@@ -178,7 +178,7 @@ static void move(friction_balls_t *b, double part)
             }
 }
 
-/* The mean product behind the whole of a predictor's step that stays inside, over that before it. */
+/* The mean product behind the part of a predictor's step that stays inside, over that before it. */
 static double predicted(const friction_balls_t *b, double part)
 {
     double before = 0, behind = 0;
@@ -204,10 +204,10 @@ static void tell_active(friction_balls_t *b)
         }
 }
 
-FRICTION_LINKAGE int friction_go_inside(friction_balls_t *b, double target, int most)
+FRICTION_LINKAGE int friction_go_inside(friction_balls_t *b, double target, int rounds)
 {
     int round = 0;
-    for (; round < most; round++) {
+    for (; round < rounds; round++) {
         const double mean = mean_product(b);
         if (!(mean > target))
             break;
@@ -217,9 +217,9 @@ FRICTION_LINKAGE int friction_go_inside(friction_balls_t *b, double target, int 
         find_step(b, 0, 0);
         tell_active(b);
         double part = part_inside(b);
-        const double left = predicted(b, part);
-        /* equalities next to what can be fulfilled need the whole of it */
-        find_step(b, left*left*left*mean, b->equalities ? 1 : part*part);
+        const double ratio = predicted(b, part);
+        /* equalities next to what can be fulfilled need all of it */
+        find_step(b, ratio*ratio*ratio*mean, b->equalities ? 1 : part*part);
         part = part_inside(b);
         if (!(part >= SHORT)) {                 /* products have come apart: once more towards their mean     */
             find_step(b, RECENTRES*mean, 0);

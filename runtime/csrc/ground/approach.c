@@ -1,6 +1,6 @@
 /* A step towards the rest of a slip whose direction turns on the way: up to the rest, or near it.
  *
- * With the time to rest T - t, what the direction has left to turn goes like a power (T - t)^a, so that polynomials in
+ * With the time to rest T - t, what the direction has still to turn goes like a power (T - t)^a, so that polynomials in
  * time converge slowly, however short a step is. Where a < 0 the slip leaves its direction: a roller that comes into
  * contact slips along the axle, where it is light, and turns at the very end of its slip. In the clock x with
  * t = T (1 - (1 - c x)^m) the rates per x have the power m (1 + a) - 1 of 1 - c x, and are polynomials where rates are
@@ -12,7 +12,7 @@
  * time that miss no more than those of any step. If a try fails, or if anything else happens on the way, steps in time
  * are made as everywhere. */
 #define MAKES_A_POWER 0.02          /* of 1: a is known not to be zero                                        */
-#define MOST_TO_TURN 1.0            /* farther a direction does not turn in a step up to the rest              */
+#define MAX_TO_TURN 1.0             /* farther a direction does not turn in a step up to the rest              */
 #define FADES_FAST 10               /* 1 + a of what fades at the start of the way, not at its end:           */
 #define TRANSIENT 13                /* this part of it is followed in a step in time, since                   */
 #define FAST_MISSES 1e-5            /* of what turns the slip a step up to the rest would miss this           */
@@ -21,13 +21,13 @@
 #define LEAVING_POWER 5             /* m of a step that ends before                                          */
 #define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
 #define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
-#define LEAVES_MOST 0.03            /* and at most; behind more steps in time do as well                      */
+#define MAX_LEAVES 0.03             /* and at most; behind more steps in time do as well                      */
 #define MEETS_END 0.1               /* of what a step leaves: how well it meets that                          */
-#define MOST_APPROACH_SWEEPS 14
+#define MAX_APPROACH_SWEEPS 14
 #define SURE_SWEEPS 4               /* behind these an iteration contracts, or does not settle                 */
 #define CLEAR_OF_REST 1e3           /* times what is nothing of a slip: another slip is not at rest            */
 #define TAKES_LESS 0.999            /* of what a contact can take, squared: it sticks                         */
-#define MOST_PIECES 10
+#define MAX_PIECES 10
 #define HALLEY 6                    /* rounds of Halley's rule                                                */
 
 enum { NO_APPROACH, MISSES_REST, APPROACHES };
@@ -38,7 +38,7 @@ ALWAYS_INLINE double turns_slip(const step_t *s)
     return s->approach.across*s->contact.rest_in;
 }
 
-/* The power of the time to rest with which that is left, 1 + a, from the rates at the start of the step: how strongly
+/* The power of the time to rest with which that fades, 1 + a, from the rates at the start of the step: how strongly
  * forces that turn take away what is across, over how fast the slip falls. */
 static void find_power_of_turn(const work_t *work, step_t *s, const double *towards)
 {
@@ -62,9 +62,9 @@ static int choose_clock(step_t *s)
         return 1;
     if (s->approach.fades < 1 - MAKES_A_POWER) {
         s->approach.leaves = fmax(pow(turn/LEAVES_AT, 1/(1 - s->approach.fades)), LEAVES_LEAST);
-        return s->approach.leaves < LEAVES_MOST ? LEAVING_POWER : 0;
+        return s->approach.leaves < MAX_LEAVES ? LEAVING_POWER : 0;
     }
-    if (!(s->approach.fades > 1 + MAKES_A_POWER) || !(turn < MOST_TO_TURN))
+    if (!(s->approach.fades > 1 + MAKES_A_POWER) || !(turn < MAX_TO_TURN))
         return 0;
     if (s->approach.fades > FADES_FAST && FAST_MISSES*turns_slip(s) > allowed)
         return 0;
@@ -76,11 +76,11 @@ static void set_clock(step_t *s, int power)
     s->approach.stretched = power;
     s->approach.part = 1 - pow(s->approach.leaves, 1.0/power);
     for (int m = 0; m < NODES; m++) {
-        const double left = 1 - s->approach.part*gauss_node.node[m];
+        const double remainder = 1 - s->approach.part*gauss_node.node[m];
         double before = 1;
         for (int k = 1; k < power; k++)
-            before *= left;
-        s->approach.clock.node[m] = (1 - before*left)/(1 - s->approach.leaves);
+            before *= remainder;
+        s->approach.clock.node[m] = (1 - before*remainder)/(1 - s->approach.leaves);
         s->approach.stretch.node[m] = power*s->approach.part*before/(1 - s->approach.leaves);
     }
     for (int k = 0; k < 3; k++)
@@ -90,7 +90,7 @@ static void set_clock(step_t *s, int power)
 }
 
 /* The time from the end of the step to the rest; not a number where the slip does not come to it. */
-static double time_left(const step_t *s)
+static double remaining_time(const step_t *s)
 {
     double along = 0, rate = 0;
     for (int k = 2*s->contact.rests; k < 2*s->contact.rests + 2; k++) {
@@ -104,14 +104,14 @@ static double time_left(const step_t *s)
 static int settle_approach(step_t *s, const int wheels, double tolerance, double sweep_tolerance)
 {
     double last = INFINITY;
-    for (int k = 0; k < MOST_APPROACH_SWEEPS; k++) {
+    for (int k = 0; k < MAX_APPROACH_SWEEPS; k++) {
         const double change = sweep(s, wheels, 0), ratio = change/last;
         end_of_step(s, wheels);
         slips_at_end(s, wheels);
-        const double late = time_left(s) - s->approach.leaves*s->h;
-        const double left = hypot(s->slip.end[2*s->contact.rests], s->slip.end[2*s->contact.rests + 1]);
+        const double late = remaining_time(s) - s->approach.leaves*s->h;
+        const double slip = hypot(s->slip.end[2*s->contact.rests], s->slip.end[2*s->contact.rests + 1]);
         const int meets = s->approach.leaves > 0 ? fabs(late) <= MEETS_END*s->approach.leaves*s->h
-                                                 : left <= s->contact.residual_slip[s->contact.rests];
+                                                 : slip <= s->contact.residual_slip[s->contact.rests];
         s->rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;    /* one sweep says nothing of the next */
         if (s->rest <= sweep_tolerance && (meets || fabs(late) <= EPS*s->h))
             return meets && missed(s) <= tolerance;
@@ -154,13 +154,13 @@ static int may_approach(const omniroll_run_t *run, const step_t *s, double longe
     for (int i = 0; i < run->wheels; i++)
         keeps |= s->contact.keeps[i];
     return s->contact.turning && s->contact.rest_in <= longest && !keeps && !s->stiff.on && s->event.guards == 0
-        && !some_bearing_sticks(run) && run->record.row_count + MOST_PIECES <= run->record.row_capacity;
+        && !some_bearing_sticks(run) && run->record.row_count + MAX_PIECES <= run->record.row_capacity;
 }
 
-/* A step towards the first rest, if there is one from here: of at most the length `longest`. most: that of a step in
+/* A step towards the first rest, if there is one from here: of at most the length `longest`. in_time: that of a step in
  * time, which may become less. */
 static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels, double longest,
-                         double *most, double size, double sweep_tolerance)
+                         double *in_time, double size, double sweep_tolerance)
 {
     if (!may_approach(run, s, longest))
         return NO_APPROACH;
@@ -168,8 +168,8 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
     const int power = choose_clock(s);
     if (power == 0) {
         const double transient = s->approach.fades > FADES_FAST ? TRANSIENT*s->contact.rest_in/s->approach.fades : INFINITY;
-        const int shortens = transient < *most;
-        *most = fmin(*most, transient);
+        const int shortens = transient < *in_time;
+        *in_time = fmin(*in_time, transient);
         return shortens ? MISSES_REST : NO_APPROACH;
     }
     set_clock(s, power);
@@ -219,43 +219,43 @@ static lanes_t roots_in_clock(lanes_t number)
     return root;
 }
 
-/* The piece between two parts of the time to rest. */
-static void set_piece(const step_t *s, double left_before, double left_after, piece_t *piece)
+/* The piece between two remainders of the time to rest. */
+static void set_piece(const step_t *s, double before, double after, piece_t *piece)
 {
     const double clocked = LEAVING_POWER*s->approach.part/(1 - s->approach.leaves);
     nodes_t z;
-    piece->from = (1 - left_before)/(1 - s->approach.leaves), piece->to = (1 - left_after)/(1 - s->approach.leaves);
+    piece->from = (1 - before)/(1 - s->approach.leaves), piece->to = (1 - after)/(1 - s->approach.leaves);
     for (int b = 0; b < BLOCKS; b++) {
-        const lanes_t left = left_before - (left_before - left_after)*gauss_node.lanes[b];
-        const lanes_t base = roots_in_clock(left);
+        const lanes_t remainder = before - (before - after)*gauss_node.lanes[b];
+        const lanes_t base = roots_in_clock(remainder);
         z.lanes[b] = 2*(1 - base)/s->approach.part - 1;
-        piece->values[0].lanes[b] = base/(clocked*left);
+        piece->values[0].lanes[b] = base/(clocked*remainder);
         piece->values[1].lanes[b] = z.lanes[b]*piece->values[0].lanes[b];
     }
     for (int k = 1; k < NODES - 1; k++)
         for (int b = 0; b < BLOCKS; b++)
             piece->values[k + 1].lanes[b] = ((2*k + 1)*z.lanes[b]*piece->values[k].lanes[b]
                 - k*piece->values[k - 1].lanes[b])/(k + 1);
-    legendre_areas((1 - roots_in_clock(lanes_of(left_after))[0])/s->approach.part, piece->area);
+    legendre_areas((1 - roots_in_clock(lanes_of(after))[0])/s->approach.part, piece->area);
 }
 
 /* Pieces of which polynomials in time miss no more than those of steps may; returns how many. */
-static int divide_way(const step_t *s, piece_t *pieces)
+static int divide_approach(const step_t *s, piece_t *pieces)
 {
     const double allowed = s->contact.residual_slip[s->contact.rests]/TURNS_AWAY;
-    double left = 1;
+    double remainder = 1;
     int count = 0;
-    while (count < MOST_PIECES - 1) {
-        const double turns = turns_slip(s)*pow(left, s->approach.fades);
-        double after = left*left_before_rest(turns/(2*NODES*allowed));
+    while (count < MAX_PIECES - 1) {
+        const double turns = turns_slip(s)*pow(remainder, s->approach.fades);
+        double after = remainder*remainder_before_rest(turns/(2*NODES*allowed));
         if (turns <= allowed || after <= s->approach.leaves)
             break;
         if (after < 2*s->approach.leaves)   /* two of one ratio, not a long one and a short one                  */
-            after = sqrt(left*s->approach.leaves);
-        set_piece(s, left, after, pieces + count++);
-        left = after;
+            after = sqrt(remainder*s->approach.leaves);
+        set_piece(s, remainder, after, pieces + count++);
+        remainder = after;
     }
-    set_piece(s, left, s->approach.leaves, pieces + count++);
+    set_piece(s, remainder, s->approach.leaves, pieces + count++);
     return count;
 }
 
@@ -273,8 +273,8 @@ static void begin_row(const omniroll_run_t *run, const step_t *s, double part, d
 /* The step as several ones, and the rows between them. */
 static void put_pieces(omniroll_run_t *run, const step_t *s)
 {
-    piece_t pieces[MOST_PIECES];
-    const int count = divide_way(s, pieces);
+    piece_t pieces[MAX_PIECES];
+    const int count = divide_approach(s, pieces);
     const long long width = row_size(run), step_width = step_size(run);
     double *const rows = run->record.rows + width*(run->record.row_count - 1);
     double *const steps = run->record.steps ? run->record.steps + step_width*(run->record.row_count - 1) : 0;
@@ -305,8 +305,8 @@ static void put_pieces(omniroll_run_t *run, const step_t *s)
 static int has_room(const omniroll_run_t *run, long long first)
 {
     long long rows = 1;
-    if (SET_APPROACHES && run->record.row_capacity - first > MOST_PIECES + 1)
-        rows = MOST_PIECES;
+    if (SET_APPROACHES && run->record.row_capacity - first > MAX_PIECES + 1)
+        rows = MAX_PIECES;
     (void)first;
     return run->record.row_count + rows <= run->record.row_capacity;
 }

@@ -11,7 +11,7 @@
 #define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define TURNED_BY 4e-3              /* of what is rounding of a slip: so much turns it                       */
-#define MOST_TURN_NOISE 1e-7
+#define MAX_TURN_NOISE 1e-7
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
 /* Whether wheels may stand: one of these bearings can hold something. A set with bearings that stick also runs scenes
@@ -38,17 +38,17 @@ ALWAYS_INLINE double far_from_noise(const step_t *s)
 /* How much of its static friction a contact takes, squared, less 1: the square of its load. */
 ALWAYS_INLINE double excess_of(const double *force, const double *per_reach, double load)
 {
-    double taken = -load;
+    double excess = -load;
     for (int k = SET_FIRST_DIRECTION; k < 2; k++)
-        taken += force[k]*per_reach[k]*force[k]*per_reach[k];
-    return taken;
+        excess += force[k]*per_reach[k]*force[k]*per_reach[k];
+    return excess;
 }
 
 /* The forces of contacts that slip at the step's end are those of their slips there, as in its row: what the iteration
  * leaves of the directions at the nodes would move what others take. */
 ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t *point, lanes_t *push)
 {
-    lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS], load[MOST_WHEELS];
+    lanes_t slip[2*MAX_WHEELS], force[2*MAX_WHEELS], slope[4*MAX_WHEELS], load[MAX_WHEELS];
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
     loads_in_state(s, wheels, point->core, load);
     set_sliding_forces(wheels, s->vehicle, slip, load, s->contact.friction, force, slope);
@@ -65,7 +65,7 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
 /* The same of contacts that slip and whose rollers turn. */
 static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
 {
-    lanes_t toward[2*MOST_WHEELS];
+    lanes_t toward[2*MAX_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         toward[k] = lanes_of(s->slip.toward[k].node[NODES - 1]);
     put_corners(s, wheels, at->chi, toward, at->ground_push, at->ground_yield);
@@ -77,13 +77,13 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     arrays_t at;
     lanes_t nu_dot[3];
     const point_t point = point_at_end(s, wheels, &at);
-    lanes_t load[MOST_WHEELS];
+    lanes_t load[MAX_WHEELS];
     loads_in_state(s, wheels, point.core, load);
     if (s->contact.turning)
         push_at_end(s, wheels, &point, at.ground_push);
     if (SET_STRIPS)
         push_corners_at_end(s, wheels, &at);
-    core_rates_there(wheels, &point, nu_dot);
+    core_rates_at(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
         if (s->contact.grips[i])
@@ -101,7 +101,7 @@ NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
-        core_rates_there(wheels, &point, nu_dot);
+        core_rates_at(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);
         for (int c = 0; c < coupled_size(wheels); c++)
             s->rate_core[c].lanes[b] = s->core_dot[c];
@@ -118,14 +118,14 @@ ALWAYS_INLINE double noise_of_turns(const step_t *s, const int wheels)
         if (size > s->slip.noise[i])
             noise = fmax(noise, TURNED_BY*s->slip.noise[i]/size);
     }
-    return fmin(noise, MOST_TURN_NOISE);
+    return fmin(noise, MAX_TURN_NOISE);
 }
 
 /* The slip velocities at the step's end. */
 NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
 {
     arrays_t at;
-    lanes_t slip[2*MOST_WHEELS];
+    lanes_t slip[2*MAX_WHEELS];
     const point_t point = point_at_end(s, wheels, &at);
     slips_of(wheels, s->vehicle, point.nu, point.chi, point.core, slip);
     for (int k = 0; k < 2*wheels; k++)
@@ -169,11 +169,11 @@ ALWAYS_INLINE int has_passed_rest(const step_t *s, int i, double beyond)
 /* Whether a slip goes in its direction by more than rounding at some node. */
 ALWAYS_INLINE int has_gone(const step_t *s, int i)
 {
-    double most = 0;
+    double largest = 0;
     for (int m = 0; m < NODES; m++)
-        most = fmax(most, s->slip.toward[2*i].node[m]*s->slip.at[2*i].node[m]
-                    + s->slip.toward[2*i + 1].node[m]*s->slip.at[2*i + 1].node[m]);
-    return most > s->slip.noise[i];
+        largest = fmax(largest, s->slip.toward[2*i].node[m]*s->slip.at[2*i].node[m]
+                       + s->slip.toward[2*i + 1].node[m]*s->slip.at[2*i + 1].node[m]);
+    return largest > s->slip.noise[i];
 }
 
 /* Whether a slip begins with the step under loads that swing, and is not known so far, or no slip: it does not end there. */
@@ -218,9 +218,9 @@ static double length_to_change(step_t *s, const int wheels, double length)
 /* Whether a contact that sticks holds all over the step, as the nodes show already. */
 ALWAYS_INLINE int holds_throughout(const step_t *s, int i)
 {
-    double least, most;
-    bounds_of(&s->slip.excess[i], &least, &most);
-    return most <= 0;
+    double least, largest;
+    bounds_of(&s->slip.excess[i], &least, &largest);
+    return largest <= 0;
 }
 
 /* A contact whose mode ends inside the step and not at its end: where, or 1. */

@@ -9,8 +9,8 @@
 #define ROLLS 0.1                   /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define SLIP_FOLLOWED (1.0/16)      /* of what is rounding of a slip: a direction that misses it by less is found */
 #define ROUNDED_SLIP 4              /* roundings of what friction does in a step are nothing of a slip       */
-#define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
-#define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */
+#define MAX_TURN 1.0                /* in a sweep, as a tangent                                               */
+#define GROWS 8                     /* times another row that is subtracted: without sorting, digits are lost       */
 
 #include "ground/loads.c"
 
@@ -38,7 +38,7 @@ static void put_corner_forces(const int wheels, const vehicle_t *vehicle, const 
                               const lanes_t *toward, const lanes_t *load, const lanes_t *friction,
                               const lanes_t *torque, lanes_t *push, lanes_t *yield)
 {
-    lanes_t force[MOST_WHEELS];
+    lanes_t force[MAX_WHEELS];
     set_corner_forces(wheels, vehicle, chi, toward, load, friction, torque, force, yield);
     for (int i = 0; i < wheels; i++)
         if (corner[i])
@@ -58,7 +58,7 @@ ALWAYS_INLINE void put_corners(const step_t *s, const int wheels, const lanes_t 
 /* The same at a vector of nodes. */
 static void forces_in_corners(step_t *s, const int wheels, int b, const lanes_t *chi)
 {
-    lanes_t toward[2*MOST_WHEELS], push[2*MOST_WHEELS], yield[MOST_WHEELS];
+    lanes_t toward[2*MAX_WHEELS], push[2*MAX_WHEELS], yield[MAX_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         toward[k] = s->slip.toward[k].lanes[b], push[k] = s->slip.push[k].lanes[b];
     put_corners(s, wheels, chi, toward, push, yield);
@@ -78,7 +78,7 @@ static void forces_in_directions(step_t *s, const int wheels)
         else
             memset(s->slip.push + 2*i, 0, 2*sizeof *s->slip.push);
     if (SET_STRIPS) {
-        lanes_t chi[MOST_WHEELS];
+        lanes_t chi[MAX_WHEELS];
         for (int i = 0; i < wheels; i++)
             chi[i] = lanes_of(s->chi[i]);
         for (int b = 0; b < BLOCKS; b++)
@@ -93,8 +93,8 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
     slip_velocities(wheels, vehicle, nu, chi, core, slip);
 }
 
-/* The rates of the core where they are asked for rarely: one place of the library has the kernel for all of them. */
-NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t *nu_dot)
+/* The rates of the core where they are needed rarely: one place of the library has the kernel for all of them. */
+NEVER_INLINE void core_rates_at(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
     core_rates(wheels, at, nu_dot);
 }
@@ -108,7 +108,7 @@ ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
 /* Speeds of contacts that stick follow from nu: into the core that it is part of. */
 NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi, lanes_t *core)
 {
-    lanes_t rates[MOST_WHEELS];
+    lanes_t rates[MAX_WHEELS];
     rolling_wheels(wheels, s->vehicle, nu, chi, rates);
     for (int i = 0; i < wheels; i++)
         if (s->contact.grips[i])
@@ -118,7 +118,7 @@ NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t 
 NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi,
                                 lanes_t *core)
 {
-    lanes_t axial[MOST_WHEELS];
+    lanes_t axial[MAX_WHEELS];
     rolling_axial(wheels, s->vehicle, nu, chi, core, axial);
     for (int i = 0; i < wheels; i++)
         if (s->contact.grips[i])
@@ -144,7 +144,7 @@ static void self_response_at(step_t *s, const int wheels, int i, int b, const po
         lanes_t nu_dot[3];
         const lanes_t here = at->ground_push[2*i + k];
         at->ground_push[2*i + k] += push;
-        core_rates_there(wheels, point, nu_dot);
+        core_rates_at(wheels, point, nu_dot);
         at->ground_push[2*i + k] = here;
         for (int j = 0; j < 2; j++)
             s->slip.self_response[4*i + 2*j + k].lanes[b] = (at->slip_dot[2*i + j] - without[2*i + j])/push;
@@ -157,9 +157,9 @@ NEVER_INLINE void find_self_responses(step_t *s, const int wheels, const int *as
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t nu_dot[3], without[2*MOST_WHEELS];
+        lanes_t nu_dot[3], without[2*MAX_WHEELS];
         const point_t point = point_at(s, wheels, b, &at);
-        core_rates_there(wheels, &point, nu_dot);
+        core_rates_at(wheels, &point, nu_dot);
         memcpy(without, at.slip_dot, sizeof *without*2*(size_t)wheels);
         for (int i = 0; i < wheels; i++)
             if (ask[i])
@@ -213,7 +213,7 @@ static void put_largest_first(nodes_t *column, int k)
 }
 
 /* Gauss's elimination of the columns in vector `first` of the nodes. pivot: one over the diagonal. Returns where some row
- * was taken more than GROWS times. */
+ * was subtracted more than GROWS times. */
 ALWAYS_INLINE lane_mask_t eliminate_columns(nodes_t *column, const int first, const int sorting, double *pivot)
 {
     lane_mask_t grown = {0};
@@ -265,7 +265,7 @@ ALWAYS_INLINE int solve_columns(nodes_t *column, const int sorting, nodes_t *fou
 }
 
 /* What turns of a contact's directions at the nodes take away across them, and what is across. Where an iterate slips
- * against its direction, forces alone turn the slip: the slip itself would turn it the wrong way. */
+ * against its direction, forces alone turn the slip: the slip itself would turn it the wrong way round. */
 ALWAYS_INLINE void columns_of_turns(const step_t *s, int i, const nodes_t *response, const nodes_t *along,
                                     const nodes_t *across, nodes_t *column)
 {
@@ -308,22 +308,22 @@ ALWAYS_INLINE double smallest_of(const nodes_t *values)
 /* How strongly forces can turn a slip within the step, in m/s. */
 ALWAYS_INLINE double turned_within(const step_t *s, const nodes_t *response)
 {
-    lanes_t most = lanes_of(0);
+    lanes_t largest = lanes_of(0);
     IN_REGISTERS
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t rate = lanes_abs(response[0].lanes[b]) + lanes_abs(response[1].lanes[b]);
-        most = lanes_max(most, rate);
+        largest = lanes_max(largest, rate);
     }
-    return s->h*lanes_largest(most);
+    return s->h*lanes_largest(largest);
 }
 
 ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
 {
     nodes_t *const x = s->slip.toward + 2*i, *const y = x + 1;
-    const lanes_t most = lanes_of(MOST_TURN);
+    const lanes_t bound = lanes_of(MAX_TURN);
     for (int b = 0; b < BLOCKS; b++) {
-        lanes_t by = lanes_select(turn->lanes[b] < most, turn->lanes[b], most);
-        by = lanes_select(by > -most, by, -most);
+        lanes_t by = lanes_select(turn->lanes[b] < bound, turn->lanes[b], bound);
+        by = lanes_select(by > -bound, by, -bound);
         const lanes_t new_x = x->lanes[b] - by*y->lanes[b], new_y = y->lanes[b] + by*x->lanes[b];
         const lanes_t over_size = 1/lanes_sqrt(new_x*new_x + new_y*new_y);
         x->lanes[b] = new_x*over_size, y->lanes[b] = new_y*over_size;
@@ -364,7 +364,7 @@ ALWAYS_INLINE int asks_response(const step_t *s, int i)
 /* The same by what forces do at the nodes, where that is another; and in the clock of the step. */
 static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *response)
 {
-    int ask[MOST_WHEELS] = {0};
+    int ask[MAX_WHEELS] = {0};
     if ((ask[i] = asks_response(s, i)))
         find_self_responses(s, wheels, ask);
     if (s->slip.knows_response[i])
@@ -386,8 +386,8 @@ ALWAYS_INLINE int may_share(const step_t *s, int i)
     return SET_ROLLERS_TURN && s->hold.states->sticks[s->hold.states->rollers_at + i][0] > 0.5;
 }
 
-/* Whether a contact cannot slip along its axle: its roller sticks, and no force of its own moves it there by more than
- * rounding, since other wheels keep the vehicle from going that way. */
+/* Whether a contact cannot slip along its axle: its roller sticks, and no force on it moves it there by more than
+ * rounding, since other wheels keep the vehicle from moving along it. */
 ALWAYS_INLINE int cannot_go_aside(const step_t *s, int i)
 {
     const double *const aside = response_to_force(s, i, 0, i), *const forward = response_to_force(s, i, 1, i);
@@ -441,7 +441,7 @@ static void find_direction(step_t *s, const int wheels, int i)
 ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
 {
     for (int b = 0; b < BLOCKS; b++) {
-        lanes_t nu[3], chi[MOST_WHEELS], slip[2*MOST_WHEELS];
+        lanes_t nu[3], chi[MAX_WHEELS], slip[2*MAX_WHEELS];
         for (int k = 0; k < 3; k++)
             nu[k] = s->at_nu[k].lanes[b];
         for (int i = 0; i < wheels; i++)
@@ -486,7 +486,7 @@ static void find_directions(step_t *s, const int wheels)
 {
     if (SET_STRIPS) {
         for (int b = 0; b < BLOCKS && s->contact.sliding; b++) {
-            lanes_t chi[MOST_WHEELS];
+            lanes_t chi[MAX_WHEELS];
             for (int i = 0; i < wheels; i++)
                 chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
             forces_in_corners(s, wheels, b, chi);
@@ -505,17 +505,17 @@ static void find_directions(step_t *s, const int wheels)
 }
 
 /* What contacts do at the nodes in vector b, from the last evaluation there: of those that stick how much of their
- * friction is taken, squared, less 1; of those that slip the rates of the slip. */
+ * friction they use, squared, less 1; of those that slip the rates of the slip. */
 ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at)
 {
     for (int i = 0; i < wheels; i++) {
         const lanes_t *const force = at->ground_force + 2*i;
-        lanes_t taken = -load_squared(s, i, load_at(s, i, b));
+        lanes_t excess = -load_squared(s, i, load_at(s, i, b));
         for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
             const lanes_t part = force[k]*s->contact.per_reach[2*i + k];
-            taken += part*part;
+            excess += part*part;
             s->slip.rate[2*i + k].lanes[b] = at->slip_dot[2*i + k];
         }
-        s->slip.excess[i].lanes[b] = taken;
+        s->slip.excess[i].lanes[b] = excess;
     }
 }

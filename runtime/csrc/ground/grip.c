@@ -1,16 +1,16 @@
 /* Contacts that stick on the ground or slip on it under Coulomb's friction: a mode for each. */
-#define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
-#define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
-#define MOST_LEFT 0.2               /* and at most                                                           */
+#define REMAINDER 0.1               /* of the way to rest: behind the first step whose direction turns      */
+#define MIN_REMAINDER 0.02          /* the same behind later ones, at least                                  */
+#define MAX_REMAINDER 0.2           /* and at most                                                           */
 #define AIM 0.3                     /* of the error allowed: what a step towards rest is to miss             */
 #define EASIEST_TURN 6              /* the power of its length with which a step misses less, at least       */
-#define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
+#define TURNS_AWAY 0.01             /* of the tolerance: what may remain of a slip whose direction has turned  */
 #define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
-#define LEFT_BY_SWEEPS 16           /* times what sweeps leave of nu: from its direction a slip differs by no more,     */
+#define RESIDUAL_OF_SWEEPS 16       /* times what sweeps leave of nu: from its direction a slip differs by no more,     */
 #define SAME 1e-3                   /* or by this in rad,                                                      */
 #define NO_OTHER 100                /* and so many times what is rounding of it, where it is slow           */
 #define MUCH_LATER 2                /* times the time to the first rest                                     */
-#define LEFT_OF (1.0/16)            /* of the largest rounding: of what is left of larger speeds            */
+#define ROUNDING_OF_SPEED (1.0/16)  /* of the rounding of the largest speeds: what smaller ones are rounded by at least */
 
 /* Loads and coefficients of the contacts, as kernels take them. */
 static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
@@ -27,7 +27,7 @@ static void find_loads(const omniroll_run_t *run, const work_t *work)
 {
     if (!SET_LOADS_FOLLOW)
         return;
-    lanes_t tilt[3], tilt_rate[3], presses[MOST_WHEELS], load[MOST_WHEELS], margin[MOST_WHEELS], rise[MOST_WHEELS];
+    lanes_t tilt[3], tilt_rate[3], presses[MAX_WHEELS], load[MAX_WHEELS], margin[MAX_WHEELS], rise[MAX_WHEELS];
     for (int k = 0; k < 3; k++) {
         tilt[k] = lanes_of(run->state.core[tilt_at(run->wheels) + k]);
         tilt_rate[k] = lanes_of(run->state.core[tilt_rates_at(run->wheels) + k]);
@@ -52,7 +52,7 @@ static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step
     s->sprung.h = 0;
     for (int first = 0; first < 6; first += LANES - 1) {
         instant_t now;
-        lanes_t load[MOST_WHEELS], push[2*MOST_WHEELS], rates[6 + 2*MOST_WHEELS], *const nu_dot = rates + 3;
+        lanes_t load[MAX_WHEELS], push[2*MAX_WHEELS], rates[6 + 2*MAX_WHEELS], *const nu_dot = rates + 3;
         at_this_instant(run, work, wheels, &now);
         for (int lane = 1; lane < LANES && first + lane - 1 < 6; lane++)
             work->core_here[first_number + first + lane - 1][lane] += TILT_MOVES;
@@ -61,7 +61,7 @@ static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step
         for (int k = 0; k < 2*wheels; k++)
             if (slides(run, k/2))
                 now.arrays.ground_push[k] = push[k];
-        core_rates_there(wheels, &now.point, nu_dot);
+        core_rates_at(wheels, &now.point, nu_dot);
         memcpy(rates, work->core_dot + first_number, 3*sizeof *rates);
         memcpy(rates + 6, work->core_dot, sizeof *rates*(size_t)coupled_size(wheels));
         for (int lane = 1; lane < LANES && first + lane - 1 < 6; lane++)
@@ -83,12 +83,12 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
 }
 
 /* What slips are rounded against that these speeds make, in m/s: those within it are zero. Where wheels may stand, the
- * speeds are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
+ * speeds are differences of larger ones, and have the residual of the iteration at the nodes in them. */
 static double rounding_of_speeds(const omniroll_run_t *run, double speeds)
 {
     if (may_stand(core_bearings(run), run->bearings.core_count)) {
-        const double left = run->task.sweep_tolerance*fmax(run->task.speed, run->past.fastest)*run->ground.arms[0];
-        return fmax(left, SLIP_AT_REST*EPS*fmax(speeds, LEFT_OF*run->hold.speed));
+        const double residual = run->task.sweep_tolerance*fmax(run->task.speed, run->past.fastest)*run->ground.arms[0];
+        return fmax(residual, SLIP_AT_REST*EPS*fmax(speeds, ROUNDING_OF_SPEED*run->hold.speed));
     }
     return SLIP_AT_REST*EPS*speeds;
 }
@@ -103,7 +103,7 @@ static double slip_rounding(const omniroll_run_t *run, int contact)
 static void slips_now(const omniroll_run_t *run, const work_t *work, double *slip)
 {
     instant_t now;
-    lanes_t found[2*MOST_WHEELS];
+    lanes_t found[2*MAX_WHEELS];
     at_this_instant(run, work, run->wheels, &now);
     slips_of(run->wheels, &work->vehicle, now.point.nu, now.point.chi, now.point.core, found);
     for (int k = 0; k < 2*run->wheels; k++)
@@ -113,7 +113,7 @@ static void slips_now(const omniroll_run_t *run, const work_t *work, double *sli
 /* The speeds of wheels that roll, put where contacts rest, or with `sticking` where they stick. */
 static void roll(omniroll_run_t *run, const work_t *work, int sticking)
 {
-    lanes_t nu[3], chi[MOST_WHEELS], speeds[MOST_WHEELS];
+    lanes_t nu[3], chi[MAX_WHEELS], speeds[MAX_WHEELS];
     state_in_lanes(run, nu, chi);
     rolling_wheels(run->wheels, &work->vehicle, nu, chi, speeds);
     for (int i = 0; i < run->wheels; i++)
@@ -137,7 +137,7 @@ static int goes_along(const double *slip, const double *direction, double roundi
 /* Contacts whose slip is zero within rounding rest; the others have its direction. */
 static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 {
-    double slip[2*MOST_WHEELS] = {0};
+    double slip[2*MAX_WHEELS] = {0};
     int all = 1;
     for (int i = 0; i < run->wheels; i++)
         all &= run->ground.grips[i].resting;
@@ -160,12 +160,12 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 static double excess_now(const omniroll_run_t *run, const work_t *work, int contact)
 {
     const omniroll_grip_t *const grip = run->ground.grips + contact;
-    double taken = -(grip->load/grip->at_rest)*(grip->load/grip->at_rest);
+    double excess = -(grip->load/grip->at_rest)*(grip->load/grip->at_rest);
     for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
         const double part = work->ground_force[2*contact + k][0]/(grip->at_rest*grip->staying[k]);
-        taken += part*part;
+        excess += part*part;
     }
-    return taken;
+    return excess;
 }
 
 /* Where a contact goes, as rows have it: which tells those whose massless rollers turn. */
@@ -212,7 +212,7 @@ static void contacts_have_switched(omniroll_run_t *run, const int *directions)
 }
 
 /* Whether the mode of a contact ends at the end of a step that ends where a contact's does. A slip that has kept its
- * direction up to there rests with no more than may be left across it. */
+ * direction up to there rests with no more than may remain across it. */
 static int ends_mode(const step_t *s, int i)
 {
     double rate;
@@ -221,34 +221,34 @@ static int ends_mode(const step_t *s, int i)
     const double value = change_at_end(s, i, &rate);
     if (s->event.landing == s->wheels + s->event.guards + i)
         return 1;
-    const double left = s->contact.keeps[i] ? s->contact.residual_slip[i] : s->slip.noise[i];
-    return rate > 0 && value > -(s->contact.slides[i] ? left : grip_noise(s, value, GRIP_PASSED));
+    const double allowed = s->contact.keeps[i] ? s->contact.residual_slip[i] : s->slip.noise[i];
+    return rate > 0 && value > -(s->contact.slides[i] ? allowed : grip_noise(s, value, GRIP_PASSED));
 }
 
 /* Whether a contact goes on in the direction that the step has found, into `found`, and not in that of its slip (2,),
  * from which it differs by rounding. The forces of contacts that share their motion balance in the former, and a slip
- * that has just begun is little but rounding and what sweeps have left. One that has kept its direction may have left as
- * much across it as is left along it, where others come to rest with it. */
+ * that has just begun is little but rounding and the residual of sweeps. One that has kept its direction may have as
+ * much across it as along it, where others come to rest with it. */
 static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double *found)
 {
     if (SET_STANDS && SET_ROLLERS_TURN && s->contact.keeps[i])
         return 1;
     const double size = length_of(slip, 2);
     const double same = fmin(SAME*size, NO_OTHER*s->slip.noise[i]);
-    const double left = turned_together(s, i) ? 0 : fmax(LEFT_BY_SWEEPS*s->rest*run->ground.arms[0], same);
+    const double residual = turned_together(s, i) ? 0 : fmax(RESIDUAL_OF_SWEEPS*s->rest*run->ground.arms[0], same);
     if (!turned_together(s, i) && !(size < far_from_noise(s)*s->slip.noise[i]))
         return 0;
     for (int k = 0; k < 2; k++)
         found[k] = weighted(&s->slip.toward[2*i + k], &gauss_end);
     const double length = sqrt(found[0]*found[0] + found[1]*found[1]);
     found[0] /= length, found[1] /= length;
-    return goes_along(slip, found, ALONG*EPS*(speeds_of_slip(run, i) + s->h*s->contact.friction_makes) + left);
+    return goes_along(slip, found, ALONG*EPS*(speeds_of_slip(run, i) + s->h*s->contact.friction_makes) + residual);
 }
 
 static int forbid(omniroll_run_t *run, const work_t *work);
 
 /* A wheel that comes to rest on the ground and rests in its bearing has no slip in the row, as one that turns has none:
- * nu loses what makes it. What the iteration has left there would be a slip that goes back. */
+ * nu loses what makes it. The residual of the iteration there would be a slip that goes back. */
 static void stand_at_end(omniroll_run_t *run, const work_t *work)
 {
     int comes_to_rest = 0;
@@ -258,10 +258,10 @@ static void stand_at_end(omniroll_run_t *run, const work_t *work)
         roll(run, work, 0);
 }
 
-/* A step has been taken. */
+/* A step has been accepted. */
 static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    double slip[2*MOST_WHEELS];
+    double slip[2*MAX_WHEELS];
     int ended = 0;
     find_loads(run, work);
     roll(run, work, 1);
@@ -293,8 +293,8 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
 /* A step begins: the modes, and what forces do to slips. */
 static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    int contacts[MOST_WHEELS];
-    double without[2*MOST_WHEELS];
+    int contacts[MAX_WHEELS];
+    double without[2*MAX_WHEELS];
     s->contact.responding = 0;
     s->contact.load = work->load, s->contact.friction = work->friction, s->contact.response = work->response;
     s->contact.friction_makes = run->ground.friction, s->contact.friction_force = run->ground.typical;
@@ -328,7 +328,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     if (s->contact.turning) {
         const at_rest_t slipping = {.contacts = s->contact.responding, .count = s->contact.responding, .which = contacts};
         elements_t response = *work->problem;
-        lanes_t given[2*MOST_WHEELS], yield[MOST_WHEELS];
+        lanes_t given[2*MAX_WHEELS], yield[MAX_WHEELS];
         response.matrix = work->response, response.given = without, response.width = 2 - SET_FIRST_DIRECTION;
         response.count = response.wide = s->contact.responding;
         forces_now(run, work, given, yield);
@@ -355,19 +355,19 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
     forces_in_directions(s, wheels);
 }
 
-/* How many times less the polynomials of a step miss that leaves this part of the way to rest than of one that comes
+/* How many times less the polynomials of a step miss that stops this part of the way before rest than of one that comes
  * there. They converge like those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
-ALWAYS_INLINE double gained_before_rest(double left)
+ALWAYS_INLINE double gained_before_rest(double remainder)
 {
-    const double root = sqrt(fmin(left, MOST_LEFT));
+    const double root = sqrt(fmin(remainder, MAX_REMAINDER));
     return pow((1 + root)/(1 - root), NODES);
 }
 
-/* The part of the way to rest that a step is to leave. `error`: over what is allowed, of a step that came there. */
-ALWAYS_INLINE double left_before_rest(double error)
+/* The part of the way to rest before which a step is to stop. `error`: over what is allowed, of a step that came there. */
+ALWAYS_INLINE double remainder_before_rest(double error)
 {
     const double ellipse = pow(fmax(error/AIM, 1), 1.0/NODES), root = (ellipse - 1)/(ellipse + 1);
-    return fmax(LEAST_LEFT, fmin(root*root, MOST_LEFT));
+    return fmax(MIN_REMAINDER, fmin(root*root, MAX_REMAINDER));
 }
 
 /* The error of a step towards rest, over that allowed, as if it had come there. */
@@ -378,11 +378,11 @@ ALWAYS_INLINE double error_at_rest(const step_t *s, double error)
 
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
  * without end. Each step makes a part of the way, so that the slip falls geometrically. Where the direction has next to
- * nothing left to turn, the slip keeps it up to rest. */
+ * nothing more to turn, the slip keeps it up to rest. */
 static double longest_before_rest(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     const double speed = fmax(fmax(largest3(s->nu), run->task.speed), run->past.fastest);
-    double time[MOST_WHEELS], first = INFINITY;
+    double time[MAX_WHEELS], first = INFINITY;
     s->contact.rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
         s->contact.keeps[i] = 0, time[i] = INFINITY;
@@ -390,14 +390,14 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
             continue;
         const double *const slip = s->slip.start + 2*i, *const towards = run->ground.grips[i].towards;
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
-        const double left = slip[0]*towards[0] + slip[1]*towards[1];
+        const double along = slip[0]*towards[0] + slip[1]*towards[1];
         const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
         s->contact.residual_slip[i] = fmax(TURNS_AWAY*run->task.tolerance*speed*run->ground.arms[0], s->slip.noise[i]);
-        if (!(falls > s->contact.settles && left > 0))
+        if (!(falls > s->contact.settles && along > 0))
             continue;
-        s->contact.keeps[i] = !s->contact.strays && fabs(across)*left <= falls*s->contact.residual_slip[i];
-        if (s->contact.keeps[i] || left > s->slip.noise[i])
-            time[i] = left/falls;
+        s->contact.keeps[i] = !s->contact.strays && fabs(across)*along <= falls*s->contact.residual_slip[i];
+        if (s->contact.keeps[i] || along > s->slip.noise[i])
+            time[i] = along/falls;
         first = fmin(first, time[i]);
     }
     for (int i = 0; i < wheels; i++) {
@@ -405,14 +405,14 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
         if (!s->contact.keeps[i] && time[i] < s->contact.rest_in)
             s->contact.rest_in = time[i], s->contact.rests = i;
     }
-    return (1 - (run->past.rest_error > 0 ? left_before_rest(run->past.rest_error) : LEFT))*s->contact.rest_in;
+    return (1 - (run->past.rest_error > 0 ? remainder_before_rest(run->past.rest_error) : REMAINDER))*s->contact.rest_in;
 }
 
 /* The length of the next try after a step towards a rest that missed too much: by what this tells about the rest, and
  * where that has not been enough, by how much less the last try missed than the one before. */
 static double farther_from_rest(const step_t *s, double error, const tried_t *before)
 {
-    double part = (1 - left_before_rest(error_at_rest(s, error)))*s->contact.rest_in/s->h;
+    double part = (1 - remainder_before_rest(error_at_rest(s, error)))*s->contact.rest_in/s->h;
     if (before->error < INFINITY && s->h < before->h) {
         const double power = log(before->error/error)/log(before->h/s->h);
         part = pow(AIM/error, 1/fmax(power, EASIEST_TURN));
@@ -445,7 +445,7 @@ static int has_strayed(const step_t *s, const int wheels)
 }
 
 /* Whether a step ends at a rest on whose way a direction turns, sooner than was expected: the last turn is then behind its
- * last node, and something of the slip is left across the direction there. */
+ * last node, and something of the slip remains across the direction there. */
 static int rests_early(const step_t *s, const int wheels)
 {
     const int i = s->event.landing - wheels - s->event.guards;

@@ -1,6 +1,6 @@
 /* How much wheels that stand use of what contacts and bearings can hold, and the forces that use least. friction/ finds
  * these where there are many; where they are determined each gauge by itself is its use. */
-#define MOST_STANDING MOST_BEARINGS         /* forces: two of a wheel                                           */
+#define MAX_STANDING MAX_BEARINGS           /* forces: two of a wheel                                           */
 #define INSIDE 1e-9                         /* below 1: a use that leaves forces to choose                      */
 #define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
 #define NO_TORQUE 1e-300                    /* N m, where no bearing takes anything                             */
@@ -11,10 +11,10 @@ ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const demand_t *n
     return standing->direction[d] ? -standing->radius : now->arm[standing->wheel[d]];
 }
 
-/* What its bearing can hold, in N m; and what it is asked for where the ground takes nothing in this direction. */
+/* What its bearing can hold, in N m; and the demand on it where the ground takes nothing in this direction. */
 ALWAYS_INLINE double bound_of_bearing(const standing_t *standing, int d)
 {
-    return fmax(standing->holding[d], LEAST_REACH*standing->most_holding + NO_TORQUE);
+    return fmax(standing->holding[d], LEAST_REACH*standing->max_holding + NO_TORQUE);
 }
 
 ALWAYS_INLINE double demand_on_bearing(const standing_t *standing, int d, const demand_t *now)
@@ -83,7 +83,7 @@ static double *new_equality(elements_t *c, int rows, double wanted)
     return row;
 }
 
-/* The torques of bearings of wheels that roll: contacts take what they are asked for. They give the force on nu, along the
+/* The torques of bearings of wheels that roll: contacts take the demand on them. They give the force on nu, along the
  * first axes of its span. */
 static int put_torques(const standing_t *standing, const demand_t *now)
 {
@@ -103,7 +103,7 @@ static int put_torques(const standing_t *standing, const demand_t *now)
     return rows;
 }
 
-/* The forces of contacts, then the torques of bearings. They hold what is asked for; what a contact takes across the
+/* The forces of contacts, then the torques of bearings. They balance the demand; what a contact takes across the
  * direction in which its wheel stands is given. `place`: of the force in each direction. */
 static int put_forces_and_torques(const standing_t *standing, const demand_t *now, int *place)
 {
@@ -146,18 +146,18 @@ static friction_problem_t problem_of_use(const standing_t *standing, const deman
     };
 }
 
-/* Whether no other forces hold what is asked for than those of least norm. */
+/* Whether no other forces balance the demand than those of least norm. */
 static int is_determinate(const standing_t *standing)
 {
     vector3_t basis[3];
     return span_of(&standing->rows, basis) == standing->count;
 }
 
-/* The least use of what is asked for, and such forces. */
+/* The least use for a demand, and the forces that have it. */
 static double least_use(const standing_t *standing, const demand_t *now, double *forces)
 {
     friction_solution_t found;
-    int place[MOST_STANDING];
+    int place[MAX_STANDING];
     least_norm(&standing->rows, now->force, forces, 0);
     if (is_determinate(standing))
         return largest_use(standing, now, forces);
@@ -168,14 +168,14 @@ static double least_use(const standing_t *standing, const demand_t *now, double 
     return largest_use(standing, now, forces);
 }
 
-/* By how much the least use, which has just been found with its forces, is less where `before` is asked for, a little
+/* By how much the least use, which has just been found with its forces, is less where the demand is `before`, a little
  * before `now`. */
 static double use_less_before(const standing_t *standing, const demand_t *now, const demand_t *before, double use)
 {
     elements_t *const c = standing->problem;
     friction_solution_t found;
-    double forces[MOST_STANDING], change[3 + 2*MOST_STANDING];
-    int place[MOST_STANDING];
+    double forces[MAX_STANDING], change[3 + 2*MAX_STANDING];
+    int place[MAX_STANDING];
     if (is_determinate(standing) || !(use > 0 && use < INFINITY))
         return use - least_use(standing, before, forces);
     const int rows = problem_of_use(standing, before, place, &found).rows;
@@ -188,13 +188,13 @@ static double use_less_before(const standing_t *standing, const demand_t *now, c
     return friction_use_rate(&problem, c->memory, change);
 }
 
-/* The motion in which bearings of wheels that roll can take least of what is asked for: the slopes of the least use by
+/* The motion in which bearings of wheels that roll can take least of the demand: the slopes of the least use by
  * the force on nu. */
 static void motion_of_use(const standing_t *standing, const demand_t *now, double *motion)
 {
     vector3_t basis[3];
     friction_solution_t found;
-    int place[MOST_STANDING];
+    int place[MAX_STANDING];
     const friction_problem_t problem = problem_of_use(standing, now, place, &found);
     const int rank = span_of(&standing->rows, basis);
     friction_least_use(&problem, standing->problem->memory, &found);
@@ -209,7 +209,7 @@ static void motion_of_use(const standing_t *standing, const demand_t *now, doubl
  * date. */
 static int uses_little(const standing_t *standing, const demand_t *now, const double *forces)
 {
-    double missing[MOST_STANDING], updated[MOST_STANDING];
+    double missing[MAX_STANDING], updated[MAX_STANDING];
     vector3_t force;
     memcpy(force, now->force, sizeof force);
     for (int pass = 0; pass < 2; pass++) {              /* of least norm, then near the last ones               */
@@ -224,12 +224,12 @@ static int uses_little(const standing_t *standing, const demand_t *now, const do
     return 0;
 }
 
-/* The forces of least norm that use nothing up; where nothing is left to choose, those of the least use. What bearings
+/* The forces of least norm that use nothing up; where there is no choice, those of the least use. What bearings
  * take of them has no part in the norm. */
 static void least_norm_within(const standing_t *standing, const demand_t *now, double *forces)
 {
     friction_solution_t found;
-    int place[MOST_STANDING];
+    int place[MAX_STANDING];
     least_norm(&standing->rows, now->force, forces, 0);
     if (largest_use(standing, now, forces) <= 1)
         return;

@@ -5,7 +5,7 @@
 /* Loads in some states, from the core beside nu. */
 ALWAYS_INLINE void loads_in_state(const step_t *s, const int wheels, const lanes_t *core, lanes_t *load)
 {
-    lanes_t presses[MOST_WHEELS], margin[MOST_WHEELS], rise[MOST_WHEELS];
+    lanes_t presses[MAX_WHEELS], margin[MAX_WHEELS], rise[MAX_WHEELS];
     for (int i = 0; i < wheels; i++)
         load[i] = s->contact.load[i], presses[i] = lanes_of(s->contact.presses[i]);
     if (SET_LOADS_FOLLOW)
@@ -17,7 +17,7 @@ ALWAYS_INLINE void loads_in_state(const step_t *s, const int wheels, const lanes
 /* The loads at the nodes, from the states there. */
 ALWAYS_INLINE void loads_at_nodes(step_t *s, const int wheels)
 {
-    lanes_t load[MOST_WHEELS];
+    lanes_t load[MAX_WHEELS];
     for (int b = 0; b < BLOCKS; b++) {
         loads_in_state(s, wheels, core_at(s, b), load);
         for (int i = 0; i < wheels; i++)

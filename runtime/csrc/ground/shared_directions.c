@@ -33,7 +33,7 @@ static void response_to_other(step_t *s, const int wheels, int i, int j, nodes_t
 /* The rows of contact i's slip across its directions: what turns of all these contacts take away. */
 static void put_shared_rows(step_t *s, const int wheels, int i, const int *contact, int count, nodes_t **row)
 {
-    nodes_t response[2*MOST_WHEELS];
+    nodes_t response[2*MAX_WHEELS];
     for (int q = 0; q < count; q++)
         response_to_other(s, wheels, i, contact[q], response + 2*q);
     for (int m = 0; m < NODES; m++) {
@@ -78,7 +78,7 @@ static void turns_together(step_t *s, const int wheels, const int *contact, int 
 /* New directions of these contacts, and their forces. */
 static void find_shared_directions(step_t *s, const int wheels)
 {
-    int contact[MOST_WHEELS];
+    int contact[MAX_WHEELS];
     const int count = sharing_contacts(s, wheels, contact);
     memset(s->slip.turned_together, 0, sizeof s->slip.turned_together);
     if (count)

@@ -6,7 +6,7 @@
  * rest moves by as much as the length has, one sweep later, and length and rates go around each other. So rates and
  * directions go along with their nodes: they are the polynomials' values at the new instants, and a change of the
  * length misses d^2 alone. */
-#define MOST_MOVED 0.1              /* of the length: along a longer way tangents say little                */
+#define MAX_MOVED 0.1               /* of the length: along a longer way tangents say little                */
 
 /* How much values at the nodes change as the length of the step grows by this part of it. */
 static nodes_t moved_along(const nodes_t *values, double grows)
@@ -39,7 +39,7 @@ static void move_directions(step_t *s, int i, double grows)
 static void move_nodes(step_t *s, const int wheels, double length)
 {
     const double grows = length/s->h - 1;
-    if (!s->contact.turning || !(fabs(grows) > EPS && fabs(grows) < MOST_MOVED))
+    if (!s->contact.turning || !(fabs(grows) > EPS && fabs(grows) < MAX_MOVED))
         return;
     for (int k = 0; k < 3; k++)
         move_rate(s->rate_nu + k, grows);

@@ -11,7 +11,7 @@ ALWAYS_INLINE omniroll_bearing_t *bearing_in_direction(const omniroll_run_t *run
 /* The directions in which wheels stand: those in which contact and bearing stick, or with `resting` rest. */
 static void find_standing(const omniroll_run_t *run, const work_t *work, int resting, bearings_t *rows)
 {
-    vector3_t all[2*MOST_WHEELS];
+    vector3_t all[2*MAX_WHEELS];
     rows->count = 0;
     rows_in_directions(run, work, all);
     for (int k = 0; k < 2*run->wheels; k++) {
@@ -31,13 +31,13 @@ static void stand(omniroll_run_t *run, const work_t *work)
 {
     standing_t *const standing = work->standing;
     find_standing(run, work, 0, &standing->rows);
-    standing->count = 0, standing->most_holding = standing->rounding = 0;
+    standing->count = 0, standing->max_holding = standing->rounding = 0;
     standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
     memset(standing->size, 0, sizeof standing->size);
     for (int k = 0; k < run->bearings.core_count; k++) {
         standing->has_part[k] = 0;
-        standing->most_holding = fmax(standing->most_holding, core_bearings(run)[k].holding);
+        standing->max_holding = fmax(standing->max_holding, core_bearings(run)[k].holding);
     }
     for (int k = 0; k < 2*run->wheels; k++) {
         standing->of_ground[k] = run->ground.grips[k/2].load*run->ground.grips[k/2].staying[k%2];
@@ -66,7 +66,7 @@ static int forbid(omniroll_run_t *run, const work_t *work)
     return forbid_rates(run, &both);
 }
 
-/* What the rate of a bearing is rounded against at least, in rad/s: what is left of the largest speeds. */
+/* What the rate of a bearing is rounded against at least, in rad/s: a rounding of the largest speeds. */
 ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, int k, double least_arm)
 {
     return run->hold.speed/(k < work->states.rollers_at ? run->ground.arms[2] : least_arm);
@@ -87,7 +87,7 @@ static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_
 
 static double least_arm_now(const omniroll_run_t *run, const work_t *work)
 {
-    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], least = INFINITY;
+    double arm[MAX_WHEELS], per_chi[MAX_WHEELS], least = INFINITY;
     if (!SET_ROLLERS_TURN)
         return least;
     find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->state.chi, arm, per_chi);
@@ -151,12 +151,12 @@ static void keep_contacts_at_rest(omniroll_run_t *run, const int *rested)
         run->ground.grips[i].resting |= rested[i] && rollers[i].resting;
 }
 
-/* ---- what is asked for ---------------------------------------------------------------------------------------- */
+/* ---- the demand ------------------------------------------------------------------------------------------------ */
 
 /* What the last evaluation at an instant says. */
 static void demand_now(const omniroll_run_t *run, const work_t *work, demand_t *now)
 {
-    double per_chi[MOST_WHEELS];
+    double per_chi[MAX_WHEELS];
     const standing_t *const standing = work->standing;
     memset(now, 0, sizeof *now);
     for (int k = 0; k < 3; k++)
@@ -178,7 +178,7 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
         bearing->torque = bearing->mode ? -bearing->mode*bearing->sliding : work->states.holding[k][0];
     }
     if (standing->count) {
-        double forces[MOST_STANDING];
+        double forces[MAX_STANDING];
         memcpy(forces, standing->used_by, sizeof forces);
         if (!used_up)
             least_norm_within(standing, now, forces);
@@ -194,19 +194,19 @@ static void find_all_torques(const omniroll_run_t *run, const work_t *work, cons
 /* Of rollers that stick and whose contacts slip, in a row: by its slips, and its headings by these, too. */
 static void find_torques_in_row(omniroll_run_t *run, const work_t *work)
 {
-    double pair[2*MOST_WHEELS], asked[MOST_WHEELS];
-    lanes_t toward[2*MOST_WHEELS];
+    double pair[2*MAX_WHEELS], demand[MAX_WHEELS];
+    lanes_t toward[2*MAX_WHEELS];
     slips_now(run, work, pair);
     for (int i = 0; i < run->wheels; i++) {
-        const double speeds = fmax(speeds_of_slip(run, i), LEFT_OF*run->hold.speed);
+        const double speeds = fmax(speeds_of_slip(run, i), ROUNDING_OF_SPEED*run->hold.speed);
         const int says = length_of(pair + 2*i, 2) > SLIP_AT_REST*EPS*speeds;
         for (int k = 2*i; k < 2*i + 2; k++)
             toward[k] = lanes_of(says ? pair[k] : run->ground.grips[i].towards[k - 2*i]);
     }
-    demand_on_rollers(run, work, toward, asked);
+    demand_on_rollers(run, work, toward, demand);
     for (int i = 0; i < run->wheels; i++)
         if (slides(run, i) && !roller_mode(run, i)) {
-            in_series(run, work)[i].torque = asked[i];
+            in_series(run, work)[i].torque = demand[i];
             run->acts.inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(toward[2*i + 1][0], toward[2*i][0]);
         }
 }

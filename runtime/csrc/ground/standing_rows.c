@@ -6,7 +6,7 @@ static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector
 {
     for (int k = 0; k < 3; k++) {
         const lanes_t nu[3] = {lanes_of(k == 0), lanes_of(k == 1), lanes_of(k == 2)};
-        lanes_t speeds[MOST_WHEELS];
+        lanes_t speeds[MAX_WHEELS];
         rolling_wheels(run->wheels, &work->vehicle, nu, 0, speeds);
         for (int i = 0; i < run->wheels; i++)
             rows[i][k] = speeds[i][0];
@@ -25,7 +25,7 @@ ALWAYS_INLINE int place_in_direction(const omniroll_run_t *run, int direction)
 /* What a unit force on each wheel in each direction does to nu, in some unit. */
 static void rows_in_directions(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
 {
-    vector3_t of_wheels[MOST_WHEELS];
+    vector3_t of_wheels[MAX_WHEELS];
     rows_of_wheels(run, work, of_wheels);
     for (int i = 0; i < run->wheels; i++) {
         const int roller = place_in_direction(run, 2*i);

@@ -1,7 +1,7 @@
 /* Massless rollers that stick beside contacts that stick: what the bearing takes cuts a strip out of the ground's
  * ellipse (maxima/effects/contact_strip.mac). What the state says of both. */
 
-/* Rollers that rest stick so far. One that has come to rest at this instant takes what it is asked for there, which is
+/* Rollers that rest stick so far. One that has come to rest at this instant takes the demand on it there, which is
  * its sliding torque as near as the event is located: until that is known its size is infinite. */
 static void stop_in_modes(const omniroll_run_t *run, const work_t *work)
 {
@@ -16,26 +16,26 @@ static void stop_in_modes(const omniroll_run_t *run, const work_t *work)
 }
 
 /* The torques of rollers that stick and whose contacts slip along these directions. */
-static void demand_on_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *asked)
+static void demand_on_rollers(const omniroll_run_t *run, const work_t *work, const lanes_t *toward, double *demand)
 {
-    double arm[MOST_WHEELS], per_chi[MOST_WHEELS];
-    lanes_t force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
+    double arm[MAX_WHEELS], per_chi[MAX_WHEELS];
+    lanes_t force[2*MAX_WHEELS], slope[4*MAX_WHEELS];
     find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->state.chi, arm, per_chi);
     set_sliding_forces(run->wheels, &work->vehicle, toward, work->load, work->friction, force, slope);
     (void)slope;
     for (int i = 0; i < run->wheels; i++)
-        asked[i] = arm[i]*force[2*i][0];
+        demand[i] = arm[i]*force[2*i][0];
 }
 
 /* A roller whose contact slips turns if it cannot stick. */
-static void turn_in_series(omniroll_bearing_t *roller, double asked)
+static void turn_in_series(omniroll_bearing_t *roller, double demand)
 {
     if (roller->size == INFINITY)
-        roller->size = fabs(asked);
-    const double most = bound_of(roller), beyond = fabs(asked) - most;
-    if (!(beyond > PASSED*rounding_of_holding(asked, most)) && !roller->released)
+        roller->size = fabs(demand);
+    const double bound = bound_of(roller), beyond = fabs(demand) - bound;
+    if (!(beyond > PASSED*rounding_of_holding(demand, bound)) && !roller->released)
         return;
-    roller->mode = asked > 0 ? -1 : 1;
+    roller->mode = demand > 0 ? -1 : 1;
     roller->resting = 0;
 }
 
@@ -43,27 +43,27 @@ static void turn_in_series(omniroll_bearing_t *roller, double asked)
  * their slips. */
 static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
 {
-    double pair[2*MOST_WHEELS], asked[MOST_WHEELS];
-    lanes_t toward[2*MOST_WHEELS];
-    int still[MOST_WHEELS];
+    double pair[2*MAX_WHEELS], demand[MAX_WHEELS];
+    lanes_t toward[2*MAX_WHEELS];
+    int at_rest[MAX_WHEELS];
     slips_now(run, work, pair);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->ground.grips + i;
         const double size = length_of(pair + 2*i, 2);
-        still[i] = size <= slip_rounding(run, i);
-        if (still[i])
+        at_rest[i] = size <= slip_rounding(run, i);
+        if (at_rest[i])
             stop_on_disk(in_series(run, work) + i);
         for (int k = 0; k < 2; k++) {
-            grip->towards[k] = still[i] ? grip->towards[k] : pair[2*i + k]/size;
+            grip->towards[k] = at_rest[i] ? grip->towards[k] : pair[2*i + k]/size;
             toward[2*i + k] = lanes_of(grip->towards[k]);
         }
     }
-    demand_on_rollers(run, work, toward, asked);
+    demand_on_rollers(run, work, toward, demand);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->ground.grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;
-        if (roller->resting && grip->carries && !grip->resting && !still[i])
-            turn_in_series(roller, asked[i]);
+        if (roller->resting && grip->carries && !grip->resting && !at_rest[i])
+            turn_in_series(roller, demand[i]);
         if (roller->size == INFINITY)
             roller->size = 0;
     }
@@ -73,7 +73,7 @@ static void find_resting_pairs(omniroll_run_t *run, const work_t *work)
         pair[2*i] = turns ? 0 : pair[2*i];
         const double size = length_of(pair + 2*i, 2);
         const int rolls = turns && size <= slip_rounding(run, i);
-        grip->resting = (grip->resting || still[i] || rolls) && grip->carries;
+        grip->resting = (grip->resting || at_rest[i] || rolls) && grip->carries;
         for (int k = 0; k < 2 && !grip->resting && in_series(run, work)[i].mode; k++)
             grip->towards[k] = pair[2*i + k]/size;
     }

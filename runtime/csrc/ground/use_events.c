@@ -8,14 +8,14 @@
 static void find_arms(const int wheels, const vehicle_t *vehicle, const standing_t *standing, const double *joint,
                       const double *chi, double *arm, double *per_chi)
 {
-    double nearer[MOST_WHEELS], inside[MOST_WHEELS];
+    double nearer[MAX_WHEELS], inside[MAX_WHEELS];
     if (!SET_ROLLERS_TURN && !SET_ROLLERS_STICK) {
         memset(arm, 0, sizeof *arm*(size_t)wheels), memset(per_chi, 0, sizeof *per_chi*(size_t)wheels);
         return;
     }
     for (int i = 0; i < wheels; i++)
         inside[i] = fmax(fmin(chi[i], joint[i]), -joint[i]), nearer[i] = 1, per_chi[i] = 0;
-    if (standing->contact)              /* else no roller sticks, and none is asked for                     */
+    if (standing->contact)              /* else no roller sticks, and there is no demand on one             */
         nearer_at(wheels, vehicle, standing->contact, joint, inside, nearer, per_chi);
     for (int i = 0; i < wheels; i++) {
         arm[i] = standing->arm/nearer[i];
@@ -23,9 +23,9 @@ static void find_arms(const int wheels, const vehicle_t *vehicle, const standing
     }
 }
 
-#define LEFT_BEFORE_STRIP 0.2       /* of the way to where a bearing takes all of the friction: behind a step        */
+#define REMAINDER_BEFORE_STRIP 0.2  /* of the way to where a bearing takes all of the friction: behind a step        */
 
-/* What is left of the ground's friction along a contact's axle beside what its massless roller takes, in N. */
+/* How much more the ground's friction along a contact's axle is than what its massless roller takes, in N. */
 ALWAYS_INLINE double margin_in_corner(const step_t *s, int i, double arm)
 {
     return s->contact.load[i][0]*s->contact.friction[2*i][0] - s->hold.bearing[s->hold.states->rollers_at + i].sliding/arm;
@@ -35,14 +35,14 @@ ALWAYS_INLINE double margin_in_corner(const step_t *s, int i, double arm)
  * friction: a little before that its spin has come to zero. */
 static double longest_in_corners(const step_t *s, const int wheels)
 {
-    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], time = INFINITY;
+    double arm[MAX_WHEELS], per_chi[MAX_WHEELS], time = INFINITY;
     find_arms(wheels, s->vehicle, s->hold.standing, s->joint, s->chi, arm, per_chi);
     for (int i = 0; i < wheels; i++) {
-        const double taken = s->hold.bearing[s->hold.states->rollers_at + i].sliding/arm[i];
-        const double left = margin_in_corner(s, i, arm[i]);
-        const double rises = -taken/arm[i]*per_chi[i]*s->start_core[rates_at(wheels) + i];
-        if (s->contact.corner[i] && left > 0 && rises > 0)
-            time = fmin(time, (1 - LEFT_BEFORE_STRIP)*left/rises);
+        const double axial = s->hold.bearing[s->hold.states->rollers_at + i].sliding/arm[i];
+        const double margin = margin_in_corner(s, i, arm[i]);
+        const double rises = -axial/arm[i]*per_chi[i]*s->start_core[rates_at(wheels) + i];
+        if (s->contact.corner[i] && margin > 0 && rises > 0)
+            time = fmin(time, (1 - REMAINDER_BEFORE_STRIP)*margin/rises);
     }
     return time;
 }
@@ -50,7 +50,7 @@ static double longest_in_corners(const step_t *s, const int wheels)
 /* Whether one has come to take more than that in a step all the same: 0.5, or 1. */
 static double turn_of_corners(const step_t *s, const int wheels)
 {
-    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], turned = 1;
+    double arm[MAX_WHEELS], per_chi[MAX_WHEELS], turned = 1;
     find_arms(wheels, s->vehicle, s->hold.standing, s->joint, s->end.chi, arm, per_chi);
     for (int i = 0; i < wheels; i++)
         if (s->contact.corner[i] && margin_in_corner(s, i, arm[i]) < 0)
@@ -66,7 +66,7 @@ ALWAYS_INLINE double rounding_of_use(const standing_t *standing, double use)
 /* What standing wheels ask for at the step's end, and its rate there. */
 static void demand_at_end(const step_t *s, const int wheels, demand_t *now, demand_t *change)
 {
-    double per_chi[MOST_WHEELS];
+    double per_chi[MAX_WHEELS];
     for (int k = 0; k < 3; k++) {
         now->force[k] = weighted(&s->hold.force[k], &gauss_end) + s->hold.demand_late.force[k];
         change->force[k] = weighted(&s->hold.force[k], &gauss_end_slope)/s->h;
@@ -85,7 +85,7 @@ static void demand_at_end(const step_t *s, const int wheels, demand_t *now, dema
     }
 }
 
-/* What is asked for the time dt later, at constant rates. */
+/* The demand the time dt later, at constant rates. */
 static void demand_later(const demand_t *now, const demand_t *change, const int wheels, double dt, demand_t *later)
 {
     for (int k = 0; k < 3; k++)
@@ -102,7 +102,7 @@ static void demand_later(const demand_t *now, const demand_t *change, const int 
 static double length_to_use(step_t *s, const int wheels, double length)
 {
     demand_t now, change, before;
-    double forces[MOST_STANDING];
+    double forces[MAX_STANDING];
     if (!s->hold.standing->count)
         return length;
     memset(&now, 0, sizeof now), memset(&change, 0, sizeof change);
@@ -131,10 +131,10 @@ static double length_to_use(step_t *s, const int wheels, double length)
     return reached;
 }
 
-/* What is asked for at a node. */
+/* The demand at a node. */
 static void demand_at_node(const step_t *s, const int wheels, int m, demand_t *now)
 {
-    double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
+    double chi[MAX_WHEELS], per_chi[MAX_WHEELS];
     for (int k = 0; k < 3; k++)
         now->force[k] = s->hold.force[k].node[m];
     for (int k = 0; SET_STANDS && k < 2*wheels; k++)
@@ -148,23 +148,23 @@ static void demand_at_node(const step_t *s, const int wheels, int m, demand_t *n
 }
 
 /* The power that bearings can take in a motion; exactly none of those whose rows are all but across it. */
-static double taken_in_motion(const standing_t *standing, const demand_t *now, const double *motion)
+static double power_of_bearings(const standing_t *standing, const demand_t *now, const double *motion)
 {
-    double taken = 0;
+    double power = 0;
     for (int d = 0; d < standing->count; d++) {
         const double moved = fabs(dot3(standing->rows.rows[d], motion));
         if (moved > PARALLEL*length3(standing->rows.rows[d])*length3(motion))
-            taken += moved*bound_of_bearing(standing, d)/fabs(arm_of(standing, d, now));
+            power += moved*bound_of_bearing(standing, d)/fabs(arm_of(standing, d, now));
     }
-    return taken;
+    return power;
 }
 
-/* Where between the nodes bearings of wheels that roll are asked for more than they take: in the motion in which most is
- * asked for at node `m`, or 1. What they take there is as much as they can, whatever is asked for. */
+/* Where between the nodes the demand on bearings of wheels that roll is more than they take: in the motion in which it is
+ * largest at node `m`, or 1. What they take there is as much as they can, whatever the demand. */
 static double turn_of_motion(const step_t *s, const int wheels, int m)
 {
     demand_t now;
-    double forces[MOST_STANDING], motion[3];
+    double forces[MAX_STANDING], motion[3];
     nodes_t value;
     memset(&now, 0, sizeof now);
     demand_at_node(s, wheels, m, &now);
@@ -174,10 +174,10 @@ static double turn_of_motion(const step_t *s, const int wheels, int m)
     motion_of_use(s->hold.standing, &now, motion);
     for (int k = 0; k < NODES; k++) {
         demand_at_node(s, wheels, k, &now);
-        value.node[k] = dot3(motion, now.force) - taken_in_motion(s->hold.standing, &now, motion);
+        value.node[k] = dot3(motion, now.force) - power_of_bearings(s->hold.standing, &now, motion);
     }
     const double start = dot3(motion, s->hold.demand_start.force)
-        - taken_in_motion(s->hold.standing, &s->hold.demand_start, motion);
+        - power_of_bearings(s->hold.standing, &s->hold.demand_start, motion);
     const nodes_t rate = times(gauss_slope, &value);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY,
                        HELD_NOISE*rounding_of_use(s->hold.standing, use)/USE_ROUNDINGS);
@@ -187,7 +187,7 @@ static double turn_of_motion(const step_t *s, const int wheels, int m)
 static double turn_of_use(const step_t *s, const int wheels)
 {
     demand_t now;
-    double forces[MOST_STANDING], most = MUCH_USED;
+    double forces[MAX_STANDING], largest = MUCH_USED;
     int at = -1;
     memcpy(forces, s->hold.used_by, sizeof forces);
     memset(&now, 0, sizeof now);
@@ -196,7 +196,7 @@ static double turn_of_use(const step_t *s, const int wheels)
         if (SET_HOLDS) {
             least_norm(&s->hold.standing->rows, now.force, forces, 0);
             const double use = largest_use(s->hold.standing, &now, forces);
-            at = use > most ? m : at, most = fmax(most, use);
+            at = use > largest ? m : at, largest = fmax(largest, use);
             continue;
         }
         if (uses_little(s->hold.standing, &now, forces))

@@ -7,7 +7,7 @@
 #define AT_EDGE (SET_IS_COUPLED ? 1e-3 : SET_STANDS && SET_ROLLERS_TURN ? 1e-6 : 1e-9)
 #define ALIKE 0.1                   /* of the tolerance, the same: so far apart wheels are that are alike       */
 #define TOGETHER 1e-12              /* the same of one beside others that have come there at this instant */
-/* What `released` of a contact says: its step has ended there, or it is asked for more than it takes if all stick. */
+/* What `released` of a contact says: its step has ended there, or the demand is more than it takes if all stick.   */
 enum { HAS_ENDED = 1, IS_BEYOND = 2 };
 #define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
 
@@ -64,18 +64,18 @@ static void list_at_rest(const omniroll_run_t *run, const work_t *work)
     problem->count = rest->count - problem->apart;
     problem->width = 2 - SET_FIRST_DIRECTION, problem->wide = rest->contacts;
     if (SET_STRIPS) {
-        double per_chi[MOST_WHEELS];
+        double per_chi[MAX_WHEELS];
         find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->state.chi, rest->arm, per_chi);
     }
 }
 
 /* ---- bounds ------------------------------------------------------------------------------------------------------- */
 
-/* What the ground takes of a contact at most along the rolling direction, whose roller turns: `taken` along the axle. */
-static double bound_beside_bearing(const omniroll_grip_t *grip, const double *friction, double taken)
+/* The bound of a contact's force along the rolling direction, whose roller turns with the force `axial` along the axle. */
+static double rolling_bound(const omniroll_grip_t *grip, const double *friction, double axial)
 {
-    const double most = grip->load*friction[0];
-    return sqrt(fmax((most - taken)*(most + taken), 0))*friction[1]/friction[0];
+    const double bound = grip->load*friction[0];
+    return sqrt(fmax((bound - axial)*(bound + axial), 0))*friction[1]/friction[0];
 }
 
 /* What a contact takes at most, with its roller. */
@@ -87,7 +87,7 @@ static void put_bound_of_contact(const omniroll_run_t *run, const work_t *work, 
     const double *const friction = rest->broken[element] ? grip->sliding : grip->staying;
     double *const reach = problem->reach + forces_at(problem->wide, problem->width, element);
     if (element >= rest->contacts) {
-        reach[0] = bound_beside_bearing(grip, friction, in_series(run, work)[i].sliding/rest->arm[i]);
+        reach[0] = rolling_bound(grip, friction, in_series(run, work)[i].sliding/rest->arm[i]);
         return;
     }
     for (int c = 0; c < problem->width; c++)
@@ -102,7 +102,7 @@ static void put_bound_of_contact(const omniroll_run_t *run, const work_t *work, 
 static void put_bounds(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, elements_t *problem)
 {
     const int size = forces_at(problem->wide, problem->width, rest->count);
-    double most = 0;
+    double largest = 0;
     for (int e = 0; e < rest->count; e++) {
         const omniroll_bearing_t *const bearing = run->bearings.each + rest->which[e];
         if (e < contacts_among(rest))
@@ -112,9 +112,9 @@ static void put_bounds(const omniroll_run_t *run, const work_t *work, const at_r
                 = rest->broken[e] ? bearing->sliding : bearing->holding;
     }
     for (int j = 0; j < size; j++)
-        most = fmax(most, problem->reach[j]);
+        largest = fmax(largest, problem->reach[j]);
     for (int j = 0; j < size; j++)
-        problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*most);
+        problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*largest);
     for (int e = 0; SET_STRIPS && e < rest->contacts; e++)
         problem->strip[e] = fmax(problem->strip[e], LEAST_REACH*problem->reach[2*e]);
     for (int k = 0; k < problem->apart; k++)
@@ -123,19 +123,19 @@ static void put_bounds(const omniroll_run_t *run, const work_t *work, const at_r
 
 /* ---- rounds ----------------------------------------------------------------------------------------------------- */
 
-/* What elements apart can take of the yaw together. */
-static double taken_of_yaw_at_most(const elements_t *problem)
+/* The largest moment about the yaw axis of elements apart, together. */
+static double largest_yaw_moment(const elements_t *problem)
 {
-    double taken = 0;
+    double moment = 0;
     for (int k = 0; k < problem->apart; k++)
-        taken += fabs(problem->yaw[k])*problem->bound[k];
-    return taken;
+        moment += fabs(problem->yaw[k])*problem->bound[k];
+    return moment;
 }
 
 /* The power that all forces could give one of them. */
-static double power_apart(const elements_t *problem, int k, double taken)
+static double power_apart(const elements_t *problem, int k, double moment)
 {
-    double yaw = problem->yaw_yaw*taken;
+    double yaw = problem->yaw_yaw*moment;
     for (int j = 0; j < forces_at(problem->wide, problem->width, problem->count); j++)
         yaw += fabs(problem->yaw_rows[j])*problem->reach[j];
     return problem->bound[k]
@@ -146,22 +146,22 @@ static double power_apart(const elements_t *problem, int k, double taken)
 static int is_no_rounding(const elements_t *problem, int k, double given)
 {
     const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
-    const double taken = taken_of_yaw_at_most(problem);
+    const double moment = largest_yaw_moment(problem);
     double power = 0;
     if (k >= problem->count)
-        return given > BEGINS*power_apart(problem, k - problem->count, taken);
+        return given > BEGINS*power_apart(problem, k - problem->count, moment);
     for (int j = forces_at(wide, width, k); j < forces_at(wide, width, k + 1); j++) {
         power += fabs(problem->given[j])*problem->reach[j];
         for (int l = 0; l < size; l++)
             power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
         if (problem->apart)
-            power += problem->reach[j]*fabs(problem->yaw_rows[j])*taken;
+            power += problem->reach[j]*fabs(problem->yaw_rows[j])*moment;
     }
     return given > BEGINS*power;
 }
 
-/* What gives way in a round; whether something does that has not before. */
-static int give_way(const elements_t *problem, at_rest_t *rest)
+/* Find the elements that break away in a round. Returns whether one does that has not before. */
+static int find_broken(const elements_t *problem, at_rest_t *rest)
 {
     int further = 0;
     for (int e = 0; e < rest->count; e++) {
@@ -186,7 +186,7 @@ static int stop_rollers(const omniroll_run_t *run, const work_t *work, const at_
         const int i = rest->which[e];
         omniroll_grip_t *const grip = run->ground.grips + i;
         omniroll_bearing_t *const roller = in_series(run, work) + i;
-        if (!rest->broken[e] || bound_beside_bearing(grip, grip->sliding, roller->sliding/rest->arm[i]) > 0)
+        if (!rest->broken[e] || rolling_bound(grip, grip->sliding, roller->sliding/rest->arm[i]) > 0)
             continue;
         grip->towards[0] = roller->mode, grip->towards[1] = 0;
         grip->resting = grip->sticks = 0;
@@ -226,14 +226,14 @@ static void take_contact(const omniroll_run_t *run, omniroll_grip_t *grip, const
     const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
     const double *const reach = problem->reach + k*problem->width;
     const double edge = grip->released ? edge_at_end(run) : edge_of(problem, 0);
-    double taken = 0, begun[2] = {0, 0}, size = 0;
+    double squared = 0, begun[2] = {0, 0}, size = 0;
     for (int j = 0; j < problem->width; j++) {
         const double friction = reach[j]/grip->load;
-        taken += force[j]/reach[j]*(force[j]/reach[j]);
+        squared += force[j]/reach[j]*(force[j]/reach[j]);
         begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
         size += begun[j]*begun[j];
     }
-    grip->sticks = !slips && !(edge > 0 && sqrt(taken) >= 1 - edge);
+    grip->sticks = !slips && !(edge > 0 && sqrt(squared) >= 1 - edge);
     if (grip->sticks)
         return;
     grip->towards[0] = 0;
@@ -300,7 +300,7 @@ static int decide_list(const omniroll_run_t *run, const work_t *work)
             return 0;
         put_bounds(run, work, rest, problem);
         decide_elements(problem);
-    } while (give_way(problem, rest));
+    } while (find_broken(problem, rest));
     take_modes(run, work, rest, problem);
     return 1;
 }

@@ -50,7 +50,7 @@ static void rates_pushed(const omniroll_run_t *run, const work_t *work, int free
         work->states.rate[k] = work->states.sticks[k], work->states.sticks[k] = lanes_of(gives_its_force(run, work, k));
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
-    core_rates_there(run->wheels, &now.point, nu_dot);
+    core_rates_at(run->wheels, &now.point, nu_dot);
     for (int k = 0; free && k < run->bearings.core_count; k++)
         work->states.sticks[k] = work->states.rate[k];
 }
@@ -65,12 +65,12 @@ static void turn_free(const omniroll_run_t *run, const work_t *work)
 /* What an element is moved by. */
 static double typical_of(const omniroll_run_t *run, const at_rest_t *rest, int element)
 {
-    double most = 0;
+    double largest = 0;
     if (element < contacts_among(rest))
         return run->ground.typical;
     for (int k = 0; k < run->bearings.core_count; k++)
-        most = fmax(most, run->bearings.each[k].holding);
-    return most > 0 ? most : 1;
+        largest = fmax(largest, run->bearings.each[k].holding);
+    return largest > 0 ? largest : 1;
 }
 
 static lanes_t rate_of_element(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, int element, int c)
@@ -87,7 +87,7 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const a
 {
     const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
     for (int first = 0; first < size; first += LANES - 1) {
-        lanes_t push[2*MOST_WHEELS], nu_dot[3];
+        lanes_t push[2*MAX_WHEELS], nu_dot[3];
         double by[LANES] = {0};
         memcpy(push, given, sizeof *push*2*(size_t)run->wheels);
         if (free)
@@ -116,7 +116,7 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const a
 /* What nu_3 gives the rates of bearings that stand apart. */
 static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, elements_t *problem)
 {
-    lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(1)}, chi[MOST_WHEELS];
+    lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(1)}, chi[MAX_WHEELS];
     lanes_t *const rates = work->states.rate;
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->state.chi[i]);
@@ -138,14 +138,14 @@ static void put_free_apart(const omniroll_run_t *run, const work_t *work, const 
                            elements_t *problem)
 {
     lanes_t nu_dot[3];
-    int most = 0;
+    int largest = 0;
     for (int k = 0; k < problem->apart; k++)
-        most = fabs(problem->yaw[k]) > fabs(problem->yaw[most]) ? k : most;
+        largest = fabs(problem->yaw[k]) > fabs(problem->yaw[largest]) ? k : largest;
     turn_free(run, work);
-    const double by = typical_of(run, rest, problem->count + most);
-    work->states.torque[rest->which[problem->count + most]][1] += by;
+    const double by = typical_of(run, rest, problem->count + largest);
+    work->states.torque[rest->which[problem->count + largest]][1] += by;
     rates_pushed(run, work, 1, push, nu_dot);
-    const double moved = by*problem->yaw[most];
+    const double moved = by*problem->yaw[largest];
     problem->yaw_yaw = moved != 0 ? (nu_dot[2][1] - nu_dot[2][0])/moved : 0;
     for (int k = 0; k < problem->apart; k++)
         problem->apart_given[k] = work->states.dot[rest->which[problem->count + k]][0];
@@ -157,7 +157,7 @@ static void put_problem_on_ground(const omniroll_run_t *run, const work_t *work)
     const at_rest_t *const rest = work->at_rest;
     elements_t *const problem = work->problem;
     const int size = forces_at(problem->wide, problem->width, problem->count);
-    lanes_t given[2*MOST_WHEELS], yield[MOST_WHEELS];
+    lanes_t given[2*MAX_WHEELS], yield[MAX_WHEELS];
     forces_now(run, work, given, yield);
     find_response(run, work, rest, 1, given, problem);
     if (problem->apart) {
@@ -195,16 +195,16 @@ static void put_problem_of_bearings(const omniroll_run_t *run, const work_t *wor
     }
 }
 
-/* L with L L^T = mass, lower; a pivot that rounding has left without its smallest part is that rounding. */
+/* L with L L^T = mass, lower; a pivot within rounding of zero is that rounding. */
 static void root_of(const vector3_t *mass, vector3_t *root)
 {
     memset(root, 0, 3*sizeof *root);
     for (int k = 0; k < 3; k++)
         for (int l = 0; l <= k; l++) {
-            double left = mass[k][l];
+            double remainder = mass[k][l];
             for (int m = 0; m < l; m++)
-                left -= root[k][m]*root[l][m];
-            root[k][l] = l < k ? left/root[l][l] : sqrt(fmax(left, EPS*mass[k][k]));
+                remainder -= root[k][m]*root[l][m];
+            root[k][l] = l < k ? remainder/root[l][l] : sqrt(fmax(remainder, EPS*mass[k][k]));
         }
 }
 
@@ -228,7 +228,7 @@ static void put_problem_of_rolling(const omniroll_run_t *run, const work_t *work
     elements_t *const problem = work->problem;
     const int count = problem->count;
     const vector3_t third = {0, 0, 1};
-    vector3_t root[3], rows[MOST_BEARINGS], pushed, yaw;
+    vector3_t root[3], rows[MAX_BEARINGS], pushed, yaw;
     root_of(mass, root);
     under_root((const vector3_t *)root, force, pushed);
     under_root((const vector3_t *)root, third, yaw);

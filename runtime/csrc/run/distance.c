@@ -1,6 +1,6 @@
-/* How far two runs of one motion are apart, from the rows and polynomials that they left. */
+/* How far two runs of one motion are apart, from the rows and polynomials of their rows. */
 #define ROWS_OF_INSTANT 8           /* so many rows back a step may stand that ended just before            */
-#define FURTHEST 1.01               /* so many lengths of a step its polynomials are asked                  */
+#define FURTHEST 1.01               /* so many lengths of a step its polynomials are evaluated at           */
 
 /* nu and the pose at x, in lengths of the step, behind the row `k`. */
 static void state_in_step(const omniroll_course_t *course, long long k, double x, double *state)
@@ -75,7 +75,7 @@ double omniroll_distance(const omniroll_course_t *coarse, const omniroll_course_
     const double sizes[6] = {speed, speed, speed, radius, radius, 1};
     const double end = row_of(fine, fine->count - 1)[0];
     long long row = 0;
-    double most = 0;
+    double largest = 0;
     for (long long k = 0; k + 1 < coarse->count; k++) {
         const double *reached = row_of(coarse, k + 1);
         if (!starts_step(coarse, k) || reached[0] > end)
@@ -84,8 +84,8 @@ double omniroll_distance(const omniroll_course_t *coarse, const omniroll_course_
         const int alike = state_of_course(fine, reached[0], reached, &row, state);
         for (int c = alike ? 0 : 3; c < 6; c++) {
             const double apart = fabs(state[c] - reached[1 + (c < 3 ? c : c + coarse->wheels)])/sizes[c];
-            most = apart <= most ? most : apart;    /* also one that is not a number */
+            largest = apart <= largest ? largest : apart;  /* also one that is not a number */
         }
     }
-    return most;
+    return largest;
 }

@@ -24,8 +24,8 @@ static void pass_knots(omniroll_curve_t *curve, double elapsed)
 static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_sampler_t *sampler)
 {
     const double time = (double)sampler->samples*sampler->sample_time;
-    double wanted[3], slope[3], errors[MOST_WHEELS], sums[MOST_WHEELS], outputs[MOST_WHEELS];
-    lanes_t lacking[3], in_lanes[MOST_WHEELS];
+    double wanted[3], slope[3], errors[MAX_WHEELS], sums[MAX_WHEELS], outputs[MAX_WHEELS];
+    lanes_t lacking[3], in_lanes[MAX_WHEELS];
     pass_knots(&sampler->target, time);
     curve_after(&sampler->target, time, 0, wanted, slope);
     for (int k = 0; k < 3; k++)
@@ -135,7 +135,7 @@ static void renew_inputs(omniroll_run_t *run)
         run->acts.signals[k] = 0;
     for (int t = 0; t < run->acts.table_count; t++) {
         const omniroll_table_t *const table = run->acts.tables + t;
-        double value[MOST_WHEELS], slope[MOST_WHEELS], *const signal = run->acts.signals + table->signal*wheels;
+        double value[MAX_WHEELS], slope[MAX_WHEELS], *const signal = run->acts.signals + table->signal*wheels;
         curve_after(&table->curve, run->state.elapsed, run->state.carry, value, slope);
         for (int i = 0; i < wheels; i++)
             signal[i] += value[i], signal[size + i] += slope[i];

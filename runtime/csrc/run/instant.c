@@ -33,8 +33,8 @@ ALWAYS_INLINE int roller_mode(const omniroll_run_t *run, int wheel)
  * their axles; 0 of others. */
 static void corners_at(const omniroll_run_t *run, const work_t *work, const lanes_t *chi, lanes_t *push, lanes_t *yield)
 {
-    lanes_t toward[2*MOST_WHEELS], torque[MOST_WHEELS];
-    int corner[MOST_WHEELS];
+    lanes_t toward[2*MAX_WHEELS], torque[MAX_WHEELS];
+    int corner[MAX_WHEELS];
     for (int i = 0; i < run->wheels; i++) {
         corner[i] = slides(run, i) && roller_mode(run, i);
         toward[2*i] = lanes_of(0), toward[2*i + 1] = lanes_of(copysign(1, run->ground.grips[i].towards[1]));
@@ -46,7 +46,7 @@ static void corners_at(const omniroll_run_t *run, const work_t *work, const lane
 /* The forces with which contacts slip where they go. */
 static void forces_along(const omniroll_run_t *run, const work_t *work, const lanes_t *load, lanes_t *push)
 {
-    lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
+    lanes_t toward[2*MAX_WHEELS], slope[4*MAX_WHEELS];
     for (int k = 0; k < 2*run->wheels; k++)
         toward[k] = lanes_of(run->ground.grips[k/2].towards[k%2]);
     set_sliding_forces(run->wheels, &work->vehicle, toward, load, work->friction, push, slope);
@@ -56,7 +56,7 @@ static void forces_along(const omniroll_run_t *run, const work_t *work, const la
 /* The forces of the ground that are given: of contacts that slip. yield: how far these slip whose massless rollers turn. */
 static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push, lanes_t *yield)
 {
-    lanes_t nu[3], chi[MOST_WHEELS];
+    lanes_t nu[3], chi[MAX_WHEELS];
     const int some = some_slide(run);
     if (some)
         forces_along(run, work, work->load, push);
@@ -120,7 +120,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
 /* The wheels' rates in all lanes. */
 ALWAYS_INLINE void wheel_rates_now(const omniroll_run_t *run, const work_t *work, lanes_t *chi_dot)
 {
-    lanes_t nu[3], chi[MOST_WHEELS];
+    lanes_t nu[3], chi[MAX_WHEELS];
     state_in_lanes(run, nu, chi);
     rates_of_wheels(run->wheels, &work->vehicle, nu, chi, SET_SLIPS ? core_in_lanes(run, work) : 0, chi_dot);
 }
@@ -129,7 +129,7 @@ ALWAYS_INLINE void wheel_rates_now(const omniroll_run_t *run, const work_t *work
 ALWAYS_INLINE void accelerations_now(const omniroll_run_t *run, const work_t *work, const lanes_t *nu_dot,
                                      lanes_t *chi_ddot)
 {
-    lanes_t nu[3], chi[MOST_WHEELS];
+    lanes_t nu[3], chi[MAX_WHEELS];
     state_in_lanes(run, nu, chi);
     accelerations_of_wheels(run->wheels, &work->vehicle, nu, chi, nu_dot, work->core_dot, chi_ddot);
 }

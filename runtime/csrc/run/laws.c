@@ -1,4 +1,4 @@
-/* What friction that sticks must obey, asked where each step starts: modes that break it have been decided wrongly, and
+/* What friction that sticks must obey, checked where each step starts: modes that break it have been decided wrongly, and
  * nothing of the motion from there on may be used. */
 
 #define BROKEN_LAW 1e-3             /* of what sticks at most: far above errors of runs, far below wrong modes     */

@@ -6,7 +6,7 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 {
     if (SET_HOLDS)
         work->standing->count = 0;
-    for (int k = 0; k < most_core_bearings(run->wheels, run->rollers_per_wheel); k++)
+    for (int k = 0; k < max_core_bearings(run->wheels, run->rollers_per_wheel); k++)
         work->states.sticks[k] = work->states.torque[k] = lanes_of(0);
     if (SET_IN_SERIES)
         stop_all_in_series(run, work);
@@ -74,13 +74,13 @@ static void find_holding(omniroll_run_t *run, const work_t *work)
         find_bearing_torques(run, work);
 }
 
-/* Contacts that stick and are asked for more than they take. `mark`: what becomes of these. Returns how many there are. */
+/* Contacts that stick under more than they can take. `mark`: what becomes of these. Returns how many there are. */
 static int overloaded_contacts(const omniroll_run_t *run, const work_t *work, int mark)
 {
     int count = 0;
     for (int i = 0; SET_GRIPS && i < run->wheels; i++) {
-        const double taken = run->ground.grips[i].sticks ? excess_now(run, work, i) : -1;
-        if (!(taken > GRIP_PASSED*GRIP_NOISE(taken)))
+        const double excess = run->ground.grips[i].sticks ? excess_now(run, work, i) : -1;
+        if (!(excess > GRIP_PASSED*GRIP_NOISE(excess)))
             continue;
         run->ground.grips[i].released |= mark;
         count++;
@@ -103,7 +103,7 @@ static int overloaded_bearings(const omniroll_run_t *run, const work_t *work, in
     return count;
 }
 
-/* Whether what sticks is asked for more than it takes, as find_holding() has found it. `let_go`: that has broken away. */
+/* Whether the demand on what sticks is more than it takes, as find_holding() found it. `let_go`: that has broken away. */
 static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
 {
     demand_t now;
@@ -111,7 +111,7 @@ static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
     if (SET_CORE_BEARINGS)
         count += overloaded_bearings(run, work, let_go);
     if (SET_HOLDS || SET_STANDS) {
-        double found[MOST_STANDING], *const forces = SET_STANDS ? work->standing->used_by : found;
+        double found[MAX_STANDING], *const forces = SET_STANDS ? work->standing->used_by : found;
         demand_now(run, work, &now);
         const double use = use_beyond(work->standing, &now, SET_STANDS ? PASSED : 1.0*PASSED/USE_ROUNDINGS, forces);
         if (use > 0 && let_go)
@@ -121,8 +121,8 @@ static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
     return count || (stands_somewhere(run) && hold_what_falls_back(run, work));
 }
 
-/* Which of what rests sticks. So far all does, which is decided anew where a mode has just ended, or where something is asked
- * for more than it takes, be it by that decision: what has broken away takes less. */
+/* Which of what rests sticks. So far all does, which is decided anew where a mode has just ended, or where the demand on
+ * something is more than it takes, be it by that decision: what has broken away takes less. */
 static void decide_modes(omniroll_run_t *run, const work_t *work)
 {
     int again = some_mode_has_ended(run, work);
@@ -229,7 +229,7 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-/* A step begins: what sticks in it, and what that is asked for. */
+/* A step begins: what sticks in it, and the demand on that. */
 static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
     s->hold.count = run->bearings.core_count, s->hold.bearing = core_bearings(run), s->hold.states = &work->states;
@@ -245,8 +245,8 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
         demand_now(run, work, &s->hold.demand_start);
 }
 
-/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and of
- * wheels that roll more is asked for than it takes by some roundings. */
+/* What an input is rounded against beside itself, several times: a torque that holds is a difference of others, and the
+ * demand on wheels that roll exceeds what it takes by some roundings. */
 static double size_of_held(const omniroll_run_t *run, int input)
 {
     if (!SET_STICKS)

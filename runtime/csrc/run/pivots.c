@@ -21,17 +21,17 @@ static double *add_pivot_guard(omniroll_run_t *run, int by, int wheel)
 /* Wheels whose guards are passed go on from their joints, on the roller that takes them most. Returns how many. */
 static int go_on_from_joints(const omniroll_run_t *run, int *directions, int *stance)
 {
-    double noise, most[MOST_WHEELS];
+    double noise, largest[MAX_WHEELS];
     int count = 0;
     for (int i = 0; i < run->wheels; i++)
-        most[i] = -INFINITY;
+        largest[i] = -INFINITY;
     for (int k = all_guards(run) - run->acts.pivot_guards; k < all_guards(run); k++) {
         const int by = (int)run->acts.leads_to[2*k], wheel = (int)run->acts.leads_to[2*k + 1];
         const double value = guard_value(run, run->acts.guards + guard_size(run->wheels)*k, &noise);
-        if (by == BY_TURN || !run->acts.passed[k] || value <= most[wheel])
+        if (by == BY_TURN || !run->acts.passed[k] || value <= largest[wheel])
             continue;
         count += stance[wheel] == STAYS;
-        stance[wheel] = GOES, most[wheel] = value;
+        stance[wheel] = GOES, largest[wheel] = value;
         directions[wheel] = by == TO_HERE ? 0 : run->state.chi[wheel] < 0 ? -1 : 1;
     }
     return count;
@@ -40,7 +40,7 @@ static int go_on_from_joints(const omniroll_run_t *run, int *directions, int *st
 /* The guards of the wheels that stand: two of each, by its roller and by the next one. */
 static void guard_pivots(omniroll_run_t *run, const work_t *work)
 {
-    double rows[2][3*MOST_WHEELS];
+    double rows[2][3*MAX_WHEELS];
     int count = 0;
     for (int i = 0; i < run->wheels; i++)
         count += pivots(run, i);
@@ -60,7 +60,7 @@ static void guard_pivots(omniroll_run_t *run, const work_t *work)
 /* Wheels that stop at their joint, which then do not pass on, and wheels that go on from there. Returns how many do. */
 static int pivots_change(omniroll_run_t *run, const work_t *work, int *directions, int *stance)
 {
-    double here[3*MOST_WHEELS], there[3*MOST_WHEELS];
+    double rows_here[3*MAX_WHEELS], rows_next[3*MAX_WHEELS];
     int count = 0, some = 0;
     for (int i = 0; i < run->wheels; i++) {
         stance[i] = STAYS;
@@ -68,9 +68,9 @@ static int pivots_change(omniroll_run_t *run, const work_t *work, int *direction
     }
     if (!some)
         return 0;
-    rows_of_both(run, work, here, there);
+    rows_of_both(run, work, rows_here, rows_next);
     for (int i = 0; i < run->wheels; i++) {
-        if (directions[i] && directions[i]*rate_by(there + 3*i, run->state.nu) < 0)
+        if (directions[i] && directions[i]*rate_by(rows_next + 3*i, run->state.nu) < 0)
             stance[i] = STOPS, directions[i] = 0;
     }
     guards_passed(run, work);
@@ -81,7 +81,7 @@ static int pivots_change(omniroll_run_t *run, const work_t *work, int *direction
  * wheels' rates beyond those that what carries now demands of them. */
 static void change_rows(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, change_t *c)
 {
-    lanes_t demanded[MOST_WHEELS];
+    lanes_t demanded[MAX_WHEELS];
     rolling_wheels(run->wheels, &work->vehicle, c->nu, c->before, c->excess);
     for (int i = 0; i < run->wheels; i++)
         if (SET_PIVOTS && !directions[i])

@@ -96,7 +96,7 @@ static void lay_out_holding(work_t *work, parts_t *parts)
 /* Bearings that stick one by one, each in a mode of its own. */
 static void lay_out_bearings(work_t *work, parts_t *parts, int wheels, int rollers)
 {
-    const long long states = most_core_bearings(wheels, rollers);
+    const long long states = max_core_bearings(wheels, rollers);
     work->states.sticks = lanes_part(parts, states);
     work->states.torque = lanes_part(parts, states);
     work->states.holding = lanes_part(parts, states);
@@ -154,11 +154,11 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
         lay_out_bearings(work, &parts, wheels, rollers);
     if (SET_STANDS) {
         const int apart = SET_DISKS_STICK ? (int)axial : 0;
-        lay_out_at_rest(work, &parts, wheels, (int)most_core_bearings(wheels, rollers) - apart, apart);
+        lay_out_at_rest(work, &parts, wheels, (int)max_core_bearings(wheels, rollers) - apart, apart);
     } else if (SET_HOLDS)
         lay_out_at_rest(work, &parts, 0, SET_BEARINGS*wheels, SET_SPINS_STICK ? (int)axial : 0);
     else if (SET_DECIDES)
-        lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, (int)most_core_bearings(wheels, rollers));
+        lay_out_at_rest(work, &parts, SET_GRIPS ? wheels : 0, 0, (int)max_core_bearings(wheels, rollers));
     return parts.used;
 }
 
@@ -194,15 +194,15 @@ ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
 }
 
 /* How many bearings of the set have a mode in each row. */
-ALWAYS_INLINE long long most_bearings(int wheels, int rollers)
+ALWAYS_INLINE long long max_bearings(int wheels, int rollers)
 {
-    return (SET_HOLDS ? SET_BEARINGS*wheels : 0) + most_core_bearings(wheels, rollers);
+    return (SET_HOLDS ? SET_BEARINGS*wheels : 0) + max_core_bearings(wheels, rollers);
 }
 
 static long long row_size(const omniroll_run_t *run)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
-    return 7 + (2 + SET_INPUTS)*wheels + core_size(wheels, rollers) + account_size(wheels) + most_bearings(wheels, rollers);
+    return 7 + (2 + SET_INPUTS)*wheels + core_size(wheels, rollers) + account_size(wheels) + max_bearings(wheels, rollers);
 }
 
 static long long step_size(const omniroll_run_t *run)
@@ -243,9 +243,9 @@ ALWAYS_INLINE double input_shown(const omniroll_run_t *run, int input)
 /* The bearings' modes in the last row: 0 where one sticks, else the sign of its rate; of those that a scene lacks 0. */
 static void put_bearing_modes(const omniroll_run_t *run)
 {
-    const long long most = most_bearings(run->wheels, run->rollers_per_wheel);
-    double *const mode = run->record.rows + row_size(run)*run->record.row_count - SET_INPUTS*run->wheels - most;
-    for (int k = 0; k < most; k++)
+    const long long count = max_bearings(run->wheels, run->rollers_per_wheel);
+    double *const mode = run->record.rows + row_size(run)*run->record.row_count - SET_INPUTS*run->wheels - count;
+    for (int k = 0; k < count; k++)
         mode[k] = k < run->bearings.count ? run->bearings.each[k].mode : 0;
 }
 
@@ -261,7 +261,7 @@ static void put_row(omniroll_run_t *run)
     for (int k = 0; k < account_size(run->wheels); k++) *row++ = run->state.accounts[k];
     for (int i = 0; i < run->wheels; i++) *row++ = (double)run->state.contact[i];
     put_bearing_modes(run);
-    row += most_bearings(run->wheels, run->rollers_per_wheel);
+    row += max_bearings(run->wheels, run->rollers_per_wheel);
     if (SET_INPUTS)
         for (int k = 0; k < SET_INPUTS*run->wheels; k++)
             *row++ = input_shown(run, k);

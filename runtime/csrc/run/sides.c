@@ -13,7 +13,7 @@ enum { HERE = 1, NEXT = -1, IN_MIDDLE = 0 };
 /* The vehicle on what carries, and the wheels' angles there. all_turn: wheels that stand turn. */
 static void put_on(const omniroll_run_t *run, const work_t *work, int what, int all_turn, lanes_t *chi)
 {
-    lanes_t sides[MOST_WHEELS], turns[MOST_WHEELS];
+    lanes_t sides[MAX_WHEELS], turns[MAX_WHEELS];
     vehicle_t *const vehicle = (vehicle_t *)&work->vehicle;     /* the phase's, in work that a call has for itself */
     for (int i = 0; i < run->wheels; i++) {
         const int outward = run->state.chi[i] < 0 ? -1 : 1;
@@ -33,7 +33,7 @@ static void put_on(const omniroll_run_t *run, const work_t *work, int what, int 
 static void rows_of_rates(const omniroll_run_t *run, const work_t *work, const lanes_t *chi, double *rows)
 {
     for (int first = 0; first < 3; first += LANES) {    /* each in a lane                                    */
-        lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(0)}, rates[MOST_WHEELS];
+        lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(0)}, rates[MAX_WHEELS];
         for (int k = first; k < 3 && k < first + LANES; k++)
             nu[k][k - first] = 1;
         rolling_wheels(run->wheels, &work->vehicle, nu, chi, rates);
@@ -46,7 +46,7 @@ static void rows_of_rates(const omniroll_run_t *run, const work_t *work, const l
 /* From now on what the contacts' numbers say carries, and those wheels stand. */
 static void carry_rows(omniroll_run_t *run, const work_t *work)
 {
-    lanes_t chi[MOST_WHEELS];
+    lanes_t chi[MAX_WHEELS];
     put_on(run, work, HERE, 0, chi);
     rows_of_rates(run, work, chi, run->wheel_rows);
 }
@@ -54,19 +54,19 @@ static void carry_rows(omniroll_run_t *run, const work_t *work)
 /* The wheels' rates as somebody knows them who knows of no rows, nor where on their rollers wheels stand. */
 static void rates_in_the_middle(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, lanes_t *rates)
 {
-    lanes_t chi[MOST_WHEELS];
+    lanes_t chi[MAX_WHEELS];
     put_on(run, work, IN_MIDDLE, 1, chi);
     rolling_wheels(run->wheels, &work->vehicle, nu, chi, rates);
     put_on(run, work, HERE, 0, chi);
 }
 
 /* The rows of rates with what carries each wheel, and with what is next to it. */
-static void rows_of_both(const omniroll_run_t *run, const work_t *work, double *here, double *there)
+static void rows_of_both(const omniroll_run_t *run, const work_t *work, double *rows_here, double *rows_next)
 {
-    lanes_t chi[MOST_WHEELS];
+    lanes_t chi[MAX_WHEELS];
     put_on(run, work, HERE, 1, chi);
-    rows_of_rates(run, work, chi, here);
+    rows_of_rates(run, work, chi, rows_here);
     put_on(run, work, NEXT, 1, chi);
-    rows_of_rates(run, work, chi, there);
+    rows_of_rates(run, work, chi, rows_next);
     put_on(run, work, HERE, 0, chi);
 }

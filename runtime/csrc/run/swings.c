@@ -10,7 +10,7 @@
 #define CREEP 1e-3                  /* of what two rollers slip apart: friction fades there (contact_joints.mac) */
 #define SLOW_CREEP 1e-4             /* of the rates apart: as slow as what a roller that sticks leaves         */
 #define PRELOADS 12                 /* creeps of each sign that are tried, each twice the one before, around CREEP */
-#define AT_TURN 1e-12               /* of the fastest wheel's rate: what is left of another's where its swing turns */
+#define AT_TURN 1e-12               /* of the fastest wheel's rate: the rounding of another's where its swing turns */
 #define SHARE_NOISE 64              /* roundings of a part of a load                                           */
 #define SHARE_ENDS 1e-10            /* of a load: parts that end together                                      */
 
@@ -22,7 +22,7 @@ static int bound_of_share(const omniroll_run_t *run, int guard)
     return by == TO_HERE ? -(wheel + 1) : by == TO_NEXT ? wheel + 1 : 0;
 }
 
-/* A step has been taken: whether it has landed on a guard of a wheel at its joint. */
+/* A step has been accepted: whether it has landed on a guard of a wheel at its joint. */
 static void joints_have_moved(omniroll_run_t *run, const step_t *s)
 {
     const int guard = s->event.landing - s->wheels, first = s->event.guards - run->acts.pivot_guards;
@@ -85,7 +85,7 @@ static void guard_swings(omniroll_run_t *run, const work_t *work)
 /* How much faster one of the rollers at a wheel's joint would turn it than the other. */
 static double rates_apart(const omniroll_run_t *run, const work_t *work, int i)
 {
-    double rows[2][3*MOST_WHEELS];
+    double rows[2][3*MAX_WHEELS];
     rows_of_both(run, work, rows[0], rows[1]);
     return fabs(rate_by(rows[1] + 3*i, run->state.nu) - rate_by(rows[0] + 3*i, run->state.nu));
 }
@@ -143,7 +143,7 @@ static int find_preload(omniroll_run_t *run, const work_t *work, int i)
  * beside those at which the rollers would turn the wheel; Coulomb's does not. */
 static int swing_is_small(const omniroll_run_t *run, const work_t *work, int i)
 {
-    lanes_t chi_ddot[MOST_WHEELS];
+    lanes_t chi_ddot[MAX_WHEELS];
     const double slow = SLOW_SWING*rates_apart(run, work, i);
     if (!is_near_joint(run, i) || SET_GRIPS)
         return is_near_joint(run, i);
@@ -177,7 +177,7 @@ static void settle_at_joint(omniroll_run_t *run, const work_t *work, int i, int 
 /* Contacts of wheels that have gone on rest where they creep: what is slip there is rest of rollers that would stick. */
 static void rest_where_they_creep(omniroll_run_t *run, const work_t *work, const int *stance)
 {
-    double slip[2*MOST_WHEELS];
+    double slip[2*MAX_WHEELS];
     for (int i = 0; i < run->wheels; i++) {
         if (stance[i] != GOES && stance[i] != CREEPS)
             continue;
@@ -191,7 +191,7 @@ static void rest_where_they_creep(omniroll_run_t *run, const work_t *work, const
  * that rolls on a roller which creeps beside another one. */
 static int hardly_moves(const omniroll_run_t *run, const work_t *work, int i)
 {
-    lanes_t chi_ddot[MOST_WHEELS];
+    lanes_t chi_ddot[MAX_WHEELS];
     const double rate = run->state.core[rates_at(run->wheels) + i];
     if (SET_GRIPS && run->ground.grips[i].sticks && fabs(rate) <= SLOW_CREEP*rates_apart(run, work, i))
         return 1;

@@ -3,7 +3,7 @@
 
 #define CHATTER 1e-6                /* of pi/n: where no wheel turns by more, switches are no progress       */
 #define AT_LEAVING (1 - 4*EPS)      /* of pi/n: where a wheel goes on from its joint, where what pushes it begins at nothing */
-#define SLOW_WHEEL 1e-6             /* of the fastest wheel's speed: only slower ones are asked whether they rest */
+#define SLOW_WHEEL 1e-6             /* of the fastest wheel's speed: only slower ones may be at rest              */
 
 /* What a wheel does at its joint beside passing on; one that creeps goes on without having stopped. */
 enum { STAYS = 0, STOPS = 1, GOES = -1, CREEPS = 2 };
@@ -28,7 +28,7 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 {
     const int places = run->rollers_per_wheel - 1;
     double *const contact = run->state.core + contact_speeds_at(run->wheels);
-    int rested[MOST_WHEELS];
+    int rested[MAX_WHEELS];
     if (SET_HAS_CONTACT_SPEEDS)
         update_axial(run, work);
     for (int i = 0; i < run->wheels; i++)
@@ -51,17 +51,17 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
         keep_contacts_at_rest(run, rested);
 }
 
-/* A change of what carries: nu, the wheels' angles before and after it, their rates beyond those demanded after it, and what
- * rollers in contact had before it: axial speeds of free ones, spins of others. */
+/* A change of what carries: nu, the wheels' angles before and after it, their rates beyond those demanded after it, and the
+ * speeds of rollers in contact before it: axial speeds of free ones, spins of others. */
 typedef struct {
-    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS], excess[MOST_WHEELS], left[MOST_WHEELS];
+    lanes_t nu[3], before[MAX_WHEELS], after[MAX_WHEELS], excess[MAX_WHEELS], speeds[MAX_WHEELS];
 } change_t;
 
 /* What rollers in contact have at nu and these angles. */
 static void speeds_of_contacts(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, const lanes_t *chi,
                                lanes_t *speeds)
 {
-    lanes_t chi_dot[MOST_WHEELS];
+    lanes_t chi_dot[MAX_WHEELS];
     if (SET_HAS_MOMENTA)
         set_contact_axial(run->wheels, &work->vehicle, nu, chi, speeds);
     else
@@ -75,16 +75,16 @@ static void meet_rollers(omniroll_run_t *run, const work_t *work, const int *dir
                          const int *leaves, const change_t *c)
 {
     const int wheels = run->wheels, others = run->rollers_per_wheel - 1;
-    lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], nu_after[3];
+    lanes_t entering[MAX_WHEELS], leaving[MAX_WHEELS], demanded[MAX_WHEELS], nu_after[3];
     speeds_of_contacts(run, work, c->nu, c->after, demanded);
     for (int i = 0; i < wheels; i++) {
-        const double left = c->left[i][0];
+        const double speed = c->speeds[i][0];
         const int keeps = SET_CHI_FEEDS_BACK && SET_HAS_MOMENTA && stance[i] && !directions[i];
-        double came_with = left, stopped = 0;
+        double came_with = speed, stopped = 0;
         if (leaves[i] && SET_HAS_MOMENTA)
-            came_with = exchange_places(run->state.axial + i*others, run->rollers[i] - 1, directions[i], left);
+            came_with = exchange_places(run->state.axial + i*others, run->rollers[i] - 1, directions[i], speed);
         else if (leaves[i])
-            came_with = 0, stopped = left;
+            came_with = 0, stopped = speed;
         entering[i] = lanes_of(directions[i] || keeps ? came_with - demanded[i][0] : 0);
         leaving[i] = lanes_of(stopped);
     }
@@ -105,7 +105,7 @@ static void rest_where_they_creep(omniroll_run_t *run, const work_t *work, const
 static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions, const int *stance, int *leaves)
 {
     const int wheels = run->wheels;
-    int changes[MOST_WHEELS];       /* of what carries                                                         */
+    int changes[MAX_WHEELS];        /* of what carries                                                         */
     change_t c;
     if (SET_CORE_PARTS && !SET_SLIPS)
         update_axial(run, work);
@@ -122,7 +122,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         c.after[i] = lanes_of(run->state.chi[i]);
     }
     if (SET_HAS_IMPACT && !SET_SLIPS)
-        speeds_of_contacts(run, work, c.nu, c.before, c.left);
+        speeds_of_contacts(run, work, c.nu, c.before, c.speeds);
     if (SET_CARRIES)
         change_rows(run, work, directions, stance, &c);
     if (SET_SLIPS)
@@ -163,9 +163,9 @@ static int is_over(const omniroll_run_t *run)
  * time, would have no last one. */
 static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *work, double *rates)
 {
-    lanes_t chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+    lanes_t chi_dot[MAX_WHEELS], chi_ddot[MAX_WHEELS];
     double fastest = 0;
-    int slow[MOST_WHEELS], count = 0;
+    int slow[MAX_WHEELS], count = 0;
     wheel_rates_now(run, work, chi_dot);
     for (int i = 0; i < run->wheels; i++) {
         rates[i] = rests(run, i) || pivots(run, i) ? 0 : chi_dot[i][0];
@@ -185,7 +185,7 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
  * closer in time than tau (rule 5), be it to a switch or to another event. Returns how many. */
 static int switching_wheels(omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
-    double rates[MOST_WHEELS];
+    double rates[MAX_WHEELS];
     const int at_end = (is_over(run) || run->past.at_event) && phase_length > 0;
     const double together = tau(run, phase_length);
     int at_joint = 0, count = 0;
@@ -194,11 +194,11 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
             const int sign = run->state.chi[i] < 0 ? -1 : 1;
-            const double left = run->joint[i] - sign*run->state.chi[i], rate = sign*rates[i];
+            const double gap = run->joint[i] - sign*run->state.chi[i], rate = sign*rates[i];
             if (pass == 0)
-                at_joint += rate > 0 && left <= (at_end ? together*rate : 0);
+                at_joint += rate > 0 && gap <= (at_end ? together*rate : 0);
             else {
-                directions[i] = at_joint > 0 && rate > 0 && left <= together*rate ? sign : 0;
+                directions[i] = at_joint > 0 && rate > 0 && gap <= together*rate ? sign : 0;
                 count += directions[i] != 0;
             }
         }
@@ -264,7 +264,7 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
     }
     if (!near)
         return 0;
-    lanes_t nu_dot[3], chi_ddot[MOST_WHEELS];
+    lanes_t nu_dot[3], chi_ddot[MAX_WHEELS];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS)
         accelerations_now(run, work, nu_dot, chi_ddot);
@@ -299,7 +299,7 @@ ALWAYS_INLINE int shown_stance(int stance)
 static int switch_all(omniroll_run_t *run, const work_t *work)
 {
     omniroll_record_t *const record = &run->record;
-    int directions[MOST_WHEELS], stance[MOST_WHEELS], leaves[MOST_WHEELS];
+    int directions[MAX_WHEELS], stance[MAX_WHEELS], leaves[MAX_WHEELS];
     while (changing_wheels(run, work, directions, stance)) {
         if (record->switch_count == record->switch_capacity || record->row_count == record->row_capacity)
             return OMNIROLL_RUN_FULL;

@@ -31,7 +31,7 @@ ALWAYS_INLINE void find_axles(const step_t *s, const int wheels, axles_t *axles)
     if (wheels != AXLES)
         return;
     for (int l = 0; l < 3; l++) {
-        lanes_t nu[3] = {lanes_of(l == 0), lanes_of(l == 1), lanes_of(l == 2)}, rate[MOST_WHEELS];
+        lanes_t nu[3] = {lanes_of(l == 0), lanes_of(l == 1), lanes_of(l == 2)}, rate[MAX_WHEELS];
         rolling_wheels(wheels, s->vehicle, nu, 0, rate);
         for (int i = 0; i < AXLES; i++)
             axles->row[3*i + l] = rate[i][0];
@@ -52,7 +52,7 @@ ALWAYS_INLINE void find_axles(const step_t *s, const int wheels, axles_t *axles)
 ALWAYS_INLINE void slopes_of_axles(const step_t *s, const int wheels, int b, const axles_t *axles, const lanes_t *change,
                                    lanes_t *slope)
 {
-    lanes_t chi[MOST_WHEELS], mass[9], inverse[9], force[3], torque[AXLES];
+    lanes_t chi[MAX_WHEELS], mass[9], inverse[9], force[3], torque[AXLES];
     for (int i = 0; i < wheels; i++)
         chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
     set_mass_matrix(wheels, s->vehicle, chi, mass);
@@ -100,7 +100,7 @@ ALWAYS_INLINE void slopes_by_axles(step_t *s, const int wheels, int b, const poi
 /* Whether axles' friction alone makes the slopes that differences have told. */
 static int axles_make_slopes(const step_t *s, const int wheels, const axles_t *axles)
 {
-    double left = 0;
+    double residual = 0;
     for (int b = 0; b < BLOCKS && axles->known; b++) {
         lanes_t change[3], slope[9];
         for (int k = 0; k < 3; k++)
@@ -109,7 +109,7 @@ static int axles_make_slopes(const step_t *s, const int wheels, const axles_t *a
                 + s->stiff.slope_nu[3*k + 2].lanes[b]*axles->all[2];
         slopes_of_axles(s, wheels, b, axles, change, slope);
         for (int k = 0; k < 9; k++)
-            left = fmax(left, s->h*lanes_largest(slope[k] - s->stiff.slope_nu[k].lanes[b]));
+            residual = fmax(residual, s->h*lanes_largest(slope[k] - s->stiff.slope_nu[k].lanes[b]));
     }
-    return axles->known && left < OF_AXLES;
+    return axles->known && residual < OF_AXLES;
 }

@@ -13,10 +13,10 @@ ALWAYS_INLINE int jump_of(const nodes_t *rate, int before)
     return before;
 }
 
-/* Where in the step, between two nodes, rates bend: friction with a small named speed changes its sign. left: a place
- * before it, right: one beyond; both 1 where nothing bends. */
+/* Where in the step, between two nodes, rates bend: friction with a small named speed changes its sign. from: a place
+ * before it, to: one beyond; both 1 where nothing bends. */
 typedef struct {
-    double left, right;
+    double from, to;
     int wheel;                                  /* whose rate passes zero there, or -1                     */
 } bend_t;
 
@@ -34,8 +34,8 @@ ALWAYS_INLINE bend_t zero_between(const step_t *s, int wheel, int place, bend_t 
     const double curve = (slope - before)/(x[-1] - x[-3]), line = -y[-1]/slope;
     const double error = fabs(curve/slope*line*(line + x[-1] - x[-2]));
     if (line > 0 && 4*error < line && x[-1] + line < x[0]) {
-        found.left = x[-1] + line - 2*error;
-        found.right = fmin(x[0], x[-1] + line + 2*error);
+        found.from = x[-1] + line - 2*error;
+        found.to = fmin(x[0], x[-1] + line + 2*error);
     }
     return found;
 }

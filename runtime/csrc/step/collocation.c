@@ -62,7 +62,7 @@ ALWAYS_INLINE int first_found(const step_t *s)
     return 0;
 }
 
-/* Whether nothing at the nodes feels the speeds of contacts that stick: all do, and the core has no more than these. */
+/* Whether nothing at the nodes depends on the speeds of contacts that stick: all do, and the core is these alone. */
 ALWAYS_INLINE int only_rolls(const step_t *s, const int wheels)
 {
     if (SET_ROLLS)
@@ -87,7 +87,7 @@ ALWAYS_INLINE void angles_before(const step_t *s, const int wheels, int b, lanes
 /* The same where these depend on the wheels' angles: with those of the last sweep. */
 ALWAYS_INLINE void wheels_by_angles(step_t *s, const int wheels, int b, const lanes_t *nu)
 {
-    lanes_t chi[MOST_WHEELS], chi_dot[MOST_WHEELS];
+    lanes_t chi[MAX_WHEELS], chi_dot[MAX_WHEELS];
     angles_before(s, wheels, b, chi);
     rolling_wheels(wheels, s->vehicle, nu, chi, chi_dot);
     for (int i = 0; i < wheels; i++) {
@@ -100,7 +100,7 @@ ALWAYS_INLINE void wheels_by_angles(step_t *s, const int wheels, int b, const la
 ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lanes_t *nu)
 {
     if (SET_GRIPS && !only_rolls(s, wheels)) {
-        lanes_t chi[MOST_WHEELS];
+        lanes_t chi[MAX_WHEELS];
         if (SET_CHI_FEEDS_BACK)
             angles_before(s, wheels, b, chi);
         wheels_stick(s, wheels, nu, chi, core_at(s, b));
@@ -117,7 +117,7 @@ ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lan
         wheels_by_angles(s, wheels, b, nu);
         return;
     }
-    lanes_t chi_dot[MOST_WHEELS];
+    lanes_t chi_dot[MAX_WHEELS];
     rolling_wheels(wheels, s->vehicle, nu, 0, chi_dot);
     for (int i = 0; i < wheels; i++)
         s->rate_chi[i].lanes[b] = chi_dot[i]*turns(s, i);
@@ -153,7 +153,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
     if (SET_GRIPS && SET_HAS_CONTACT_SPEEDS) {
         for (int b = 0; b < BLOCKS && s->contact.gripping && !only_rolls(s, wheels); b++) {
-            lanes_t nu[3], chi[MOST_WHEELS];
+            lanes_t nu[3], chi[MAX_WHEELS];
             for (int k = 0; k < 3; k++)
                 nu[k] = s->at_nu[k].lanes[b];
             for (int i = 0; i < wheels; i++)
@@ -168,9 +168,9 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at);
 
 /* What is rounding of what a contact that sticks takes: so many roundings, and what directions of slow slips add. */
-ALWAYS_INLINE double grip_noise(const step_t *s, double taken, double roundings)
+ALWAYS_INLINE double grip_noise(const step_t *s, double excess, double roundings)
 {
-    return roundings*GRIP_NOISE(taken) + s->slip.turn_noise;
+    return roundings*GRIP_NOISE(excess) + s->slip.turn_noise;
 }
 
 ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
@@ -187,8 +187,8 @@ ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
     return &gauss_node;
 }
 
-/* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not
- * asked. */
+/* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel has no
+ * value. */
 ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
 {
     point_t point = {
@@ -436,7 +436,7 @@ ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t account_dot[MOST_ACCOUNTS];
+        lanes_t account_dot[MAX_ACCOUNTS];
         const point_t point = point_at(s, wheels, b, &at);
         account_rates(wheels, &point, account_dot);
         for (int k = 0; k < account_size(wheels); k++)

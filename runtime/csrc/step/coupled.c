@@ -9,7 +9,7 @@
 #define FOLLOWS 10                  /* h times a slope with which a speed follows the others at once          */
 #define SLOPE_DIFFERENCE 1e-10      /* of the size of a speed, for slopes                                   */
 #define SPEED_ROUNDING 16           /* roundings of the largest speed that further sweeps do not take away  */
-#define MOST_RENEWALS 2             /* of the slopes in a try                                               */
+#define MAX_RENEWALS 2              /* of the slopes in a try                                               */
 #define MOVES_AT_ONCE 7             /* moved states that count as an evaluation at all nodes                */
 #define EIGEN_BLOCKS (EIGENVALUES/LANES)
 #define MIDDLE (NODES/2 - 1)        /* the node at which they are renewed                                   */
@@ -34,8 +34,8 @@ static void lay_out_coupled(coupled_t *c, parts_t *parts, int size, long long co
 
 ALWAYS_INLINE double weight_of(const step_t *s, int speed)
 {
-    const int beside = s->coupled->size - 3;
-    return speed < beside ? s->weight[speed] : 1;
+    const int others = s->coupled->size - 3;
+    return speed < others ? s->weight[speed] : 1;
 }
 
 /* What a number of the core is moved by, for slopes. */
@@ -70,17 +70,17 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
 ALWAYS_INLINE void move_lanes(step_t *s, const int wheels, int first, double sign, arrays_t *at)
 {
     const coupled_t *const c = s->coupled;
-    const int beside = c->size - 3, rollers = s->vehicle->rollers_per_wheel;
+    const int others = c->size - 3, rollers = s->vehicle->rollers_per_wheel;
     for (int lane = 1; lane < LANES; lane++) {
         const int k = first + lane - 1;
-        if (k < beside)
+        if (k < others)
             s->core_here[k][lane] += sign*difference(s, s->weight[k]);
         else if (k < c->size)
-            at->nu[k - beside][lane] += sign*difference(s, 1);
+            at->nu[k - others][lane] += sign*difference(s, 1);
         for (int part = 0; part < SET_CORE_PARTS && k >= c->size; part++) {
             const int end = core_part_end(wheels, rollers, part);
             const int start = part ? core_part_end(wheels, rollers, part - 1) : 0;
-            for (int n = start; n < end && start >= beside && k - c->size == part; n++)
+            for (int n = start; n < end && start >= others && k - c->size == part; n++)
                 s->core_here[n][lane] += sign*difference(s, s->weight[n]);
         }
     }
@@ -89,7 +89,7 @@ ALWAYS_INLINE void move_lanes(step_t *s, const int wheels, int first, double sig
 /* How much faster the roller in contact turns as its wheel moves along its axle, at these angles of the wheels. */
 ALWAYS_INLINE void reaches(const step_t *s, const int wheels, const lanes_t *chi, lanes_t *reach)
 {
-    lanes_t along[MOST_WHEELS], across[MOST_WHEELS];
+    lanes_t along[MAX_WHEELS], across[MAX_WHEELS];
     const lanes_t one = lanes_of(1), none = lanes_of(0);
     const lanes_t x[3] = {one, none, none}, y[3] = {none, one, none};
     set_contact_axial(wheels, s->vehicle, x, chi, along);
@@ -103,11 +103,11 @@ ALWAYS_INLINE void reaches(const step_t *s, const int wheels, const lanes_t *chi
 static void find_slopes(step_t *s, const int wheels, int node)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, beside = size - 3, moves = size + (s->core > beside ? SET_CORE_PARTS : 0);
+    const int size = c->size, others = size - 3, moves = size + (s->core > others ? SET_CORE_PARTS : 0);
     arrays_t at;
     const point_t point = point_for_slopes(s, wheels, node, &at);
     if (SET_HAS_CONTACT_SPEEDS) {
-        lanes_t reach[MOST_WHEELS];
+        lanes_t reach[MAX_WHEELS];
         reaches(s, wheels, at.chi, reach);
         for (int i = 0; i < wheels; i++)
             c->reach[i] = reach[i][0];
@@ -121,10 +121,10 @@ static void find_slopes(step_t *s, const int wheels, int node)
             const int k = first + lane - 1;
             const double by = k < size ? difference(s, weight_of(s, k)) : 0;
             for (int j = 0; j < size && k < size; j++) {
-                const lanes_t rate = j < beside ? s->core_dot[j] : nu_dot[j - beside];
+                const lanes_t rate = j < others ? s->core_dot[j] : nu_dot[j - others];
                 c->slope[j*size + k] = (rate[lane] - rate[0])/by;
             }
-            for (int n = beside; n < s->core && k >= size; n++) {
+            for (int n = others; n < s->core && k >= size; n++) {
                 const double slope = (s->core_dot[n][lane] - s->core_dot[n][0])/difference(s, s->weight[n]);
                 if (k == size || slope != 0)
                     c->diagonal[n] = slope;
@@ -249,13 +249,13 @@ ALWAYS_INLINE complex_t to_eigen(const nodes_t *values)
 }
 
 /* And back. */
-ALWAYS_INLINE void from_eigen(const complex_t *ways, nodes_t *values)
+ALWAYS_INLINE void from_eigen(const complex_t *modes, nodes_t *values)
 {
     IN_REGISTERS
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t sum = lanes_of(0);
         for (int k = 0; k < EIGENVALUES; k++)
-            sum += ways->real.value[k]*from_eigen_real[k].lanes[b] + ways->imaginary.value[k]*from_eigen_imaginary[k].lanes[b];
+            sum += modes->real.value[k]*from_eigen_real[k].lanes[b] + modes->imaginary.value[k]*from_eigen_imaginary[k].lanes[b];
         values->lanes[b] = sum;
     }
 }
@@ -264,10 +264,10 @@ ALWAYS_INLINE void from_eigen(const complex_t *ways, nodes_t *values)
 static void solve_coupled(step_t *s)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, beside = size - 3;
+    const int size = c->size, others = size - 3;
     eigen_t *const real = c->found_real, *const imaginary = c->found_imaginary;
     for (int j = 0; j < size; j++) {
-        complex_t rest = to_eigen(&c->missing[j < beside ? j : s->core + j - beside]);
+        complex_t rest = to_eigen(&c->missing[j < others ? j : s->core + j - others]);
         for (int k = 0; k < j; k++)
             if (c->filled[j*size + k]) {
                 take_from(&rest.real, &rest.imaginary,
@@ -284,9 +284,9 @@ static void solve_coupled(step_t *s)
             }
         rest = product(rest, entry(c->real, c->imaginary, j*size + j));
         put_entry(real, imaginary, j, rest);
-        from_eigen(&rest, &c->missing[j < beside ? j : s->core + j - beside]);
+        from_eigen(&rest, &c->missing[j < others ? j : s->core + j - others]);
     }
-    for (int n = beside; n < s->core; n++) {
+    for (int n = others; n < s->core; n++) {
         const complex_t change = product(to_eigen(&c->missing[n]), inverse(less_eigenvalue(1, s->h, c->diagonal[n])));
         from_eigen(&change, &c->missing[n]);
     }
@@ -295,7 +295,7 @@ static void solve_coupled(step_t *s)
 /* The speeds of wheels that roll, in the order of the core, at the nodes in vector b; with b = -1 at the start. */
 ALWAYS_INLINE void rolling_speeds(const step_t *s, const int wheels, int b, lanes_t *speeds)
 {
-    lanes_t nu[3], chi[MOST_WHEELS];
+    lanes_t nu[3], chi[MAX_WHEELS];
     for (int k = 0; k < 3; k++)
         nu[k] = b < 0 ? lanes_of(s->nu[k]) : s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)
@@ -320,11 +320,11 @@ ALWAYS_INLINE void rates_between(double start, double h, const nodes_t *at, node
 static void guess_that_slip_stays(step_t *s, const int wheels)
 {
     const int size = s->coupled->size, of_wheels = size - 3 - 3*SET_TILTS;
-    lanes_t at_start[2*MOST_WHEELS];
+    lanes_t at_start[2*MAX_WHEELS];
     states_at_nodes(s, wheels);
     rolling_speeds(s, wheels, -1, at_start);
     for (int b = 0; b < BLOCKS; b++) {
-        lanes_t speeds[2*MOST_WHEELS];
+        lanes_t speeds[2*MAX_WHEELS];
         rolling_speeds(s, wheels, b, speeds);
         for (int n = 0; n < of_wheels; n++)
             s->coupled->missing[n].lanes[b] = speeds[n] + (s->start_core[n] - at_start[n]);
@@ -338,18 +338,18 @@ static void guess_that_slip_stays(step_t *s, const int wheels)
 static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, beside = size - 3;
+    const int size = c->size, others = size - 3;
     double *const rates = c->small + size*size;
     for (int n = 0; n < s->core; n++)
         s->end_core[n] = s->core_dot[n][0];
     find_slopes(s, wheels, -1);
     for (int j = 0; j < size; j++)
-        rates[j] = c->start[j] = j < beside ? s->end_core[j] : nu_dot[j - beside][0];
+        rates[j] = c->start[j] = j < others ? s->end_core[j] : nu_dot[j - others][0];
     after(c, s->h/2, rates);
     for (int k = 0; k < 3; k++)
-        nu_dot[k] = lanes_of(rates[beside + k]);
+        nu_dot[k] = lanes_of(rates[others + k]);
     for (int n = 0; n < s->core; n++)
-        s->core_dot[n] = lanes_of(n < beside ? rates[n] : s->end_core[n]/(1 - s->h/2*c->diagonal[n]));
+        s->core_dot[n] = lanes_of(n < others ? rates[n] : s->end_core[n]/(1 - s->h/2*c->diagonal[n]));
     for (int b = 0; b < BLOCKS; b++) {
         for (int k = 0; k < 3; k++)
             s->rate_nu[k].lanes[b] = nu_dot[k];
@@ -398,7 +398,7 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
     find_missing(s, wheels, renew);
-    if (renew && s->renewals <= MOST_RENEWALS) {
+    if (renew && s->renewals <= MAX_RENEWALS) {
         if (!s->fresh)
             find_slopes(s, wheels, MIDDLE);
         eliminate_coupled(c, s->h);
@@ -406,9 +406,9 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
         s->renewals++;
     }
     if (SET_HAS_CONTACT_SPEEDS) {
-        nodes_t factor[MOST_WHEELS];
+        nodes_t factor[MAX_WHEELS];
         for (int b = 0; b < BLOCKS; b++) {
-            lanes_t chi[MOST_WHEELS], reach[MOST_WHEELS];
+            lanes_t chi[MAX_WHEELS], reach[MAX_WHEELS];
             for (int i = 0; i < wheels; i++)
                 chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
             reaches(s, wheels, chi, reach);
@@ -439,19 +439,19 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
 static double coupled_missed(const step_t *s)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, beside = size - 3;
+    const int size = c->size, others = size - 3;
     const double time = s->h/(2*NODES);
     double *const rates = c->small + size*size, of_nu = 0, of_core = 0;
     for (int last = 0; last < 2; last++) {
         for (int j = 0; j < size; j++)
-            rates[j] = weighted(j < beside ? &s->rate_core[j] : &s->rate_nu[j - beside], &gauss_last[last]);
+            rates[j] = weighted(j < others ? &s->rate_core[j] : &s->rate_nu[j - others], &gauss_last[last]);
         after(c, time, rates);
         for (int k = 0; k < 3; k++)
-            of_nu += fabs(rates[beside + k]);
-        for (int j = 0; j < beside; j++)
+            of_nu += fabs(rates[others + k]);
+        for (int j = 0; j < others; j++)
             of_core = fmax(of_core, 2*s->weight[j]*fabs(rates[j]));
     }
-    for (int n = beside; n < s->core; n++)
+    for (int n = others; n < s->core; n++)
         of_core = fmax(of_core, s->weight[n]*tail(&s->rate_core[n])/(1 + time*fabs(c->diagonal[n])));
     return time*(of_nu + of_core);
 }
@@ -459,11 +459,11 @@ static double coupled_missed(const step_t *s)
 /* A sum of how much rates would move the speeds, in the measure of nu. */
 static double moved_by_rates(const step_t *s, const double *rates)
 {
-    const int size = s->coupled->size, beside = size - 3;
+    const int size = s->coupled->size, others = size - 3;
     double of_nu = 0, of_core = 0;
     for (int k = 0; k < 3; k++)
-        of_nu += fabs(rates[beside + k]);
-    for (int j = 0; j < beside; j++)
+        of_nu += fabs(rates[others + k]);
+    for (int j = 0; j < others; j++)
         of_core = fmax(of_core, s->weight[j]*fabs(rates[j]));
     return of_nu + of_core;
 }
@@ -474,16 +474,16 @@ static double moved_by_rates(const step_t *s, const double *rates)
 static double missed_at_start(step_t *s, const int wheels, double allowed)
 {
     const coupled_t *const c = s->coupled;
-    const int size = c->size, beside = size - 3;
+    const int size = c->size, others = size - 3;
     const double time = s->h*gauss_node.node[0];
     double *const rates = c->small + size*size;
     for (int j = 0; j < size; j++)
-        rates[j] = weighted(j < beside ? &s->rate_core[j] : &s->rate_nu[j - beside], &gauss_start) - c->start[j];
+        rates[j] = weighted(j < others ? &s->rate_core[j] : &s->rate_nu[j - others], &gauss_start) - c->start[j];
     if (!(time*moved_by_rates(s, rates) > allowed))
         return 0;
     find_slopes(s, wheels, MIDDLE);
     for (int j = 0; j < size; j++)
-        rates[j] = weighted(j < beside ? &s->rate_core[j] : &s->rate_nu[j - beside], &gauss_start) - c->start[j];
+        rates[j] = weighted(j < others ? &s->rate_core[j] : &s->rate_nu[j - others], &gauss_start) - c->start[j];
     after(c, time, rates);
     return time*moved_by_rates(s, rates);
 }

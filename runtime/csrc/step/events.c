@@ -4,9 +4,9 @@
  * The iteration at the nodes corrects h by Newton's rule along with the rates, so that landing on an event costs no
  * step of its own. A guard is affine in time and nu; it counts as passed only where it exceeds its own rounding, so
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
-#define MOST_SWEEPS 60
+#define MAX_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
-#define MOST_MOVES 4                /* of a step that has settled, on to where a contact lets go            */
+#define MAX_MOVES 4                 /* of a step that has settled, on to where a contact lets go            */
 #define CLOSE 1e-9                  /* of a step: rates are constant to rounding over this time               */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
@@ -54,7 +54,7 @@ static void guard_accelerations(const step_t *s, const double *weight, nodes_t *
     for (int i = 0; i < s->wheels; i++)
         count += weight[i] != 0;
     for (int b = 0; b < BLOCKS && count; b++) {
-        lanes_t nu[3], nu_dot[3], chi[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+        lanes_t nu[3], nu_dot[3], chi[MAX_WHEELS], chi_ddot[MAX_WHEELS];
         for (int k = 0; k < 3; k++)
             nu[k] = s->at_nu[k].lanes[b], nu_dot[k] = s->rate_nu[k].lanes[b];
         for (int i = 0; i < s->wheels; i++)
@@ -185,10 +185,10 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
 static double length_to_use(step_t *s, const int wheels, double length);
 NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
 
-/* The length at which the first event comes, by Newton's rule from the step's end, or at most `most`. */
-ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
+/* The length at which the first event comes, by Newton's rule from the step's end, or at most `longest`. */
+ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double longest)
 {
-    double length = most;
+    double length = longest;
     s->event.landing = -1, s->event.unsure = 0;
     for (int i = 0; i < wheels; i++) {
         const double sign = s->end.chi[i] < 0 ? -1 : 1;
@@ -225,7 +225,7 @@ enum { SETTLED, UNSETTLED, TOO_LONG };
 
 /* The end of a step whose rates have settled. False: the event is not within reach after all, and comes `late`. Where all
  * contacts stick they are looked at only now: if one gives way in this step, the next sweeps look at them, too. */
-ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
+ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double longest)
 {
     const int first_look = is_blind(s);
     if (first_look)
@@ -239,10 +239,10 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
         measure_contacts_at_end(s, wheels);
     if (first_look) {
         look_at_contacts(s, wheels);
-        s->event.late = length_to_event(s, wheels, most) - s->h;
+        s->event.late = length_to_event(s, wheels, longest) - s->h;
         return is_near(s, s->event.late) && s->event.landing < wheels + s->event.guards;
     }
-    s->event.late = length_to_event(s, wheels, most) - s->h;
+    s->event.late = length_to_event(s, wheels, longest) - s->h;
     return is_near(s, s->event.late);
 }
 
@@ -315,13 +315,13 @@ ALWAYS_INLINE int shows_too_long(const step_t *s, int k, int long_at, double cha
 
 /* What the next sweeps would change after one that has changed so much, as a geometric series; the first one has no ratio. By
  * Newton's rule with slopes that turn within the step large and small ratios take turns, and the first is the guess's. */
-ALWAYS_INLINE double left_by_sweeps(int k, double change, double last, double ratio, double ratio_before)
+ALWAYS_INLINE double residual_of_sweeps(int k, double change, double last, double ratio, double ratio_before)
 {
     const double next = SET_IS_COUPLED ? fmax(ratio, k > 1 ? ratio_before : 1) : ratio;
     return last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
 }
 
-/* The next length of a step. Where rates have settled, and an event that has cut it is not in what was left, rounding
+/* The next length of a step. Where rates have settled, and an event that has cut it is not in the rest, rounding
  * hides it there: it lies between the two. */
 ALWAYS_INLINE double length_between(const step_t *s, double length, int is_settled, double *cut)
 {
@@ -355,7 +355,7 @@ ALWAYS_INLINE void change_length(step_t *s, const int wheels, double length, dou
 }
 
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
-ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance)
+ALWAYS_INLINE int settle(step_t *s, const int wheels, double longest, double tolerance, double sweep_tolerance)
 {
     double last = INFINITY, ratio = INFINITY, ratio_before = INFINITY;
     double cut = INFINITY;              /* the shortest length that an event has cut, at settled rates     */
@@ -363,13 +363,13 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     int moves = 0;                      /* how often it has been moved on to where a contact lets go      */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
     int stiff_since = 0;
-    for (int k = 0; k < MOST_SWEEPS; k++) {
+    for (int k = 0; k < MAX_SWEEPS; k++) {
         double change = sweep(s, wheels, !(ratio < RENEW));
         if (SET_CHI_FEEDS_BACK && change < s->h*s->size*lanes_largest(s->turning_moved))
             change = s->h*s->size*lanes_largest(s->turning_moved);
         s->contact.early = k < TELL_SLIPS;
         end_of_step(s, wheels);
-        const double found = length_to_event(s, wheels, most);
+        const double found = length_to_event(s, wheels, longest);
         const double length = length_between(s, found, change <= sweep_tolerance, &cut), moved = length - s->h;
         ratio_before = ratio, ratio = change/last;
         if (SET_IS_ACTED_ON && !SET_IS_COUPLED && !s->stiff.on && is_slow(s, k, ratio, ratio_before, tolerance)
@@ -378,14 +378,14 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             stiff_since = k, long_at = k + 2, last = INFINITY;
             continue;
         }
-        double rest = left_by_sweeps(k, change, last, ratio, ratio_before);
+        double rest = residual_of_sweeps(k, change, last, ratio, ratio_before);
         if (rest > sweep_tolerance && changes_rounding(s, wheels, change, ratio, tolerance))
             rest = 0;
         if (SET_IS_ACTED_ON)
             s->rest = rest;
         if (rest <= sweep_tolerance && is_near(s, moved)) {
-            const int unseen = is_blind(s), near = end_settled(s, wheels, most);
-            const int moves_on = near && moves < MOST_MOVES && lets_go_later(s, wheels);
+            const int unseen = is_blind(s), near = end_settled(s, wheels, longest);
+            const int moves_on = near && moves < MAX_MOVES && lets_go_later(s, wheels);
             if (near && !moves_on)
                 return SETTLED;
             moves += moves_on;
@@ -422,33 +422,33 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
     const double farthest = h*LEBESGUE*largest_of(rate);
     if (start + farthest <= high && start - farthest >= low)
         return 1;
-    double left = 0, slope_left = weighted(rate, &gauss_start), area;
-    if (has_one_sign(rate, slope_left, end_rate))
+    double from = 0, slope_from = weighted(rate, &gauss_start), area;
+    if (has_one_sign(rate, slope_from, end_rate))
         return 1;
     for (int m = 0; m <= NODES; m++) {
-        const double right = m < NODES ? gauss_node.node[m] : 1;
-        const double slope_right = m < NODES ? rate->node[m] : end_rate;
-        if ((slope_left > 0) != (slope_right > 0)) {
-            double a = left, b = right, slope;
+        const double to = m < NODES ? gauss_node.node[m] : 1;
+        const double slope_to = m < NODES ? rate->node[m] : end_rate;
+        if ((slope_from > 0) != (slope_to > 0)) {
+            double a = from, b = to, slope;
             for (int k = 0; k < 50; k++) {
                 const double middle = (a + b)/2;
                 legendre_value(rate, middle, &slope, &area);
-                if ((slope > 0) == (slope_left > 0)) a = middle; else b = middle;
+                if ((slope > 0) == (slope_from > 0)) a = middle; else b = middle;
             }
             legendre_value(rate, b, &slope, &area);
-            const double there = start + h*area;
-            if (there > high || there < low)
+            const double reached = start + h*area;
+            if (reached > high || reached < low)
                 return b;
         }
-        left = right;
-        slope_left = slope_right;
+        from = to;
+        slope_from = slope_to;
     }
     return 1;
 }
 
 /* Bounds of a polynomial in the step from its values at the nodes: it is nowhere farther from one of these than LEBESGUE
  * times as far as the others are. */
-ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)
+ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *largest)
 {
     const double middle = values->node[NODES/2];
     nodes_t apart;
@@ -456,7 +456,7 @@ ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)
     for (int b = 0; b < BLOCKS; b++)
         apart.lanes[b] = values->lanes[b] - middle;
     const double away = LEBESGUE*largest_of(&apart);
-    *least = middle - away, *most = middle + away;
+    *least = middle - away, *largest = middle + away;
 }
 
 /* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost,

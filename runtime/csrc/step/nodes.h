@@ -96,12 +96,12 @@ ALWAYS_INLINE double extent_of(const nodes_t *values, double start, double end)
         low = lanes_select(values->lanes[b] < low, values->lanes[b], low);
         high = lanes_select(values->lanes[b] > high, values->lanes[b], high);
     }
-    double least = low[0], most = high[0];
+    double least = low[0], largest = high[0];
     for (int k = 1; k < LANES; k++) {
         least = low[k] < least ? low[k] : least;
-        most = high[k] > most ? high[k] : most;
+        largest = high[k] > largest ? high[k] : largest;
     }
-    return most - least;
+    return largest - least;
 }
 
 /* Whether the values at the nodes and two numbers beside them have one sign; zero may have either. */

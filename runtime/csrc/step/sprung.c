@@ -1,8 +1,8 @@
 /* Heave and tilt of a platform on springs, which make their rates stiff: Newton's rule for these six numbers.
  *
  * With rates u and places z the springs give u' = f(u, z), all but affine, and z' = u. What a sweep misses of both is
- * taken away with one 3 x 3 slope by each for all nodes: places follow from rates, so that three numbers a node are
- * left, 1 - h C I - h^2 K I^2 with the integral I to the nodes. The other speeds go along with them: the vehicle's ground
+ * taken away with one 3 x 3 slope by each for all nodes: places follow from rates, so that three numbers a node
+ * remain, 1 - h C I - h^2 K I^2 with the integral I to the nodes. The other speeds go along with them: the vehicle's ground
  * point swings under its centre of mass, and friction follows the loads. */
 #define TILT_MOVES 1e-4             /* m and rad, and per second: differences for slopes of what is all but affine    */
 #define KEEPS_SLOPES 0.02           /* of a step's length: to so much another one the eliminated matrix serves, too    */

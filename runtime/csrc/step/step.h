@@ -5,9 +5,9 @@
 
 #include "step/nodes.h"
 
-#define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
-#define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is what is left of other forces */
-#define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (SET_LOADS_FOLLOW ? fabs(taken) : (taken))))
+#define MAX_UNKNOWNS (3*NODES)      /* nu' at the nodes                                                     */
+#define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is a difference of other forces */
+#define GRIP_NOISE(excess) (GRIP_ROUNDINGS*EPS*(2 + (SET_LOADS_FOLLOW ? fabs(excess) : (excess))))
 /* In which contacts may slip: 0 along the axle, 1 along the rolling direction. */
 #define SET_FIRST_DIRECTION (!(SET_HAS_CONTACT_SPEEDS || SET_STRIPS))
 #define SET_APPROACHES (SET_GRIPS && SET_HAS_CONTACT_SPEEDS)    /* whether steps may end at rests: approach.c         */
@@ -15,7 +15,7 @@
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
  * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
 typedef struct {
-    nodes_t rows[MOST_UNKNOWNS*MOST_UNKNOWNS/NODES], *row[MOST_UNKNOWNS];
+    nodes_t rows[MAX_UNKNOWNS*MAX_UNKNOWNS/NODES], *row[MAX_UNKNOWNS];
 } newton_t;
 
 /* How the speeds that are coupled are solved for: those of the core that stand first, then nu. Rows of matrices are those
@@ -44,7 +44,7 @@ typedef struct {
     int wheels;
     double *now;                                /* rates at this instant                         */
     lanes_t *spin;                              /* out: spins of the rollers in contact          */
-    double *takes;                              /* torques of those in core_bearings.c's spins_at_the_most(), else 0 */
+    double *takes;                              /* torques of those in core_bearings.c's spins_at_bound(), else 0 */
     double *scale;                              /* of what stands in the place of their spins, in rad/s */
     lanes_t *load;                              /* of the contacts                               */
     const lanes_t *friction;
@@ -75,15 +75,15 @@ ALWAYS_INLINE void put_bearing_states(const bearing_states_t *states, point_t *p
 /* Wheels that stand, along their axles (direction 0) where contact and roller stick, along their rolling directions (1)
  * where contact and axle do. Where rollers do not stick a wheel stands along its rolling direction alone. */
 typedef struct {
-    int count, wheel[MOST_BEARINGS], direction[MOST_BEARINGS], bearing[MOST_BEARINGS];    /* the bearing that holds it */
-    int stands[2*MOST_WHEELS];                  /* of each wheel and direction                             */
+    int count, wheel[MAX_BEARINGS], direction[MAX_BEARINGS], bearing[MAX_BEARINGS];       /* the bearing that holds it */
+    int stands[2*MAX_WHEELS];                   /* of each wheel and direction                             */
     int *has_part;                              /* of each bearing: whether it holds one that stands       */
     bearings_t rows;                            /* what a unit force in each does to nu                    */
-    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
-    double holding[MOST_BEARINGS], most_holding;    /* what these bearings take at most; the largest of all, in N m */
+    double of_ground[2*MAX_WHEELS];             /* what the ground takes at most of any wheel, in N        */
+    double holding[MAX_BEARINGS], max_holding;      /* what these bearings take at most; the largest of all, in N m */
     double radius, arm;                         /* of a wheel; of its roller in contact where chi is 0     */
     double size[3], per_force;                  /* what a force on nu is rounded against; nu' that it gives */
-    double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found           */
+    double used_by[MAX_BEARINGS];               /* forces of least use, the last that were found           */
     const omniroll_bearing_t *contact;          /* bearings of rollers in contact, null where there are none */
     double rounding;                            /* EPS: what a use is rounded to by terms of the force on nu */
     elements_t *problem;                        /* of what holds them: scratch                             */
@@ -92,10 +92,10 @@ typedef struct {
 /* What they ask for: the force that holds nu, the torques of bearings where the ground took nothing in the directions in
  * which they stand, the ground's forces, and the arms of the rollers in contact. */
 typedef struct {
-    double force[3], of_bearings[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
+    double force[3], of_bearings[2*MAX_WHEELS], along[2*MAX_WHEELS], arm[MAX_WHEELS];
 } demand_t;
 
-/* A step up to a rest, in a clock of its own: approach.c. */
+/* A step up to a rest, in a clock that is not time: approach.c. */
 typedef struct {
     int stretched;                              /* the power of its clock, else 0                           */
     nodes_t clock, stretch;                     /* the nodes' times over h, and the rates of these          */
@@ -121,15 +121,15 @@ typedef struct {
 /* Slopes by the rates of heave and tilt and by these themselves, of their accelerations, of nu' and of what of the core is
  * coupled with it; and the matrix of Newton's rule for a step of length h: sprung.c. */
 typedef struct {
-    double slope[6 + 2*MOST_WHEELS][6], h;
+    double slope[6 + 2*MAX_WHEELS][6], h;
     newton_t newton;
     nodes_t found[6];                           /* rates that the last sweep has found                       */
 } sprung_t;
 
 /* Guards at the start of a step. share: the wheel of whose load's part this is a bound, and on which side; or 0. */
 typedef struct {
-    int share[MOST_GUARDS];
-    double start[MOST_GUARDS], noise[MOST_GUARDS], slope[MOST_GUARDS], weights[3*MOST_GUARDS];   /* weights: of nu */
+    int share[MAX_GUARDS];
+    double start[MAX_GUARDS], noise[MAX_GUARDS], slope[MAX_GUARDS], weights[3*MAX_GUARDS];       /* weights: of nu */
 } guards_t;
 
 ALWAYS_INLINE int wheel_of_share(int bound)
@@ -144,7 +144,7 @@ typedef struct {
     double reach;                               /* at most this part of h                        */
     double unsure;                              /* rounding hides the event's instant for so long */
     double tick;                                /* what the run's time is rounded to             */
-    double edge[MOST_WHEELS];                   /* the |chi| that ends the step: the joint, or little more for a
+    double edge[MAX_WHEELS];                    /* the |chi| that ends the step: the joint, or little more for a
                                                  * wheel that rests there and turns back         */
     const double *guard_rows;                   /* of the run                                    */
     int guards;
@@ -153,48 +153,48 @@ typedef struct {
 
 /* Contacts as they are at the start of a step. */
 typedef struct {
-    int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
+    int slides[MAX_WHEELS], grips[MAX_WHEELS];      /* contacts that slip, and that stick; neither is off   */
     int sliding, turning, gripping;             /* whether there are such, with directions, and such as stick */
     int rolls;                                  /* all stick: what is coupled with nu follows from it */
     int blind;                                  /* and no sweep asks yet with how much friction */
-    int corner[MOST_WHEELS];                    /* contacts that slip and whose rollers turn                */
+    int corner[MAX_WHEELS];                     /* contacts that slip and whose rollers turn                */
     int early;                                  /* whether the first sweeps have not told yet how slips begin   */
-    int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
-    double residual_slip[MOST_WHEELS];          /* of a slip across its direction, in m/s, that is nothing    */
+    int keeps[MAX_WHEELS], strays;              /* slips that keep their direction up to rest; one has not      */
+    double residual_slip[MAX_WHEELS];           /* of a slip across its direction, in m/s, that is nothing    */
     double rest_in;                             /* the time until the first other slip comes to rest         */
     int rests;                                  /* which slip that is                                        */
     const lanes_t *load, *friction;
-    double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take under their loads at rest */
-    double per_load[MOST_WHEELS], presses[MOST_WHEELS];     /* over these loads; 1 for contacts that carry one, else 0 */
+    double per_reach[2*MAX_WHEELS];             /* over what contacts that stick can take under their loads at rest */
+    double per_load[MAX_WHEELS], presses[MAX_WHEELS];       /* over these loads; 1 for contacts that carry one, else 0 */
     const double *response;                     /* of the rates of slips to forces, of contacts that slip */
-    int place[MOST_WHEELS], responding;         /* their places there, and how many there are    */
+    int place[MAX_WHEELS], responding;          /* their places there, and how many there are    */
     double settles, friction_makes, friction_force;
     const lanes_t *next_before;
 } contacts_t;
 
 /* Their slips and forces at the nodes of a step. */
 typedef struct {
-    nodes_t toward[2*MOST_WHEELS];              /* directions of the slips                        */
-    double begun[2*MOST_WHEELS];                /* the same at the start of the step              */
-    nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
-    nodes_t self_response[4*MOST_WHEELS];       /* of a contact's slip to forces on it, 2 x 2             */
-    int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
-    nodes_t at[2*MOST_WHEELS], rate[2*MOST_WHEELS], excess[MOST_WHEELS];
-    nodes_t at_load[MOST_WHEELS];               /* loads, where they follow from the motion: loads.c       */
-    double start[2*MOST_WHEELS], end[2*MOST_WHEELS], noise[MOST_WHEELS];
-    double excess_start[MOST_WHEELS], excess_late[MOST_WHEELS];
+    nodes_t toward[2*MAX_WHEELS];               /* directions of the slips                        */
+    double begun[2*MAX_WHEELS];                 /* the same at the start of the step              */
+    nodes_t push[2*MAX_WHEELS], turned[2*MAX_WHEELS];       /* their forces, and the slopes of these in a turn */
+    nodes_t self_response[4*MAX_WHEELS];        /* of a contact's slip to forces on it, 2 x 2             */
+    int knows_response[MAX_WHEELS];             /* whether it has been found in this try          */
+    nodes_t at[2*MAX_WHEELS], rate[2*MAX_WHEELS], excess[MAX_WHEELS];
+    nodes_t at_load[MAX_WHEELS];                /* loads, where they follow from the motion: loads.c       */
+    double start[2*MAX_WHEELS], end[2*MAX_WHEELS], noise[MAX_WHEELS];
+    double excess_start[MAX_WHEELS], excess_late[MAX_WHEELS];
     double turn_noise;                          /* of what contacts that stick take, by directions of slow slips  */
-    nodes_t yield[MOST_WHEELS];                 /* how far they slip along their axles: strips.c            */
-    nodes_t next_share[MOST_WHEELS];            /* of wheels that stand on their joints and may slip */
+    nodes_t yield[MAX_WHEELS];                  /* how far they slip along their axles: strips.c            */
+    nodes_t next_share[MAX_WHEELS];             /* of wheels that stand on their joints and may slip */
     nodes_t *shared_rows, **shared_row, *shared_turn;   /* scratch of shared_directions.c                    */
-    int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
+    int turned_together[MAX_WHEELS];            /* whose directions the last sweep has found together        */
 } slips_t;
 
 /* What sticks in a step, and what holds it. */
 typedef struct {
     int held;                                   /* bearings that stick                             */
     int of_contacts;                            /* events of contacts, which stand before those of bearings */
-    double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
+    double turns[MAX_WHEELS];                   /* 0 of a wheel whose axle sticks, else 1        */
     lanes_t directions[9], absent[3];           /* of nu                                         */
     nodes_t force[3];                           /* that holds, at the nodes                      */
     double force_size[3], per_force[3];
@@ -203,22 +203,22 @@ typedef struct {
     double residual;                            /* of their rates, by the iteration at the nodes   */
     const bearing_states_t *states;
     const standing_t *standing;
-    nodes_t along[2*MOST_WHEELS];               /* what wheels that stand ask for, at nodes */
+    nodes_t along[2*MAX_WHEELS];                /* what wheels that stand ask for, at nodes */
     demand_t demand_start, demand_late;         /* at the start; what the polynomials lack at the end */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
-    double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
+    double used_by[MAX_BEARINGS];               /* forces of least use, the last that were found             */
 } holding_t;
 
 /* What acts in a step, and the heading. */
 typedef struct {
     double heading;                             /* at the start                                  */
     nodes_t at_heading;
-    double input[MOST_INPUTS*MOST_WHEELS], input_slope[MOST_INPUTS*MOST_WHEELS];
+    double input[MAX_INPUTS*MAX_WHEELS], input_slope[MAX_INPUTS*MAX_WHEELS];
 } acting_t;
 
 /* The state at a step's end. travel: of the pose, in the step. */
 typedef struct {
-    double nu[3], chi[MOST_WHEELS], rate[MOST_WHEELS], travel[3];
+    double nu[3], chi[MAX_WHEELS], rate[MAX_WHEELS], travel[3];
 } end_t;
 
 typedef struct {
@@ -226,10 +226,10 @@ typedef struct {
     const vehicle_t *vehicle;
     const lanes_t *momenta;
     const double *joint;                        /* N: pi/n of each wheel                       */
-    double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
+    double nu[3], chi[MAX_WHEELS];              /* where the step starts                         */
     double h;
     nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
-    nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
+    nodes_t rate_chi[MAX_WHEELS], at_chi[MAX_WHEELS];
     nodes_t rate_pose[3];
     end_t end;
     event_t event;
@@ -240,7 +240,7 @@ typedef struct {
     nodes_t *rate_core;
     lanes_t *at_core;                           /* at the nodes, vector by vector: core_at()     */
     lanes_t *core_here, *core_dot;              /* scratch                                       */
-    nodes_t rate_account[MOST_ACCOUNTS];
+    nodes_t rate_account[MAX_ACCOUNTS];
     contacts_t contact;
     slips_t slip;
     approach_t approach;
@@ -295,11 +295,11 @@ typedef struct {
 
 /* The arrays of a point. */
 typedef struct {
-    lanes_t nu[3], chi[MOST_WHEELS];
-    lanes_t input[MOST_INPUTS*MOST_WHEELS];
+    lanes_t nu[3], chi[MAX_WHEELS];
+    lanes_t input[MAX_INPUTS*MAX_WHEELS];
     lanes_t held_force[3];
-    lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
-    lanes_t ground_yield[MOST_WHEELS], next_share[MOST_WHEELS];
+    lanes_t ground_push[2*MAX_WHEELS], ground_force[2*MAX_WHEELS], slip_dot[2*MAX_WHEELS];
+    lanes_t ground_yield[MAX_WHEELS], next_share[MAX_WHEELS];
 } arrays_t;
 
 #endif

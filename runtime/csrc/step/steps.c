@@ -146,7 +146,7 @@ static double longest_before_bend(const omniroll_run_t *run, const work_t *work,
                                   const lanes_t *chi_dot)
 {
     double time = INFINITY;
-    lanes_t chi_ddot[MOST_WHEELS];
+    lanes_t chi_ddot[MAX_WHEELS];
     s->bend_in = INFINITY;
     accelerations_now(run, work, nu_dot, chi_ddot);
     for (int i = 0; i < run->wheels; i++) {
@@ -225,7 +225,7 @@ ALWAYS_INLINE double length_to_joint(step_t *s, const int wheels, double longest
  * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
 ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
 {
-    lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
+    lanes_t nu_dot[3], chi_dot[MAX_WHEELS];
     rates_at_start(run, work, wheels, nu_dot);
     wheel_rates_now(run, work, chi_dot);
     if (SET_GRIPS)
@@ -305,18 +305,18 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
  * not the wheels', and of nu, of the wheel whose rate they miss most. */
 static void name_hardest(omniroll_run_t *run, const step_t *s)
 {
-    double most = 0, most_of_nu = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
+    double largest = 0, hardest = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
     run->record.hardest_part = run->record.stopped_wheel = -1;
     for (int i = 0; i < run->wheels; i++)
-        if (tail(&s->rate_chi[i]) > most)
-            most = tail(&s->rate_chi[i]), run->record.stopped_wheel = i;
+        if (tail(&s->rate_chi[i]) > largest)
+            largest = tail(&s->rate_chi[i]), run->record.stopped_wheel = i;
     if (SET_CORE_PARTS)
         for (int part = 0, c = 0; part < SET_CORE_PARTS; part++)
             for (int first = c, end = core_part_end(run->wheels, run->rollers_per_wheel, part); c < end; c++) {
                 const double missing = s->weight[c]*tail(&s->rate_core[c]);
-                if (!(missing > most_of_nu))
+                if (!(missing > hardest))
                     continue;
-                most_of_nu = missing, run->record.hardest_part = part;
+                hardest = missing, run->record.hardest_part = part;
                 if ((end - first)%run->wheels == 0)
                     run->record.stopped_wheel = (c - first)/((end - first)/run->wheels);
             }
@@ -331,14 +331,14 @@ ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, d
         return farther_from_rest(s, error, before);
     if (SET_IS_ACTED_ON && !SET_IS_COUPLED) {
         const bend_t found = bend(s, wheels, allowed);
-        if (found.left < 1 && found.wheel >= 0) {
+        if (found.from < 1 && found.wheel >= 0) {
             const double rate = BEND_NEARER*fabs(weighted(&s->rate_chi[found.wheel], &gauss_start));
             run->past.bend_rate = run->past.bend_rate > 0 ? fmin(run->past.bend_rate, rate) : rate;
-            return s->h*found.left*PART_TO_BEND;
+            return s->h*found.from*PART_TO_BEND;
         }
-        if (found.left < 1) {
-            *ahead = 2*s->h*(found.right - found.left);
-            return s->h*found.left;
+        if (found.from < 1) {
+            *ahead = 2*s->h*(found.to - found.from);
+            return s->h*found.from;
         }
     }
     (void)run, (void)wheels, (void)error, (void)before, (void)allowed, (void)ahead;
@@ -362,8 +362,8 @@ ALWAYS_INLINE double longer(const omniroll_run_t *run, step_t *s, double factor,
 typedef struct {
     double rest;            /* to the limit of the step                                                      */
     double meant;           /* by the step before; 0 at a start                                              */
-    double most;            /* of this try                                                                   */
-    double whole;           /* the same, before events have cut it                                           */
+    double longest;         /* of this try                                                                   */
+    double uncut;           /* the same, before events have cut it                                           */
     double calm;            /* before slips that come to rest make it shorter                                */
     double ahead;           /* of a next step in whose middle rates bend                                     */
     int after_switch;
@@ -375,11 +375,11 @@ ALWAYS_INLINE lengths_t first_lengths(const omniroll_run_t *run)
 {
     lengths_t of = {.meant = run->past.step, .ahead = INFINITY, .last_try = {0, INFINITY}};
     of.rest = limit_of_step(run) - run->state.elapsed - run->state.carry;
-    of.most = of.meant > 0 && of.meant < of.rest ? of.meant : of.rest;
+    of.longest = of.meant > 0 && of.meant < of.rest ? of.meant : of.rest;
     of.after_switch = SET_IS_COUPLED && run->state.elapsed == run->past.phase_start;
     if (of.after_switch && run->past.first_step > 0)  /* the ground spins the entering roller up in a short time */
-        of.most = fmin(of.most, SPIN_UP*run->past.first_step);
-    of.calm = of.whole = of.most;
+        of.longest = fmin(of.longest, SPIN_UP*run->past.first_step);
+    of.calm = of.uncut = of.longest;
     return of;
 }
 
@@ -400,7 +400,7 @@ ALWAYS_INLINE int misses(omniroll_run_t *run, step_t *s, const int wheels, int f
     }
     if (!(*error > 1 || found == TOO_LONG))
         return 0;
-    of->most = of->whole = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
+    of->longest = of->uncut = shorter(run, s, wheels, *factor, *error, &before, allowed, &of->ahead);
     run->record.rejected_count++;
     return 1;
 }
@@ -410,7 +410,7 @@ ALWAYS_INLINE int passes_too_much(step_t *s, const int wheels, lengths_t *of)
 {
     const double turned = first_turn_beyond(s, wheels);
     if (turned < 1) {
-        of->most = s->h*turned;
+        of->longest = s->h*turned;
         return 1;
     }
     if (SET_GRIPS) {
@@ -419,7 +419,7 @@ ALWAYS_INLINE int passes_too_much(step_t *s, const int wheels, lengths_t *of)
             return 1;
         }
         if (rests_early(s, wheels)) {
-            of->most = (1 - LEFT)*s->h;
+            of->longest = (1 - REMAINDER)*s->h;
             return 1;
         }
     }
@@ -441,7 +441,7 @@ ALWAYS_INLINE void put_next_length(omniroll_run_t *run, step_t *s, const lengths
         keep_calm_step(run, s, of->calm, error);
     if (s->event.landing >= 0)
         run->past.step = fmax(run->past.step,
-                              (run->task.tolerance > 1e-7 ? 1.0 : 0.6)*(SET_GRIPS ? of->whole : of->most));
+                              (run->task.tolerance > 1e-7 ? 1.0 : 0.6)*(SET_GRIPS ? of->uncut : of->longest));
     else if (run->task.pauses && s->h >= of->rest)
         run->past.step = fmax(run->past.step, of->meant);
 }
@@ -455,12 +455,12 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     s->event.reach = fmax(fmin(0.03*sqrt(run->task.tolerance), 1e-5), 1e-8);
     s->event.tick = EPS*limit_of_step(run);
     for (int trial = 0; trial < 200; trial++) {
-        const double size = guess(s, wheels, &of.most, run, work);
+        const double size = guess(s, wheels, &of.longest, run, work);
         if (SET_GRIPS)
             run->ground.knows_rates = 0;
         if (SET_APPROACHES) {
             const double longest = fmin(fmax(of.calm, run->past.calm_step), of.rest);
-            const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &of.most, size,
+            const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &of.longest, size,
                                                             size*sweep_tolerance(run, s->contact.rest_in)) : NO_APPROACH;
             if (approach == MISSES_REST)
                 continue;
@@ -469,14 +469,14 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
                 return OMNIROLL_RUN_DONE;
             }
         }
-        const int found = settle(s, wheels, of.most, size*run->task.tolerance, size*sweep_tolerance(run, s->h));
+        const int found = settle(s, wheels, of.longest, size*run->task.tolerance, size*sweep_tolerance(run, s->h));
         if (SET_IS_ACTED_ON) {
             s->stiff.by_newton = s->stiff.on;
             s->stiff.on = s->stiff.on && !(found != UNSETTLED && s->stiff.steepest < NOT_STIFF);
             of.slow = of.slow || found == UNSETTLED;
         }
         if (found == UNSETTLED) {
-            of.most = of.whole = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.most : 0), of.most)/(SET_IS_COUPLED ? 2 : 3);
+            of.longest = of.uncut = fmin(fmax(s->h, SET_GRIPS ? SHRINKS*of.longest : 0), of.longest)/(SET_IS_COUPLED ? 2 : 3);
             run->record.rejected_count++;
             continue;
         }

@@ -7,7 +7,7 @@
 #define NOT_STIFF 0.5                           /* where all are below this, Picard's iteration takes over again */
 #define CHORDS 1                                /* first stiff sweeps, which take chords in the place of tangents */
 #define PATIENCE 4                              /* stiff sweeps without slopes of nu', where the core's may do */
-#define MOST_TABLES (SET_STANDS && MOST_WHEELS > 3 ? MOST_WHEELS : 3)  /* of nodes in a row of a system */
+#define MAX_TABLES (SET_STANDS && MAX_WHEELS > 3 ? MAX_WHEELS : 3)     /* of nodes in a row of a system */
 
 /* slope has count x count tables, by rows. */
 ALWAYS_INLINE void newton_matrix(newton_t *newton, const nodes_t *slope, const int count, double h)
@@ -37,7 +37,7 @@ ALWAYS_INLINE void eliminate(nodes_t **row, const int count)
                 pivot = m;
         nodes_t *const kept = row[k];
         row[k] = row[pivot], row[pivot] = kept;
-        nodes_t beyond[MOST_TABLES];            /* the pivot's row right of it, 0 elsewhere               */
+        nodes_t beyond[MAX_TABLES];             /* the pivot's row right of it, 0 elsewhere               */
         for (int l = first; l < count; l++)
             beyond[l] = row[k][l];
         for (int j = 0; j <= here; j++)
@@ -56,7 +56,7 @@ ALWAYS_INLINE void eliminate(nodes_t **row, const int count)
  * over whole rows: what is still to be found counts as 0. */
 ALWAYS_INLINE void solve_eliminated(nodes_t *const *row, const nodes_t *rows, const int count, nodes_t *missing)
 {
-    nodes_t lower[MOST_TABLES], found[MOST_TABLES];
+    nodes_t lower[MAX_TABLES], found[MAX_TABLES];
     memset(lower, 0, sizeof *lower*(size_t)count);
     memset(found, 0, sizeof *found*(size_t)count);
     for (int k = 0; k < count*NODES; k++) {
@@ -174,7 +174,7 @@ ALWAYS_INLINE void slopes_by_friction(step_t *s, const int wheels, int b, const 
 }
 
 /* The slopes of the rest of the core's rates, by differences, at a point in vector b of the nodes: each number's in itself,
- * its parts one after the other, and, if asked for, in nu. Returns how many parts have such slopes. */
+ * its parts one after the other, and, if needed, in nu. Returns how many parts have such slopes. */
 ALWAYS_INLINE int slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
 {
     lanes_t nu_dot[3];
@@ -358,7 +358,7 @@ ALWAYS_INLINE void find_rates_and_slopes(step_t *s, const int wheels, int of_nu,
 
 /* A sweep by Newton's rule, since Picard's iteration contracts slowly, or not at all, where a slope times h is not
  * small. nu' has all of its slopes in nu, which are found anew where the iteration is slow; each number of the rest of
- * the core has its own slope. Spins of rollers do next to nothing to one another, and are left to the iteration. Momenta
+ * the core has its own slope. Spins of rollers do next to nothing to one another, and the iteration finds them. Momenta
  * of wheels, which strong friction lets follow nu at once, are corrected first, and once more as nu changes. */
 static double stiff_sweep(step_t *s, const int wheels, int slow)
 {

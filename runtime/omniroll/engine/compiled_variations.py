@@ -248,7 +248,7 @@ class CompiledVariations:
         run = self.struct[0]
         if run.gauss.count == count:
             return
-        run.gauss.count, run.bounds.most_last = count, MOST_LAST if count < NODES else 0.0
+        run.gauss.count, run.bounds.max_last = count, MOST_LAST if count < NODES else 0.0
         self._point(run.gauss, **_tables(run.motion.degree, count))
 
     def _point(self, group, **arrays: np.ndarray) -> None:
@@ -328,7 +328,7 @@ class CompiledVariations:
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
         run.bounds.jumps, run.bounds.reached, run.bounds.only_just = JUMPS, REACHED, GRAZES
-        run.bounds.most_wrong = max(LEAST_WRONG, ACCURACIES * trajectory.accuracy)
+        run.bounds.max_error = max(LEAST_WRONG, ACCURACIES * trajectory.accuracy)
         run.impact = trajectory.switching == "impact"
         run.motion.rows = len(trajectory)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
