@@ -2,7 +2,7 @@
 
 import numpy as np
 
-MOST_WHEELS = 64  # set_in_lanes.h
+MOST_WHEELS = 64  # MAX_WHEELS in set_in_lanes.h
 ALIGNMENT = 128  # bytes
 
 
