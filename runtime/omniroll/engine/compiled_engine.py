@@ -172,10 +172,9 @@ class CompiledRun:
 
     def _look_ahead(self) -> None:
         """Whether memory holds the rows so far, and those that are to come."""
-        record = self.run.record
         if self.bytes_held > self.task.memory:
             self.status = TOO_LONG
-        elif self.outlook.is_hopeless(record.step_count, record.switch_count, self.run.state.elapsed):
+        elif self.outlook.is_hopeless(self.run.record.step_count, self.run.record.switch_count, self.run.state.elapsed):
             self.status = HOPELESS
         else:
             self._name_what_is_slow()
@@ -428,17 +427,17 @@ class CompiledRun:
 
     def stats(self) -> dict[str, Any]:
         """Figures of the run by name."""
-        figures = self.run.figures
+        record = self.run.record
         return {
             "engine": "compiled",
             "kernel": self.kernel.set_name,
-            "steps": int(figures.step_count),
-            "rejected_steps": int(figures.rejected_count),
-            "phases": int(figures.phase_count) + 1,
-            "evaluations": int(figures.sweep_count) * NODES,
+            "steps": int(record.step_count),
+            "rejected_steps": int(record.rejected_count),
+            "phases": int(record.phase_count) + 1,
+            "evaluations": int(record.sweep_count) * NODES,
             "tolerance": self.tolerance,
             "step_error": self._step_error(),
-            "switches": self.forgotten.switches + wheels_switched(self.space, self.run.record.switch_count),
+            "switches": self.forgotten.switches + wheels_switched(self.space, record.switch_count),
         }
 
     def _step_error(self) -> float:
@@ -446,8 +445,8 @@ class CompiledRun:
 
         Two runs of the same steps agree about the first. The polynomials' last terms overstate it by more than ten.
         """
-        figures, sweep = self.run.figures, self.run.task.sweep_tolerance
-        return figures.step_error / 10 + (figures.sweep_error if self.kernel.effects else figures.step_count * sweep)
+        record, sweep = self.run.record, self.run.task.sweep_tolerance
+        return record.step_error / 10 + (record.sweep_error if self.kernel.effects else record.step_count * sweep)
 
     @property
     def stop(self) -> SimulationStopped | None:

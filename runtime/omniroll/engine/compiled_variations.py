@@ -299,10 +299,9 @@ class CompiledVariations:
     def _fill_bearings(self, bearings: BearingModes, sticking: Sticking) -> None:
         """What C takes of bearings that may stick."""
         self.turns[:] = bearings.alone
-        self._point(
-            self.struct.bearings, mode=bearings.modes, enters=self.turns, inertia=sticking.inertias,
-            sliding=bearings.sliding, bound=bearings.holding, bound_moved=sticking.torques[1],
-        )  # fmt: skip
+        own = self.struct.bearings
+        self._point(own, mode=bearings.modes, enters=self.turns, inertia=sticking.inertias, sliding=bearings.sliding)
+        self._point(own, bound=bearings.holding, bound_moved=sticking.torques[1])
 
     def _fill_held(self, held: Directions, sticking: Sticking) -> None:
         """What C takes of rates that are held together."""
