@@ -129,7 +129,8 @@ class CompiledRun:
         self.columns = columns(self.kernel, task.effects.quantities(self.kernel))
         self.space = self._workspace()
         self.struct = self.space.begin()
-        self.run, self.status, self.ended, self.is_named = self.struct[0], None, "", False
+        self.run, self.state, self.record = self.struct[0], self.struct.state, self.struct.record
+        self.status, self.ended, self.is_named = None, "", False
         self._fill()
         self.kept, self.modes, self.sampled = [], [], np.zeros(0)  # what acts, in memory that the engine writes
         self.acts: WhatActs | None = None
@@ -168,21 +169,20 @@ class CompiledRun:
             if self.status == FULL and not self._is_ended() and self.task.keep is not None:
                 self.task.keep(self)
             if self.task.progress is not None:
-                self.task.progress(self.run.state.elapsed, self.task.duration)
+                self.task.progress(self.state.elapsed, self.task.duration)
 
     def _look_ahead(self) -> None:
         """Whether memory holds the rows so far, and those that are to come."""
-        record = self.run.record
         if self.bytes_held > self.task.memory:
             self.status = TOO_LONG
-        elif self.outlook.is_hopeless(record.step_count, record.switch_count, self.run.state.elapsed):
+        elif self.outlook.is_hopeless(self.record.step_count, self.record.switch_count, self.state.elapsed):
             self.status = HOPELESS
         else:
             self._name_what_is_slow()
 
     def _name_what_is_slow(self) -> None:
         """Say once which term makes the steps short, of a run that goes on for long."""
-        record = self.run.record
+        record = self.record
         left = self.outlook.left * record.sweep_count * NODES / max(record.step_count, 1)
         collapsed = self.outlook.has_collapsed(record.step_count, record.switch_count)
         if self.is_named or not collapsed or left < MANY_EVALUATIONS:
@@ -218,16 +218,16 @@ class CompiledRun:
     @property
     def row_count(self) -> int:
         """How many rows there are so far."""
-        return self.run.record.row_count
+        return self.record.row_count
 
     @property
     def bytes_held(self) -> float:
         """Bytes that the rows and steps in memory take."""
-        return self.run.record.row_count * self.space.bytes_per_row
+        return self.record.row_count * self.space.bytes_per_row
 
     def forget(self) -> None:
         """Take all rows but the last one from memory, and all switches."""
-        record, space = self.run.record, self.space
+        record, space = self.record, self.space
         self.forgotten = self.forgotten.and_of(self.task, space, record.switch_count)
         space.rows[0] = space.rows[record.row_count - 1]
         record.row_count, record.switch_count = 1, 0
@@ -242,7 +242,7 @@ class CompiledRun:
         own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
         speeds = {name: self.speeds(name).copy() for name in own}
         state["speeds"] = speeds | (self._spins(speeds) if self._is_cut else self.massless_modes())
-        return state | {"t": self.task.start_time + self.run.state.elapsed, "axial": self._end_axial()}
+        return state | {"t": self.task.start_time + self.state.elapsed, "axial": self._end_axial()}
 
     def _end_axial(self) -> np.ndarray | None:
         if not self.kernel.has_spins:
@@ -265,21 +265,21 @@ class CompiledRun:
     def _course(self) -> Any:
         """Pointer to what the run has left, as C takes it; `space` keeps it alive."""
         sizes = {"row_size": self.space.rows.shape[1], "step_size": self.space.steps.shape[1]}
-        places = {"wheels": self.wheels, "contact": self.columns.end, "count": self.run.record.row_count}
-        arrays = {"rows": self.run.record.rows, "steps": self.run.record.steps}
+        places = {"wheels": self.wheels, "contact": self.columns.end, "count": self.record.row_count}
+        arrays = {"rows": self.record.rows, "steps": self.record.steps}
         return self.module.ffi.new("omniroll_course_t *", places | sizes | arrays)
 
     def _speed(self) -> float:
         """|nu| at the start; with effects the largest of the run; 1 for a vehicle that stays where it is."""
         if not self.task.effects:
             return math.hypot(*self.space.rows[0, 1:4].tolist()) or 1.0
-        nu = self.space.rows[: self.run.record.row_count, 1:4]
+        nu = self.space.rows[: self.record.row_count, 1:4]
         return math.sqrt(np.einsum("ij,ij->i", nu, nu).max()) or 1.0
 
     def largest_pose(self) -> np.ndarray:
         """(3,) the largest |x|, |y| and |theta| of the run."""
         first = 4 + self.wheels
-        return np.abs(self.space.rows[: self.run.record.row_count, first : first + 3]).max(axis=0)
+        return np.abs(self.space.rows[: self.record.row_count, first : first + 3]).max(axis=0)
 
     def release(self) -> None:
         """Leave the buffers to another run: what this one has recorded is not needed any more."""
@@ -294,8 +294,8 @@ class CompiledRun:
         if not self.run.acts.asks:
             self._take_samples()
             return
-        if self.run.state.elapsed >= self.acting.next_time():
-            self.acting.pass_time(self.run.state.elapsed, self._state())
+        if self.state.elapsed >= self.acting.next_time():
+            self.acting.pass_time(self.state.elapsed, self._state())
         else:
             self.acting.pass_guards(self.passed[: self.run.acts.guard_count] != 0)
             self.ended = next((process.ended for process in self.acting.processes if process.ended), "")
@@ -303,7 +303,7 @@ class CompiledRun:
 
     def _take_samples(self) -> None:
         for k, process in self.called:
-            if process.next_time() <= self.run.state.elapsed:
+            if process.next_time() <= self.state.elapsed:
                 process.pass_time(self._state())
                 self.sampled[k, 1] = process.output
                 self.run.acts.samplers[k].samples += 1
@@ -344,7 +344,7 @@ class CompiledRun:
         return {"contact_spin": contacts.spins(self.nu, self.chi).copy()}
 
     def _give_inputs(self) -> None:
-        guards = self.acting.begin_phase(self.run.state.elapsed, self.run.state.carry)
+        guards = self.acting.begin_phase(self.state.elapsed, self.state.carry)
         self.signals[2, : len(self.columns.inputs)] = self.inputs[1, : len(self.columns.inputs)]
         self.inputs[...] = 0
         for k, name in enumerate(self.columns.inputs):
@@ -355,7 +355,7 @@ class CompiledRun:
             of_nu, *others = guard.of_parts(self.columns.state_vector.slices)
             size = max(guard.size, abs(guard.constant))
             row[:] = np.concatenate([[guard.constant, guard.slope], of_nu, [size], *others])
-        acts, state = self.run.acts, self.run.state
+        acts, state = self.run.acts, self.state
         acts.guard_count, acts.next_time = len(guards), self.acting.next_time()
         acts.inputs_elapsed, acts.inputs_carry = state.elapsed, state.carry
 
@@ -428,17 +428,16 @@ class CompiledRun:
 
     def stats(self) -> dict[str, Any]:
         """Figures of the run by name."""
-        record = self.run.record
         return {
             "engine": "compiled",
             "kernel": self.kernel.set_name,
-            "steps": int(record.step_count),
-            "rejected_steps": int(record.rejected_count),
-            "phases": int(record.phase_count) + 1,
-            "evaluations": int(record.sweep_count) * NODES,
+            "steps": int(self.record.step_count),
+            "rejected_steps": int(self.record.rejected_count),
+            "phases": int(self.record.phase_count) + 1,
+            "evaluations": int(self.record.sweep_count) * NODES,
             "tolerance": self.tolerance,
             "step_error": self._step_error(),
-            "switches": self.forgotten.switches + wheels_switched(self.space, record.switch_count),
+            "switches": self.forgotten.switches + wheels_switched(self.space, self.record.switch_count),
         }
 
     def _step_error(self) -> float:
@@ -446,7 +445,7 @@ class CompiledRun:
 
         Two runs of the same steps agree about the first. The polynomials' last terms overstate it by more than ten.
         """
-        record, sweep = self.run.record, self.run.task.sweep_tolerance
+        record, sweep = self.record, self.run.task.sweep_tolerance
         return record.step_error / 10 + (record.sweep_error if self.kernel.effects else record.step_count * sweep)
 
     @property
@@ -454,14 +453,14 @@ class CompiledRun:
         """Why the run could not go on; without its trajectory."""
         if self.done:
             return None
-        wheel, count = None, self.run.record.switch_count
+        wheel, count = None, self.record.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
         elif self.status in (NO_STEP, UNLAWFUL):
-            wheel = int(self.run.record.stopped_wheel) if self.run.record.stopped_wheel >= 0 else None
+            wheel = int(self.record.stopped_wheel) if self.record.stopped_wheel >= 0 else None
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
-            part = self.run.record.hardest_part
+            part = self.record.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
         chatters = to_and_fro(self.space.switches[:count]) if self.status in (STUCK, HOPELESS) else None
@@ -471,5 +470,5 @@ class CompiledRun:
             reason += blamed(self.task, self.end())
         if self.status == NO_STEP:
             reason += TO_CHANGE
-        time = self.task.start_time + self.run.state.elapsed
+        time = self.task.start_time + self.state.elapsed
         return SimulationStopped(reason, t=time, wheel=wheel, state=shown_state(self))

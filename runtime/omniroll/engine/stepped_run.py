@@ -68,8 +68,8 @@ class SteppedRun(CompiledRun):
 
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
-        run, record = self.run, self.run.record
-        begin = run.state.elapsed, run.record.step_count
+        run, record = self.run, self.record
+        begin = self.state.elapsed, record.step_count
         run.task.duration, record.row_count, record.switch_count = elapsed, 0, 0
         self.go_on_from(self.call(self.struct, self.model), *begin)
 
@@ -78,21 +78,21 @@ class SteppedRun(CompiledRun):
 
         elapsed, steps  where the run was before that call
         """
-        self.status, self.outlook, self.switched, record = status, None, 0, self.run.record
+        self.status, self.outlook, self.switched = status, None, 0
         while True:
             while self.status == ASK:
                 self._answer()
                 self.status = self.call(self.struct, self.model)
-            if record.switch_count:
-                self.switched += record.switch_count
-                directions = self.space.switches[: record.switch_count, 2:].astype(np.int64)
+            if self.record.switch_count:
+                self.switched += self.record.switch_count
+                directions = self.space.switches[: self.record.switch_count, 2:].astype(np.int64)
                 self.passes += np.where(np.abs(directions) == 1, directions, 0).sum(axis=0)
             if self.status == FULL:
                 self._look_ahead_from(elapsed, steps)
             self._show()
             if self.status != FULL:
                 break
-            record.row_count = record.switch_count = 0
+            self.record.row_count = self.record.switch_count = 0
             self.status = self.call(self.struct, self.model)
         if not self.done:
             raise self.stop
@@ -101,17 +101,17 @@ class SteppedRun(CompiledRun):
         """Show what the engine has left since it was last called."""
         if self.see is not None:
             self.see(self.part(0))
-            self.forgotten = self.forgotten.and_of(self.task, self.space, self.run.record.switch_count)
+            self.forgotten = self.forgotten.and_of(self.task, self.space, self.record.switch_count)
 
     def _look_ahead_from(self, elapsed: float, steps: int) -> None:
         """Whether the step that began there has a future: asked after some of the engine's steps, then after twice as
         many, and so on."""
         if self.outlook is None:
             self.outlook, self.next_look = OutlookOfStep(self.run.task.duration - elapsed), FIRST
-        done = self.run.record.step_count - steps
+        done = self.record.step_count - steps
         if done >= self.next_look:
             self.next_look = 2 * done
-            if self.outlook.is_hopeless(done, self.switched, self.run.state.elapsed - elapsed):
+            if self.outlook.is_hopeless(done, self.switched, self.state.elapsed - elapsed):
                 self.status = HOPELESS
 
     @property
@@ -122,7 +122,7 @@ class SteppedRun(CompiledRun):
     def change_what_acts(self) -> None:
         """What acts has been written into: this instant is an event, at which the signals are made anew."""
         self.passed[:] = 0
-        self.run.acts.next_time, self.run.past.at_event = self.run.state.elapsed, 1
+        self.run.acts.next_time, self.run.past.at_event = self.state.elapsed, 1
 
     def go_back(self, memory: bytes, remembered: list[Mapping[str, Any]]) -> None:
         """Go back to where this memory was read, and the processes that the engine asks to what they gave then."""
@@ -157,7 +157,7 @@ class SteppedRun(CompiledRun):
 
     def signals_now(self) -> dict[str, np.ndarray]:
         """(N,) each input and the voltages of the motors, as they act before this instant's events."""
-        acts, state = self.run.acts, self.run.state
+        acts, state = self.run.acts, self.state
         since = (state.elapsed - acts.inputs_elapsed) + (state.carry - acts.inputs_carry)
         if acts.asks:
             return {name: signal.at(since) for name, signal in self.acting.signals.items()} | self._modes()
@@ -196,7 +196,7 @@ class SteppedRun(CompiledRun):
         if not self.task.effects:
             return self.axial
         before, after = self._views(self.space.core_before), self._views(self.space.core)
-        since = np.array(self.run.state.elapsed - self.run.state.axial_elapsed)
+        since = np.array(self.state.elapsed - self.state.axial_elapsed)
         return self.task.effects.axial_later(self.task.kernel, self.axial, before, after, since)
 
 

@@ -154,9 +154,8 @@ class Workspace:
     def _point(self, group: Any, *names: str) -> None:
         """Let these fields of a group point to the arrays of their names."""
         for name in names:
-            array = getattr(self, name)
-            kind = "long long[]" if array.dtype == np.int64 else "double[]"
-            setattr(group, name, self.ffi.from_buffer(kind, array))
+            kind = "long long[]" if getattr(self, name).dtype == np.int64 else "double[]"
+            setattr(group, name, self.ffi.from_buffer(kind, getattr(self, name)))
 
     def begin(self) -> Any:
         """The struct as it is before a run."""
