@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable, Vehicle
+from omniroll import Bearings, Contact, Controller, Motor, Slope, Torque, TorqueTable, Vehicle
 
 PAPER = Vehicle.paper()
 PLACES = ((0.15, 0.01), (-0.07, 0.14), (-0.08, -0.12))
@@ -69,6 +69,10 @@ def all_sticking(rng):
     return replace(rollers, wheel_coulomb=axles.wheel_coulomb, wheel_break_away=axles.wheel_break_away)
 
 
+def dry_ground(rng):
+    return Contact(law="coulomb", friction=rng.uniform(0.1, 0.5, 2), normal_gravity=9.8, wheel_rates=rng.normal(0, 9, 3))
+
+
 def slope(rng):
     return Slope(rng.uniform(0, 0.1), rng.uniform(-9, 9))
 
@@ -91,11 +95,12 @@ SCENES = {
     "rollers that stick": (linear_table, sticking_rollers),
     "all with axles and rollers that stick": (limited_motors, voltage_controller, torques, all_sticking, slope),
 }
+ALL = SCENES | {"contacts that stick": (dry_ground,)}
 
 
 def random_scene(name, model, seed):
     """A vehicle, with a layout of its own every second time, and the arguments of a run of 2 s without its accuracy."""
-    rng = np.random.default_rng([seed, MODELS.index(model), list(SCENES).index(name)])
+    rng = np.random.default_rng([seed, MODELS.index(model), list(ALL).index(name)])
     vehicle = PAPER.replace(wheel_places=PLACES, center_of_mass=(0.005, -0.01)) if seed % 2 else PAPER
     task = {
         "nu": (0.0, 0.0, 0.0) if seed % 3 == 2 else rng.normal(size=3),
@@ -105,7 +110,7 @@ def random_scene(name, model, seed):
         "start_time": 0.25,
         "roller_model": model,
         "switching": ("impact", "smooth")[seed // 2 % 2],
-        "effects": [make(rng) for make in SCENES[name]],
+        "effects": [make(rng) for make in ALL[name]],
     }
     if model == "free":
         task["spins"] = rng.normal(scale=0.5, size=(3, 4))

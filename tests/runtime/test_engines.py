@@ -43,7 +43,7 @@ def test_both_engines_agree(name, model, seed):
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "seed", "model"), [
     ("limited motors", 0, "massless"), ("motors with a controller", 1, "locked"),
-    ("all with axles and rollers that stick", 1, "free"),
+    ("all with axles and rollers that stick", 1, "free"), ("contacts that stick", 0, "free"),
 ])  # fmt: skip
 def test_the_general_set_runs_each_scene_as_its_own_set_does(name, model, seed):
     """Seed 1 gives the vehicle another layout."""
