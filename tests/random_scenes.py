@@ -70,7 +70,7 @@ def all_sticking(rng):
 
 
 def dry_ground(rng):
-    return Contact(law="coulomb", friction=rng.uniform(0.1, 0.5, 2), normal_gravity=9.8, wheel_rates=rng.normal(0, 9, 3))
+    return Contact(law="coulomb", friction=rng.uniform(0.1, 0.5, 2), normal_gravity=10, wheel_rates=rng.normal(0, 9, 3))
 
 
 def slope(rng):

@@ -634,8 +634,15 @@ CONTACT = (
         optional=True,
         note="It must be given on a slope where load is not",
     ),
-    derived("height", POSITIVE, note="Dynamic loads need it", optional=True),
-    *(replace(entry, note=f"Of dynamic loads. {entry.note}") for entry in BALANCE),
+    Entry(
+        "joints",
+        Flag(),
+        "",
+        "whether a wheel may stand on the joint of two rollers that both drive it back",
+        "false",
+        note="Such a wheel passes its joint to and fro else, ever faster. A run in which one does is made again with "
+        "this, which costs about twice as much. Mecanum wheels and two rows always have it",
+    ),
     Entry("wheel_rates", ONE_OR_PER_WHEEL, "rad/s", "wheel rates at the start", "they roll", optional=True),
     Entry(
         "contact_spins",

@@ -1,6 +1,5 @@
 """The folder of what is kept, and its lock."""
 
-
 import pytest
 
 from codegen import cache

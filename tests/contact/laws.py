@@ -68,6 +68,8 @@ def judged(run: Trajectory) -> dict[str, np.ndarray]:
             sliding, static = (getattr(sticking, f"{body}_{what}") for what in ("coulomb", "break_away"))
             torque = run.drive[:, run.effects.drives().index(column)]
             found[name] = by_bearing(torque, turns * arm / size, sliding, sliding if static is None else static)
+    if run.pivots is not None and ground is not None:
+        found["contact"] *= run.pivots == 0  # a wheel on its joint has two contacts
     if ground is not None and run.roller_model == "massless":
         found["series"] = in_series(run, bearings)
     return found

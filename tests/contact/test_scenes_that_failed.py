@@ -7,7 +7,7 @@ import pytest
 from corpus.replay import LAWS
 from hard.ground_anywhere import SEED, missed_on_steep_ground
 from hard.ground_laws import controlled, measured, stepped
-from hard.manoeuvres import ordinary, outcome
+from hard.manoeuvres import ordinary, outcome, scene
 from sensitivities.costs import task as skid_of
 
 from contact.laws import judged
@@ -25,9 +25,11 @@ def assert_obeys_the_laws(run, *but):
 
 
 ONCE = {
+    26: "a wheel that either roller drove back passed its joint to and fro, 5e6 times a second",
     396: "the end of a stiff step was damped with the directions that slips have at its start: off by 1e-4",
     448: "the finer run stopped: a decision took the direction of a slip of 5e-10 m/s for better than the step's",
     470: "two wheels let go 1e-10 s apart, and the first one's slip was rounding until then",
+    815: "a slip that misses its rest by 6e-11 m/s stuck there, at few digits: static friction held it",
     895: "the same of a wheel whose twin used its friction up an iteration's rest later",
     998: "three wheels on a torque ramp: a slip of 2e-12 m/s turned as its rounding did",
 }
@@ -36,6 +38,16 @@ ONCE = {
 @pytest.mark.parametrize("number", ONCE)
 def test_manoeuvre_ends_accurately_and_obeys_the_laws(number: int) -> None:
     assert outcome(number)[1] == "ends", ONCE[number]
+
+
+@pytest.mark.long
+def test_a_wheel_stands_on_its_joint_as_one_that_is_stepped_in_time_swings_there() -> None:
+    _, robot, task = scene(26)
+    run = simulate(robot, **task)
+    swinging = (simulate(robot, **task | {"engine": "python", "accuracy": size}) for size in (1e-3, 3e-4))
+    coarse, fine = (np.abs(one.nu[-1] - run.nu[-1]).max() for one in swinging)
+    assert np.count_nonzero(run.times_on_joints()) == 1
+    assert 2 < coarse / fine < 5 and fine < 1e-3 * np.abs(run.nu).max(), (coarse, fine)
 
 
 STOPPED = {
@@ -99,11 +111,7 @@ def skid(number):
 
 
 EARLY_RESTS = (11, 26, 27, 46)  # a step came to rest before the slip had turned, and missed 1e-5 by 2.6 to 6.5 times
-
-
 STALLS = (78, 136, 386, 448)  # tries followed a rest that was none down to a length of 1e-119 s
-
-
 LAST_ROUNDINGS = (698,)  # at 1e-11, a rest was located to less than the slip's rounding, in vain
 
 
@@ -157,20 +165,14 @@ def test_a_contact_lets_go_beside_one_that_sticks_and_one_that_slips(accuracy, e
         law="coulomb", friction=0.06282421934356575, normal_gravity=9.6,
         wheel_rates=(-2.9817348368608037, -3.544164384744147, -0.9161293050260264),
     )  # fmt: skip
-    effects = [
-        ground,
-        Torque((0.02439585785595215, 0.003667205981638463, 0.029491400039754957)),
-        Bearings(wheel_viscous=1e-3, roller_viscous=1e-6),
-        Slope(0.05108425726873547, 5.076391086471821),
-    ]
+    torque = Torque((0.02439585785595215, 0.003667205981638463, 0.029491400039754957))
+    bearings, slope = Bearings(wheel_viscous=1e-3, roller_viscous=1e-6), Slope(0.05108425726873547, 5.076391086471821)
     task = {
         "nu": (-1.7713223641678835, -3.1799250292790404, -3.0741329692511346),
         "chi": (0.13857034724641717, -0.04428413227405535, -0.07043604600154835),
         "spins": [[3.0, -0.8, -1.7, -0.6], [-5.0, -0.3, 2.3, 2.7], [-5.4, -5.4, -3.1, 5.2]],
-        "duration": 0.8,
-        "effects": effects,
-        "control": False,
-    }
+        "duration": 0.8, "effects": [ground, torque, bearings, slope], "control": False,
+    }  # fmt: skip
     run = simulate(leaning, **task, accuracy=accuracy, engine=engine)
     coarse = simulate(leaning, **task, accuracy=1e-9)
     assert run.stats["steps"] <= 8 * coarse.stats["steps"]
@@ -196,8 +198,9 @@ def massless_rollers_stick(number):
     rates = tuple(5 * rng.normal(size=wheels)) if rng.random() < 0.5 else None
     acts = (Torque(size * rng.normal(size=wheels)),
             TorqueTable((0.0, 0.05, 0.2), 1.5 * size * rng.normal(size=(3, wheels))))  # fmt: skip
-    numbers = {"friction": friction, "static_friction": static, "normal_gravity": 9.80665}
-    ground = Contact(law="coulomb", wheel_rates=rates, **numbers)
+    ground = Contact(
+        law="coulomb", friction=friction, static_friction=static, normal_gravity=9.80665, wheel_rates=rates
+    )
     effects = [ground, Bearings(**given), acts[number // 4 % 2], Slope(rng.uniform(0, 0.3), 1.0)]
     nu = tuple(2 * rng.normal(size=3)) if rng.random() < 0.7 else (0.0, 0.0, 0.0)
     return vehicle, {"nu": nu, "effects": effects, "accuracy": 1e-10, "roller_model": "massless", "control": False}

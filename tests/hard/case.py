@@ -7,9 +7,8 @@ from typing import TypeVar
 
 T = TypeVar("T")
 Run = TypeVar("Run", bound=Callable)
-SECTIONS = (
-    "Switches", "Effects", "Formulas", "Magnitudes and time", "Number types and compilers", "Input", "Files and signals",
-)  # fmt: skip
+SECTIONS = ("Switches", "Effects", "Formulas", "Magnitudes and time", "Number types and compilers",
+            "Input", "Files and signals")  # fmt: skip
 
 
 class Scale(Enum):

@@ -1,6 +1,5 @@
 """Runs of vehicles with wheels of several kinds: closed forms, energy, what goes with them and what does not."""
 
-
 import numpy as np
 import pytest
 

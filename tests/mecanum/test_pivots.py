@@ -1,6 +1,5 @@
 """Mecanum wheels that stand on their joint: where the rollers on both sides push them back to it."""
 
-
 import numpy as np
 import pytest
 

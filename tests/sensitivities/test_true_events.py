@@ -1,7 +1,6 @@
 """Derivatives over events in closed form: of runs, and of runs in 40 digits, with which the hard case
 `derivatives-at-events` compares."""
 
-
 import numpy as np
 import pytest
 

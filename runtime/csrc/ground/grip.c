@@ -225,6 +225,20 @@ static int ends_mode(const step_t *s, int i)
     return rate > 0 && value > -(s->contact.slides[i] ? allowed : grip_noise(s, value, GRIP_PASSED));
 }
 
+/* Whether a slip turns away from the direction in which it would come to rest, by more than its rounding: a small turn of it
+ * grows. It passes by its rest then, however near, and goes on if sliding friction does not hold it; static friction has no
+ * part in that. */
+static int passes_by_rest(const step_t *s, int i)
+{
+    const double x = s->slip.toward[2*i].node[0], y = s->slip.toward[2*i + 1].node[0];
+    const double rate[2] = {s->slip.rate[2*i].node[0], s->slip.rate[2*i + 1].node[0]};
+    const double along = x*s->slip.at[2*i].node[0] + y*s->slip.at[2*i + 1].node[0];
+    const double falls = -(x*rate[0] + y*rate[1]), across = x*rate[1] - y*rate[0];
+    nodes_t turned[2];
+    response_to_turn(s, i, i, turned);
+    return fabs(across)*along > falls*s->slip.noise[i] && falls + x*turned[1].node[0] - y*turned[0].node[0] > 0;
+}
+
 /* Whether a contact goes on in the direction that the step has found, into `found`, and not in that of its slip (2,),
  * from which it differs by rounding. The forces of contacts that share their motion balance in the former, and a slip
  * that has just begun is little but rounding and the residual of sweeps. One that has kept its direction may have as
@@ -281,7 +295,7 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
             run->acts.inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
         grip->keeps = turns && !known;
         grip->resting = grip->sticks || ends;
-        grip->released = grip->sticks && ends;
+        grip->released = ends && (grip->sticks || (turns && passes_by_rest(s, i)));
         run->ground.passed += ends;
         ended |= ends;
     }

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 SUMMARY = "fit numbers of a scene to logs; write the scene with the fitted numbers, and pictures of what is left over"
 
-EXAMPLES = (
-    ("omniroll fit robot.toml drive.csv --free mass,wheel_viscous --plot", "numbers and their intervals"),
-)
+EXAMPLES = (("omniroll fit robot.toml drive.csv --free mass,wheel_viscous --plot", "numbers and their intervals"),)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

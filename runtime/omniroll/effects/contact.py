@@ -19,7 +19,7 @@ from omniroll.effects.numbers import PerWheel, per_wheel, spread
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
-from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.kernel import JOINTS, Kernel
 from omniroll.kernels.phases import Carry, kernel_in_phase
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.vehicles.loads import loads_carried, loads_of_standing
@@ -29,12 +29,10 @@ from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
 
 # Numbers of each law.
 NEEDED = {"viscous": ("coefficient",), "coulomb": ("friction",), "regularised": ("friction", "speed")}
-OPTIONAL = {
-    "viscous": (),
-    "coulomb": ("static_friction", "load", "normal_gravity"),
-    "regularised": ("load", "normal_gravity"),
-}
+OPTIONAL = {"coulomb": ("static_friction", "load", "normal_gravity"), "regularised": ("load", "normal_gravity")}
 COEFFICIENTS = ("coefficient", "friction", "static_friction")
+# Effects beside which no wheel stands on its joint.
+UNSHARED = {"axle_sticking", "roller_sticking", "roller_viscous", "roller_coulomb", "contact_springs"}
 LEAST_CARRYING = 3  # contacts, whose loads follow from their sum and moments
 OF_LOADS = {"mass", "platform_radius", "wheel_angles", "wheel_places", "center_of_mass"}  # at rest, of the vehicle
 
@@ -61,12 +59,10 @@ class Contact(Effect):
 
     {entries}
 
-    Locked rollers are refused: to stop a roller on its disk at a switch takes an impulse that no friction of the ground
-    gives. The law of a switch has no part in such a run.
+    Locked rollers are refused. The law of a switch has no part in such a run.
 
     Raises InvalidValueError for numbers out of their bounds, and for those that the law needs or does not have;
-    simulate raises it for a number of loads, rates or spins that is not N, for contact_spins of massless rollers, which
-    turn as they roll, and for loads that do not follow from the vehicle: of fewer than three wheels, or one that tips.
+    simulate for a number of loads, rates or spins that is not N, and for loads that do not follow from the vehicle.
     """
 
     is_friction: ClassVar[bool] = True
@@ -80,22 +76,21 @@ class Contact(Effect):
     loads: str = "static"
     load: ArrayLike | None = None
     normal_gravity: float | None = None
-    height: float | None = None
-    wheel_mass: float | None = None
-    platform_products: ArrayLike = (0.0, 0.0)
-    spin_inertia: ArrayLike | None = None
+    joints: bool = False
     wheel_rates: ArrayLike | None = None
     contact_spins: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        plain = ("law", "speed", "normal_gravity", "loads", "height", "wheel_mass", "platform_products", "spin_inertia")
+        plain = ("law", "speed", "normal_gravity", "loads", "joints")
         self._keep_checked(entry for entry in CONTACT if entry.name in plain)
-        self._check_loads()
+        if self.loads == "dynamic":
+            bound = "is refused: rigid bodies have several loads or none; take Springs, or reactions of loads at rest"
+            raise InvalidValueError("loads", self.loads, bound)
         for name in NEEDED[self.law]:
             if getattr(self, name) is None:
                 raise InvalidValueError(name, None, f"must be given with the law {self.law}")
         for name in (*COEFFICIENTS, "speed", "load", "normal_gravity"):
-            if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL[self.law]):
+            if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL.get(self.law, ())):
                 raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
         for name in COEFFICIENTS:
             if getattr(self, name) is not None:
@@ -120,45 +115,30 @@ class Contact(Effect):
     def number_shape(self, name: str, shape: tuple[int, ...]) -> tuple[int, ...]:
         return (2,) if name in COEFFICIENTS else shape
 
-    def _check_loads(self) -> None:
-        if self.loads == "dynamic":
-            bound = (
-                "cannot be coupled to friction, where rigid bodies have several loads or none; leave loads out for "
-                "those of the vehicle at rest, and see what loads the motion would have had by reactions"
-            )
-            raise InvalidValueError("loads", self.loads, bound)
-        for name in ("height", "wheel_mass", "spin_inertia"):
-            if getattr(self, name) is not None:
-                raise InvalidValueError(name, getattr(self, name), "has no part in static loads")
-
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         for name in ("wheel_rates", "contact_spins"):
             self._given(name, vehicle.wheels)
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)
-        has_loads = self.law != "viscous"
-        if has_loads and slope is not None and self.load is None and self.normal_gravity is None:
+        if self.law != "viscous" and slope is not None and self.load is None and self.normal_gravity is None:
             bound = f"must be given on a slope; across this plane it is {slope.normal_gravity!r}"
             raise InvalidValueError("normal_gravity", None, bound)
         self.constants(vehicle)
 
     def check_model_beside(self, roller_model: str, others: Sequence[Effect]) -> None:
         present = {name for effect in others for name in effect.kernel_effects()}
+        if self.joints and UNSHARED & present:
+            bound = "has no part beside friction of rollers, bearings that stick and springs; leave it out"
+            raise InvalidValueError("joints", True, bound)
         if roller_model == "massless" and {"contact_coulomb", "roller_sticking", "roller_viscous"} <= present:
-            bound = (
-                "has no part in massless rollers that stick on ground with the law coulomb; leave it out, choose free "
-                "rollers, or the law regularised"
-            )
+            bound = "does not go with massless rollers that stick beside coulomb; leave it out, or choose free rollers"
             damping = next(own for effect in others if (own := getattr(effect, "roller_viscous", None)) is not None)
             raise InvalidValueError("roller_viscous", damping, bound)
 
     def check_model(self, roller_model: str) -> None:
         if roller_model == "locked":
-            bound = (
-                "cannot be locked where wheels may slip: a roller that leaves the ground would have to stop on its "
-                "disk at once, which no friction of the ground does; choose free or massless"
-            )
+            bound = "cannot be locked where wheels may slip: no ground stops a roller at once; choose free or massless"
             raise InvalidValueError("roller_model", roller_model, bound)
         if roller_model == "massless" and self.contact_spins is not None:
             raise InvalidValueError("contact_spins", self.contact_spins, "massless rollers turn as they roll")
@@ -168,7 +148,7 @@ class Contact(Effect):
         return None if value is None else spread(name, value, wheels)
 
     def kernel_effects(self) -> tuple[str, ...]:
-        return ("contact", f"contact_{self.law}")
+        return ("contact", f"contact_{self.law}", *((JOINTS,) if self.joints else ()))
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple]:
         if self.law == "viscous":

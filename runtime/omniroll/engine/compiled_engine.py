@@ -63,10 +63,8 @@ def check_can_run(task: Task) -> None:
         raise InvalidValueError("engine", task.engine, bound)
     bound = kernel_of(task)
     if bound is None:
-        raise KernelsMissingError(
-            f"the set of effects {task.kernel.set_name} has no engine of its own, and no C compiler is found to make "
-            "it: install one (cc), choose engine='compiled' where it was built, or engine='python'"
-        )
+        text = f"the set of effects {task.kernel.set_name} has no engine, and no C compiler (cc) is found to make one"
+        raise KernelsMissingError(f"{text}: install it, or choose engine='compiled' or 'python'")
     if not task.effects:
         return
     plan = task.effects.plan(task.kernel, task.start_time)
@@ -448,6 +446,11 @@ class CompiledRun:
         record, sweep = self.record, self.run.task.sweep_tolerance
         return record.step_error / 10 + (record.sweep_error if self.kernel.effects else record.step_count * sweep)
 
+    def chatters(self) -> tuple[int, str] | None:
+        """The wheel that ends the run by going to and fro over its joint, and that in words."""
+        ends_so = self.status in (STUCK, HOPELESS)
+        return to_and_fro(self.space.switches[: self.record.switch_count]) if ends_so else None
+
     @property
     def stop(self) -> SimulationStopped | None:
         """Why the run could not go on; without its trajectory."""
@@ -463,8 +466,7 @@ class CompiledRun:
             part = self.record.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
-        chatters = to_and_fro(self.space.switches[:count]) if self.status in (STUCK, HOPELESS) else None
-        if chatters is not None:
+        if (chatters := self.chatters()) is not None:
             wheel, reason = chatters[0], f"{reason}: {chatters[1]}"
         elif self.status in (NO_STEP, HOPELESS):
             reason += blamed(self.task, self.end())

@@ -11,12 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from omniroll.effects.contact import UNSHARED, Contact
+from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.python_run import PythonRun
 from omniroll.engine.runs import STATE, Task
 from omniroll.engine.switching import EPS
 from omniroll.engine.works import Work, result_of, side_by_side
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
+from omniroll.kernels.kernel import effects_of
+from omniroll.kernels.neutral_kernel import PREBUILT, first_general_set
 from omniroll.results.laws import broken
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
@@ -49,7 +53,22 @@ def making(task: Task, tolerance: float) -> Work[AnyRun]:
     """The same as a work, whose calls of the engine others may share."""
     run = (_engine_in_python(task) if task.engine == "python" else CompiledRun)(task, tolerance)
     yield from run.advancing()
-    return run
+    swings = isinstance(run, CompiledRun) and run.chatters() is not None
+    standing = _on_joints(task) if swings and task.keep is None else None
+    return run if standing is None else (yield from making(standing, tolerance))
+
+
+def _on_joints(task: Task) -> Task | None:
+    """The task of wheels that slip, which may stand on their joints; None of others, of those that may already, and
+    where no engine is built for it."""
+    own = (replace(one, joints=True) if isinstance(one, Contact) else one for one in task.effects.effects)
+    acting, model = EffectSet(tuple(own)), task.kernel.roller_model
+    if task.kernel.pivots or not acting.slips or UNSHARED & {*acting.names()}:
+        return None
+    if first_general_set(model, effects_of(task.vehicle, model, acting.names())) is None:
+        return None
+    standing = replace(task, effects=acting, kernel=acting.kernel(task.vehicle, model, PREBUILT))
+    return standing if can_run(standing) else None
 
 
 def _engine_in_python(task: Task) -> type[PythonRun]:

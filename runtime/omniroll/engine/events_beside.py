@@ -10,13 +10,10 @@ REACHED = 1e-6  # of what a body takes, or a facet: it has been reached
 GRAZES = 1e-6  # of the rate that it could have: what comes to zero, or to its bound, more slowly grazes it
 
 RESTS_ONLY_JUST = "a contact or a bearing only just comes to rest, so that a change however small lets it go on"
-LETS_GO_ONLY_JUST = (
-    "what holds a contact or a bearing only just comes to its bound, so that a change however small lets it stick on"
-)
+LETS_GO_ONLY_JUST = "what holds a contact or a bearing only just comes to its bound: a small change lets it stick on"
 APART = "several contacts or bearings stop or let go together, and apart where a number changes; by {}"
 UNKNOWN = (
-    "several contacts or bearings change their modes together, or one only just does, so that a change however small "
-    "makes another motion"
+    "several contacts or bearings change modes together, or one only just does: a small change makes another motion"
 )
 
 

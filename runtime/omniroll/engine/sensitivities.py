@@ -38,7 +38,9 @@ def with_sensitivities(trajectory: Trajectory, names: Sequence[str]) -> Trajecto
     Raises InvalidValueError for names that have none, NoDerivativeError where the motion has none, and
     KernelsMissingError where the library that follows them is neither there nor can be compiled.
     """
-    sweep = Sweep(Motion(trajectory), columns_beside(trajectory, tuple(names)))
+    columns = columns_beside(trajectory, tuple(names))
+    refuse_what_is_not_followed(trajectory.effects.effects, columns.plain)
+    sweep = Sweep(Motion(trajectory), columns)
     sweep.run()
     object.__setattr__(trajectory, "followed", sweep.followed())  # its other fields stay frozen
     return trajectory

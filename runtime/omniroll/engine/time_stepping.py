@@ -430,8 +430,6 @@ def _refuse(task: Task) -> None:
         raise InvalidValueError("switching", task.switching, bound)
     steps = task.duration / (STEP * task.accuracy)
     if steps > MOST_STEPS:
-        bound = (
-            f"must be at least {task.duration / STEP / MOST_STEPS:.2g} for friction in the Python engine, which is of "
-            f"first order: its steps are {STEP:g} s times the accuracy; or choose engine='compiled'"
-        )
+        least = task.duration / STEP / MOST_STEPS
+        bound = f"must be at least {least:.2g} for friction in the Python engine; or choose engine='compiled'"
         raise InvalidValueError("accuracy", task.accuracy, bound)

@@ -11,6 +11,7 @@ from omniroll import extras
 from omniroll.effects.bearings import Bearings
 from omniroll.effects.contact import Contact
 from omniroll.effects.slope import Slope
+from omniroll.effects.springs import Springs
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.mjcf import SPHERES, UP, to_mjcf
 from omniroll.results.trajectory import Trajectory
@@ -62,7 +63,7 @@ def run_in_mujoco(
     step        in s, MuJoCo's time step
     friction    coefficient between rollers and ground; None: that of the run's Contact, or 1
     spheres     number of spheres that stand for a roller; of few it is a polygon, on which a wheel rolls unevenly
-    height      in m, of the centre of mass; None: that of the run's Contact, or the axles'
+    height      in m, of the centre of mass; None: that of the run's Springs, or the axles'
 
     Raises InvalidValueError where MuJoCo's simulation becomes unstable and for a step longer than the run,
     MissingPackageError without the extra `mujoco`.
@@ -159,7 +160,7 @@ def _model_text(trajectory: Trajectory, step: float, friction: float | None, sph
                 down * math.cos(effect.direction), down * math.sin(effect.direction),
                 -effect.gravity * math.cos(effect.angle),
             )  # fmt: skip
-        if isinstance(effect, Contact) and height is None:
+        if isinstance(effect, Springs) and height is None:
             height = effect.height
         if isinstance(effect, Contact) and effect.normal_gravity is not None and "gravity" not in options:
             options["gravity"] = (0.0, 0.0, -effect.normal_gravity)

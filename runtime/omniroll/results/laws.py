@@ -66,7 +66,7 @@ def _of_energy(run: Trajectory, times: np.ndarray, bound: float) -> Broken | Non
 
 
 def _at_end(run: Trajectory) -> float:
-    """The energy of the last row, in J; of a short run from the array that the account of the whole run reads anyway."""
+    """The energy of the last row, in J; of a short run from the array that its account reads anyway."""
     return float(run.energy[-1] if len(run) <= MOST_ROWS else run.account_at(run.t[-1:])[0][0])
 
 

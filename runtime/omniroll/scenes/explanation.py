@@ -137,9 +137,9 @@ def effects_on(scene: Scene, task: Task) -> set[str]:
 
 
 def can_be_on(effect: dict[str, Any]) -> bool:
-    """Whether a scene can call for an effect of the registry. Such are the roller models and the laws of switches, what a
-    vehicle brings, outputs that have a table, and what acts, if some built engine has it. The others only come along with
-    an effect that needs them, or only give functions."""
+    """Whether a scene can call for an effect of the registry: roller models, laws of switches, what a vehicle brings,
+    outputs that have a table, and what acts, if some built engine has it. The others only come along with an effect
+    that needs them, or only give functions."""
     name = effect["name"]
     if not effect["optional"] or name in BROUGHT or name in TABLES:
         return True
