@@ -13,7 +13,6 @@ from codegen.maxima import Maxima
 ROOT = Path(__file__).resolve().parents[2]
 FEW, EACH = 1, 9  # that are derived where there is little time, and of the others each seventh
 
-
 READ = ("derive.mac", "machinery", "paper", "programs/notation.mac")
 UNPROVED = "prove(name, claim, residual) := 'unproved$\n"
 AS_IT_STANDS = ("map(lambda([f_], in_squares_of(f_, g)), ['sin, 'cos])", "[]")  # no search for the fewest terms

@@ -57,6 +57,7 @@ TURNING = "I_S*theta_dot^2)/2$"  # the end of the platform's energy
 HELD = "what follows is what Lagrange and d'Alembert give, without brackets"
 
 
+@pytest.mark.long
 def test_an_eccentric_mass_changes_the_matrix_and_the_motion(asked, tmp_path, monkeypatch, capsys):
     """m*_23 gains M R e/Lambda; the motion is that of a vehicle whose centre of mass is beside S."""
     eccentric = "I_S*theta_dot^2)/2 + M*e*theta_dot*(y_dot*cos(theta) - x_dot*sin(theta))$"

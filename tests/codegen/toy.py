@@ -117,7 +117,6 @@ FUNCTIONS = [
     ),
 ]  # fmt: skip
 
-
 GROUPS = {
     "wheel": {"source": "forms/toy.mac", "proofs": ["p"],
               "body": [let("turn", ["*", "gain", "nu_3"]), {"use": "no_use"}]},

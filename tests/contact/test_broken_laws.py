@@ -51,7 +51,6 @@ def test_energy_from_nowhere():
 
 ROLLS = ([Contact(law="coulomb", friction=0.5), Torque(0.2)], (1.0, 0.0, 1.0))
 
-
 STANDS = ([Bearings(wheel_coulomb=0.05), Torque(0.02)], (0.0, 0.0, 0.0))
 
 

@@ -13,6 +13,7 @@ from omniroll.scenes.schema import KIND_OF_WHEEL, KINDS, TABLES
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LONG = ("docs/sensitivities",)  # compile what follows derivatives
 BEFORE = {"docs/scenes": "omniroll run scenes/motion-3.toml --stream"}  # commands of a page that its examples follow
 
 
@@ -22,7 +23,8 @@ def blocks(language: str, page: Path) -> list[str]:
 
 def with_blocks(language: str) -> list:
     found = [page for page in PAGES if blocks(language, page)]
-    return [pytest.param(page, id=page.relative_to(ROOT).with_suffix("").as_posix()) for page in found]
+    names = {page.relative_to(ROOT).with_suffix("").as_posix(): page for page in found}
+    return [pytest.param(page, id=name, marks=[pytest.mark.long] * (name in LONG)) for name, page in names.items()]
 
 
 @pytest.mark.parametrize("page", with_blocks("python"))

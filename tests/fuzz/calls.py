@@ -84,7 +84,6 @@ WILD = (
     "99999999999999999999999", np.longdouble(1), np.array(2.0, dtype=object), VEHICLE, [VEHICLE],
 )  # fmt: skip
 
-
 WORDS = (
     ("free", "massless", "locked"), ("impact", "smooth"), ("compiled", "python"), ("linear", "hold"),
     ("torque", "voltage"), ("viscous", "regularised", "coulomb"), ("robot-soccer-kit", "open-base", "tigers-2020"),

@@ -27,9 +27,6 @@ TABLES = {
     for name, table in vars(vocabulary).items()
     if isinstance(table, Entry) or (isinstance(table, tuple) and table and isinstance(table[0], Entry))
 }
-HEADERS = "\n".join(
-    sets.programs().kernel(*made).pair().header for made in (("free", ()), ("free", ("drive", "motor")))
-)
 PARTS = (ROOT / "generated/python/parts.py").read_text(encoding="utf-8")
 
 
@@ -93,7 +90,9 @@ def test_the_page_is_written_from_the_schema():
 
 def test_the_c_headers_say_what_the_table_says():
     """Where a header describes an argument of the vehicle, its parts or its drives: unit and meaning."""
-    text = plain(f"{HEADERS} {PARTS}".replace("\n *", " "))
+    made = (("free", ()), ("free", ("drive", "motor")))
+    headers = " ".join(sets.programs().kernel(*one).pair().header for one in made)
+    text = plain(f"{headers} {PARTS}".replace("\n *", " "))
     text = re.sub(
         r" \*?(\w+); /\* (?:\[\w+\] )?([^;:]+?): ", r" \1 [\2]: ", text
     )  # a field of a struct like an argument

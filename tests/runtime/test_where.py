@@ -129,7 +129,6 @@ PRINTED = [
     r"\mathbf{e}_\xi", "OXY", "SZ", r"\mathbf{E}_{N(n-1)}", r"\mathcal{M}_i^*", r"m_{ij}^*", r"\sigma_s", r"\tau_k",
 ]  # fmt: skip
 
-
 CODED = [code for entry in SYMBOLS.values() for code in entry["code"].split(", ") if code]
 
 
