@@ -102,7 +102,7 @@ class BuildLibraries(build_ext):
                 for wanted, folder in zip(sets, write_sets(sets, place), strict=True):  # the first compile by now
                     jobs += [pool.submit(building.engine_library, folder, *sources, e) for e in wanted.engines]
                     if wanted.pair:
-                        jobs.append(pool.submit(building.kernel_library, folder, "double"))
+                        jobs.append(pool.submit(building.kernel_library, folder, "double", bool(wanted.effects)))
                     folders.append(folder)
                 for job in jobs:
                     job.result()

@@ -12,8 +12,6 @@
 #include "step/step.h"
 
 #define TURN 6.283185307179586
-/* Inputs that change in a phase; the others are modes of contacts. */
-#define SET_ACTING (SET_GRIPS ? SET_MODES_INPUT : SET_INPUTS)
 #define FORCE_NOISE 64              /* roundings that the polynomials of a held force may have               */
 
 /* Whether a wheel turns, 1 or 0. Where its axle sticks, its rate is rounding alone, which would add up in its angle. */
@@ -200,11 +198,9 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     if (SET_HAS_HEADING)
         point.heading = s->acts.at_heading.lanes[b];
     if (SET_INPUTS) {
-        for (int k = 0; k < SET_ACTING*wheels; k++)
+        for (int k = 0; k < SET_INPUTS*wheels && s->acts.moves; k++)
             at->input[k] = s->acts.input[k] + (s->h*s->acts.input_slope[k])*clock_of(s)->lanes[b];
-        for (int k = SET_ACTING*wheels; k < SET_INPUTS*wheels && !only_rolls(s, wheels); k++)
-            at->input[k] = lanes_of(s->acts.input[k]);
-        point.inputs = at->input;
+        point.inputs = s->acts.moves ? at->input : s->acts.held;
     }
     if (SET_CORE_PARTS) {
         point.core = core_at(s, b);

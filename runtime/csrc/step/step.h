@@ -214,6 +214,8 @@ typedef struct {
     double heading;                             /* at the start                                  */
     nodes_t at_heading;
     double input[MAX_INPUTS*MAX_WHEELS], input_slope[MAX_INPUTS*MAX_WHEELS];
+    lanes_t held[MAX_INPUTS*MAX_WHEELS];    /* the same inputs, where none moves                          */
+    int moves;                              /* whether one changes within the step                        */
 } acting_t;
 
 /* The state at a step's end. travel: of the pose, in the step. */

@@ -58,9 +58,10 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
         s->acts.heading = remainder(run->state.pose[2], TURN);
     if (SET_INPUTS) {
         const double *slopes = run->acts.inputs + SET_INPUTS*wheels;
+        s->acts.moves = 0;
         for (int k = 0; k < SET_INPUTS*wheels; k++) {
-            s->acts.input[k] = input_now(run, k);
-            s->acts.input_slope[k] = slopes[k];
+            s->acts.input[k] = input_now(run, k), s->acts.held[k] = lanes_of(s->acts.input[k]);
+            s->acts.input_slope[k] = slopes[k], s->acts.moves |= slopes[k] != 0;
         }
     }
     if (SET_CORE_PARTS)

@@ -205,10 +205,10 @@ def is_whole(library: Path) -> bool:
         return False
 
 
-def kernel_library(folder: Path, number_type: str) -> None:
+def kernel_library(folder: Path, number_type: str, quick: bool = False) -> None:
     """Compile the pair of files in a set's folder for a number type into <number type>.so."""
     _, macro = NUMBER_TYPES[number_type]
-    flags = [*PAIR_FLAGS, "-DOMNIROLL_PLAIN_NAMES", *([f"-D{macro}=1"] if macro else [])]
+    flags = [*PAIR_FLAGS, *QUICK * quick, "-DOMNIROLL_PLAIN_NAMES", *([f"-D{macro}=1"] if macro else [])]
     compile_library([folder / "omniroll.c"], folder / f"{number_type}.so", [folder], flags)
 
 
