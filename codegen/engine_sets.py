@@ -7,11 +7,13 @@ functions give their rates, and the template writes the calls. No other file cal
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 from .along import SUFFIX
+from .expressions import Number
 from .filling import template
 from .programs import Array, EffectSet, Function
-from .specialise import Registry, State, without
+from .specialise import QUIET, Registry, State, without
 
 CORE, ACCOUNT = "core", "account"
 # Inputs of the kernel: affine in time between two events.
@@ -55,6 +57,11 @@ DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
 TURNING = "_turning"  # behind the name of what gives nu' while no wheel stands on its joint
+AXES = (1, 2, 3)
+BARE = "_bare"  # and where no effect of QUIET acts
+# What a wheel that stands leaves of nu, where none does.
+FREE = {f"direction_{row}{column}": Number(Fraction(row == column)) for row in AXES for column in AXES}
+FREE |= {f"absent_{axis}": Number(Fraction(0)) for axis in AXES}
 STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers come to rest then
 SLIP_SPINS = "slip_spins"  # of rollers in contact, where wheels slip and rollers stick
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
@@ -76,6 +83,7 @@ WHERE_THERE = (
     (SUPPORTS, ("tilt", "tilt_rate", "presses"), ("support_loads", "support_margins", "support_rises")),
     (LEANING, ("nu", "chi", "tilt", "tilt_rate"), ("axial",)),
 )
+FEW = 2  # effects: with no more of QUIET a set has no form of its own without them
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -97,7 +105,7 @@ class EngineSet:
     """The facts of one set of effects, for the template."""
 
     def __init__(self, effects: EffectSet, registry: Registry):
-        self.set, self.turning = effects, TURNING
+        self.set, self.turning, self.bare = effects, TURNING, BARE
         rates = {array.name: array for f in effects.functions for array in f.outputs}
         present = registry.integrated(effects)
         self.sprung = effects.function(SPRUNG) is not None
@@ -152,6 +160,13 @@ class EngineSet:
         self.plain = [f for f in map(effects.function, plain) if f is not None]
         here = {f.name for f in self.plain}
         self.absent = [entry for entry in WHERE_THERE if entry[0] not in here]
+
+    @property
+    def quiet(self) -> list[str]:
+        """The effects of QUIET, of a set with so many that a form of nu' without them is worth while; else none."""
+        own = [name for name in QUIET if name in self.set.effects]
+        is_worth_while = len(own) > FEW and not (self.spins or self.disks_stick or self.in_series)
+        return own if is_worth_while else []
 
     @property
     def solving(self) -> bool:
@@ -420,10 +435,16 @@ def _runs(effects: EffectSet) -> bool:
     return all(map(effects.function, MOTION))
 
 
-def for_wheels_that_turn(effects: EffectSet, registry: Registry) -> list[Function]:
-    """What the engine calls beside a set's functions where wheels may stand on their joints, and none does."""
-    facts = EngineSet(effects, registry) if _runs(effects) else None
-    return without(effects, registry, "joints", facts.dynamics, TURNING) if facts is not None and facts.pivots else []
+def further_forms(effects: EffectSet, registry: Registry) -> list[Function]:
+    """What the engine calls beside a set's functions: what gives nu' while no wheel stands on its joint, where some
+    may, and where none of the effects of QUIET acts."""
+    if not _runs(effects):
+        return []
+    facts = EngineSet(effects, registry)
+    joints = ["joints"] * facts.pivots
+    turning = without(effects, registry, joints, facts.dynamics, TURNING, {}) if joints else []
+    quiet = [*facts.quiet, *joints] if facts.quiet else []
+    return turning + (without(effects, registry, quiet, facts.dynamics, BARE, FREE) if quiet else [])
 
 
 def along_set(effects: EffectSet, registry: Registry) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from .along import ALONG
 from .derivation import FORMAT, Derivation, kernel_to_json
-from .engine_sets import along_set, differentiated, engine_set, for_wheels_that_turn
+from .engine_sets import along_set, differentiated, engine_set, further_forms
 from .operations import count_intermediates, count_operations
 from .pair import Pair, kernel_in_lanes, pair
 from .programs import EffectSet, Function
@@ -106,7 +106,7 @@ class SetKernel:
     @property
     def in_lanes(self) -> str:
         """The functions on vectors, for the compiled engine."""
-        further = for_wheels_that_turn(self.effects, self.programs.registry)
+        further = further_forms(self.effects, self.programs.registry)
         return kernel_in_lanes(self.effects, [*self.functions, *map(share, further)])
 
     @property

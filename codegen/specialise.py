@@ -27,6 +27,16 @@ from .programs import (
 )
 
 LONGEST_NAME = 150
+# Effects that sets of many have for scenes that call for some of them.
+QUIET = (
+    "axle_sticking",
+    "roller_sticking",
+    "axle_viscous",
+    "axle_coulomb",
+    "roller_viscous",
+    "roller_coulomb",
+    "slope",
+)
 
 
 @dataclass(frozen=True)
@@ -171,14 +181,19 @@ def specialised(
     return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
 
 
-def without(effects: EffectSet, registry: Registry, effect: str, name: str, case: str) -> list[Function]:
-    """A function of a set, and its form for sharp tips, while one of its effects does nothing; with the same arguments.
+def without(
+    effects: EffectSet, registry: Registry, absent: Sequence[str], name: str, case: str, known: Mapping[str, Expression]
+) -> list[Function]:
+    """A function of a set, and its form for sharp tips, while some of its effects do nothing; with the same arguments.
 
-    case  what stands behind its name then
+    absent  these effects
+    case    what stands behind its name then
+    known   values of other symbols then
     """
+    values = {symbol: value for effect in absent for symbol, value in registry.neutral[effect].items()} | known
     found = [f for f in (effects.function(name), effects.function(f"{name}{SHARP}")) if f is not None]
     renamed = [replace(f, name=f.name.replace(name, f"{name}{case}")) for f in found]
-    own = [_function(f, effects.effects, registry.neutral[effect], {}) for f in renamed]
+    own = [_function(f, effects.effects, values, {}) for f in renamed]
     return [replace(f, arguments=whole.arguments) for f, whole in zip(own, renamed, strict=True)]
 
 

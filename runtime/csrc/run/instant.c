@@ -80,7 +80,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
 {
     now->point = (point_t){
         .vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta,
-        .all_turn = all_turn(wheels, &work->vehicle)};
+        .all_turn = all_turn(wheels, &work->vehicle), .bare = run->task.bare};
     state_in_lanes(run, now->arrays.nu, now->arrays.chi);
     if (SET_HAS_HEADING)
         now->point.heading = lanes_of(remainder(run->state.pose[2], TURN));

@@ -159,7 +159,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
             rollers_stick(s, wheels, nu, chi, core_at(s, b));
         }
     }
-    if (SET_HAS_HEADING)
+    if (SET_HAS_HEADING && !s->bare)
         integrate_to_nodes(s->acts.heading, s->h, &s->rate_pose[2], &s->acts.at_heading);
 }
 
@@ -190,7 +190,8 @@ ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
 ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
 {
     point_t point = {
-        .vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta, .all_turn = s->all_turn};
+        .vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta, .all_turn = s->all_turn,
+        .bare = s->bare};
     for (int k = 0; k < 3; k++)
         at->nu[k] = s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)

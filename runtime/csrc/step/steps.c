@@ -55,7 +55,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     for (int i = 0; i < wheels; i++)
         s->chi[i] = run->state.chi[i];
     if (SET_HAS_HEADING)
-        s->acts.heading = remainder(run->state.pose[2], TURN);
+        s->acts.heading = remainder(run->state.pose[2], TURN), s->acts.at_heading = (nodes_t){{{0}}};
     if (SET_INPUTS) {
         const double *slopes = run->acts.inputs + SET_INPUTS*wheels;
         s->acts.moves = 0;
@@ -68,7 +68,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
         begin_core_of_step(run, work, s);
     if (SET_SLIPS || SET_CHI_FEEDS_BACK)
         s->event.guard_rows = run->acts.guards;
-    s->all_turn = all_turn(wheels, &work->vehicle);
+    s->all_turn = all_turn(wheels, &work->vehicle), s->bare = run->task.bare;
     if (SET_SHARES)
         s->contact.next_before = work->next_before;
     if (SET_IS_COUPLED)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.codegen.specialise import QUIET
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine import workspace
@@ -390,7 +391,7 @@ class CompiledRun:
         self.pieces.put_into(self.run)
         self.put_angles(state.chi)
         asked = self.run.task
-        asked.impact = int(task.switching == "impact")
+        asked.impact, asked.bare = int(task.switching == "impact"), int(not {*QUIET} & {*task.kernel.effects})
         asked.start_time, asked.duration = task.start_time, task.duration
         asked.tolerance = step
         asked.sweep_tolerance = max(SWEEP * self.tolerance / self._shares(), FINEST_SWEEP)
