@@ -226,10 +226,12 @@ static int ends_mode(const step_t *s, int i)
 }
 
 /* Whether a slip turns away from the direction in which it would come to rest, by more than its rounding: a small turn of it
- * grows. It passes by its rest then, however near, and goes on if sliding friction does not hold it; static friction has no
- * part in that. */
-static int passes_by_rest(const step_t *s, int i)
+ * grows. It passes by its rest then, however near, and goes on if sliding friction does not hold it; static friction, where
+ * that is more, has no part in that. */
+static int passes_by_rest(const omniroll_grip_t *grip, const step_t *s, int i)
 {
+    if (!(grip->staying[0] > grip->sliding[0] || grip->staying[1] > grip->sliding[1]))
+        return 0;
     const double x = s->slip.toward[2*i].node[0], y = s->slip.toward[2*i + 1].node[0];
     const double rate[2] = {s->slip.rate[2*i].node[0], s->slip.rate[2*i + 1].node[0]};
     const double along = x*s->slip.at[2*i].node[0] + y*s->slip.at[2*i + 1].node[0];
@@ -295,7 +297,7 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
             run->acts.inputs[SET_HEADINGS_INPUT*run->wheels + i] = heading_of(run, i);
         grip->keeps = turns && !known;
         grip->resting = grip->sticks || ends;
-        grip->released = ends && (grip->sticks || (turns && passes_by_rest(s, i)));
+        grip->released = ends && (grip->sticks || (turns && passes_by_rest(grip, s, i)));
         run->ground.passed += ends;
         ended |= ends;
     }
