@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import (
-    Controller,
-    Motor,
-    Slope,
-    Torque,
-    TorqueTable,
-    Vehicle,
-    simulate,
-)
+from omniroll import Controller, Motor, Slope, Torque, TorqueTable, Vehicle, simulate
 
 PAPER = Vehicle.paper()
 EPS = np.finfo(float).eps

@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import (
-    Contact,
-    Controller,
-    FunctionController,
-    InvalidValueError,
-    NoDerivativeError,
-    OneSidedWarning,
-)
+from omniroll import Contact, Controller, FunctionController, InvalidValueError, NoDerivativeError, OneSidedWarning
 from omniroll.kernels.kernel import kernel
 from tests.sensitivities.differences import TIED, VEHICLE, Case, derivative, differenced, motion
 from tests.sensitivities.test_differences import LIMITED, REGULARISED, RUNNING

@@ -54,7 +54,7 @@ def making(task: Task, tolerance: float) -> Work[AnyRun]:
     run = (_engine_in_python(task) if task.engine == "python" else CompiledRun)(task, tolerance)
     yield from run.advancing()
     swings = isinstance(run, CompiledRun) and run.chatters() is not None
-    standing = _on_joints(task) if swings and task.keep is None else None
+    standing = _on_joints(task) if swings and task.room is None else None
     return run if standing is None else (yield from making(standing, tolerance))
 
 
