@@ -13,7 +13,7 @@ from .along import SUFFIX
 from .expressions import Number
 from .filling import template
 from .programs import Array, EffectSet, Function
-from .specialise import QUIET, Registry, State, without
+from .specialise import OFTEN_ABSENT, Registry, State, without
 
 CORE, ACCOUNT = "core", "account"
 # Inputs of the kernel: affine in time between two events.
@@ -57,9 +57,9 @@ DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
 TURNING = "_turning"  # behind the name of what gives nu' while no wheel stands on its joint
+BARE = "_bare"  # the same where a scene has none of OFTEN_ABSENT
 AXES = (1, 2, 3)
-BARE = "_bare"  # and where no effect of QUIET acts
-# What a wheel that stands leaves of nu, where none does.
+# The motions that wheels which stand allow, where none stands: all of them.
 FREE = {f"direction_{row}{column}": Number(Fraction(row == column)) for row in AXES for column in AXES}
 FREE |= {f"absent_{axis}": Number(Fraction(0)) for axis in AXES}
 STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers come to rest then
@@ -83,7 +83,7 @@ WHERE_THERE = (
     (SUPPORTS, ("tilt", "tilt_rate", "presses"), ("support_loads", "support_margins", "support_rises")),
     (LEANING, ("nu", "chi", "tilt", "tilt_rate"), ("axial",)),
 )
-FEW = 2  # effects: with no more of QUIET a set has no form of its own without them
+FEW = 2  # effects of OFTEN_ABSENT: a set with no more has no form of nu' without them
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -162,9 +162,9 @@ class EngineSet:
         self.absent = [entry for entry in WHERE_THERE if entry[0] not in here]
 
     @property
-    def quiet(self) -> list[str]:
-        """The effects of QUIET, of a set with so many that a form of nu' without them is worth while; else none."""
-        own = [name for name in QUIET if name in self.set.effects]
+    def often_absent(self) -> list[str]:
+        """The effects that the form of nu' leaves out for scenes without them; none where a set has no such form."""
+        own = [name for name in OFTEN_ABSENT if name in self.set.effects]
         is_worth_while = len(own) > FEW and not (self.spins or self.disks_stick or self.in_series)
         return own if is_worth_while else []
 
@@ -437,14 +437,14 @@ def _runs(effects: EffectSet) -> bool:
 
 def further_forms(effects: EffectSet, registry: Registry) -> list[Function]:
     """What the engine calls beside a set's functions: what gives nu' while no wheel stands on its joint, where some
-    may, and where none of the effects of QUIET acts."""
+    may, and where a scene has none of OFTEN_ABSENT."""
     if not _runs(effects):
         return []
     facts = EngineSet(effects, registry)
     joints = ["joints"] * facts.pivots
     turning = without(effects, registry, joints, facts.dynamics, TURNING, {}) if joints else []
-    quiet = [*facts.quiet, *joints] if facts.quiet else []
-    return turning + (without(effects, registry, quiet, facts.dynamics, BARE, FREE) if quiet else [])
+    absent = [*facts.often_absent, *joints] if facts.often_absent else []
+    return turning + (without(effects, registry, absent, facts.dynamics, BARE, FREE) if absent else [])
 
 
 def along_set(effects: EffectSet, registry: Registry) -> str:

@@ -27,8 +27,8 @@ from .programs import (
 )
 
 LONGEST_NAME = 150
-# Effects that sets of many have for scenes that call for some of them.
-QUIET = (
+# Effects that most scenes do not have, and that each general set has: the engine has a form of nu' without all of them.
+OFTEN_ABSENT = (
     "axle_sticking",
     "roller_sticking",
     "axle_viscous",

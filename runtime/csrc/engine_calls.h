@@ -112,7 +112,7 @@ typedef struct {
     int impact;                 /* the law: 0 smooth, 1 impact                                          */
     double start_time;          /* added to elapsed in tau alone                                        */
     double duration;
-    int bare;                   /* whether none of the effects acts of which rates have a form without them */
+    int bare;                   /* whether the scene has none of OFTEN_ABSENT (codegen/specialise.py)       */
     int pauses;                 /* whether the duration is no end but a pause, which changes nothing    */
     double tolerance;           /* of a step: error inside it over |nu|                                 */
     double sweep_tolerance;     /* of the iteration at the nodes: of each step; of all where there are effects  */

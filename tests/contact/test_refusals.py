@@ -42,6 +42,9 @@ def test_numbers_of_a_ground(numbers, field):
     ("wheels", Vehicle.paper(2, 5).replace(wheel_angles=(0.0, 3.14)), [Contact(**NAMED)], {}),
     ("load", PAPER.replace(center_of_mass=(-0.1, 0.0)), [Contact(**NAMED)], {}),
     ("normal_gravity", PAPER, [Contact(**NAMED), Slope(0.1)], {}),
+    ("joints", PAPER, [Contact(**SET_VALUED, joints=True), omniroll.Springs(height=0.1)], {}),
+    ("joints", PAPER, [Contact(1.0, joints=True), omniroll.Bearings(roller_viscous=1e-6)], {}),
+    ("sensitivities", PAPER, [Contact(1.0, joints=True)], {"sensitivities": ("mass",)}),
 ])  # fmt: skip
 def test_grounds_that_do_not_fit_the_run(field, vehicle, effects, options):
     with pytest.raises(InvalidValueError) as caught:

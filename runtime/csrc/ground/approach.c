@@ -38,17 +38,14 @@ ALWAYS_INLINE double turns_slip(const step_t *s)
     return s->approach.across*s->contact.rest_in;
 }
 
-/* The power of the time to rest with which that fades, 1 + a, from the rates at the start of the step: how strongly
- * forces that turn take away what is across, over how fast the slip falls. */
+/* The power with which that fades, 1 + a, from the rates at the start of the step. */
 static void find_power_of_turn(const work_t *work, step_t *s, const double *towards)
 {
     const int i = s->contact.rests;
     const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
-    nodes_t per_turn[2];
-    response_to_turn(s, i, i, per_turn);
     const double falls = hypot(s->slip.start[2*i], s->slip.start[2*i + 1])/s->contact.rest_in;
     s->approach.across = fabs(rate[1]*towards[0] - rate[0]*towards[1]);
-    s->approach.fades = (per_turn[0].node[0]*towards[1] - per_turn[1].node[0]*towards[0])/falls;
+    s->approach.fades = power_of_turn(s, i, towards, falls);
 }
 
 /* The power m of the clock, 0 where a step in time is better; and what part of the time the step leaves. */

@@ -199,6 +199,15 @@ ALWAYS_INLINE void response_to_turn(const step_t *s, int i, int j, nodes_t *rate
     }
 }
 
+/* The power of the time to rest with which a slip across a direction fades that turns as it falls, at the start of the
+ * step: how strongly forces that turn take it away, over how fast the slip falls. Below 1 the angle grows. */
+static double power_of_turn(const step_t *s, int i, const double *towards, double falls)
+{
+    nodes_t per_turn[2];
+    response_to_turn(s, i, i, per_turn);
+    return (per_turn[0].node[0]*towards[1] - per_turn[1].node[0]*towards[0])/falls;
+}
+
 /* The row that is largest in a column, from the diagonal on, in the place of the diagonal's. */
 static void put_largest_first(nodes_t *column, int k)
 {

@@ -225,20 +225,17 @@ static int ends_mode(const step_t *s, int i)
     return rate > 0 && value > -(s->contact.slides[i] ? allowed : grip_noise(s, value, GRIP_PASSED));
 }
 
-/* Whether a slip turns away from the direction in which it would come to rest, by more than its rounding: a small turn of it
- * grows. It passes by its rest then, however near, and goes on if sliding friction does not hold it; static friction, where
- * that is more, has no part in that. */
+/* Whether a slip that has come to rest would have missed it, however narrowly: its direction turned away from the one in which
+ * it would rest, by more than rounding. Static friction above sliding friction does not hold such a contact. */
 static int passes_by_rest(const omniroll_grip_t *grip, const step_t *s, int i)
 {
     if (!(grip->staying[0] > grip->sliding[0] || grip->staying[1] > grip->sliding[1]))
         return 0;
-    const double x = s->slip.toward[2*i].node[0], y = s->slip.toward[2*i + 1].node[0];
+    const double towards[2] = {s->slip.toward[2*i].node[0], s->slip.toward[2*i + 1].node[0]};
     const double rate[2] = {s->slip.rate[2*i].node[0], s->slip.rate[2*i + 1].node[0]};
-    const double along = x*s->slip.at[2*i].node[0] + y*s->slip.at[2*i + 1].node[0];
-    const double falls = -(x*rate[0] + y*rate[1]), across = x*rate[1] - y*rate[0];
-    nodes_t turned[2];
-    response_to_turn(s, i, i, turned);
-    return fabs(across)*along > falls*s->slip.noise[i] && falls + x*turned[1].node[0] - y*turned[0].node[0] > 0;
+    const double along = towards[0]*s->slip.at[2*i].node[0] + towards[1]*s->slip.at[2*i + 1].node[0];
+    const double falls = -(towards[0]*rate[0] + towards[1]*rate[1]), across = towards[0]*rate[1] - towards[1]*rate[0];
+    return falls > 0 && fabs(across)*along > falls*s->slip.noise[i] && power_of_turn(s, i, towards, falls) < 1;
 }
 
 /* Whether a contact goes on in the direction that the step has found, into `found`, and not in that of its slip (2,),

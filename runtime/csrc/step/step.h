@@ -248,7 +248,7 @@ typedef struct {
     approach_t approach;
     holding_t hold;
     int all_turn;                               /* whether no wheel stands on its joint         */
-    int bare;                                   /* whether none of the effects acts of which rates have a form without them */
+    int bare;                                   /* whether the scene has none of OFTEN_ABSENT: nu' has a form then */
     lanes_t turning_moved;                      /* how far the last sweep has moved the wheels' rates, where these */
                                                 /* depend on the angles                          */
     long long sweeps;

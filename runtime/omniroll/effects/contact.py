@@ -84,7 +84,7 @@ class Contact(Effect):
         plain = ("law", "speed", "normal_gravity", "loads", "joints")
         self._keep_checked(entry for entry in CONTACT if entry.name in plain)
         if self.loads == "dynamic":
-            bound = "is refused: rigid bodies have several loads or none; take Springs, or reactions of loads at rest"
+            bound = "is refused: rigid loads may be several or none; take Springs, or see them after a run by reactions"
             raise InvalidValueError("loads", self.loads, bound)
         for name in NEEDED[self.law]:
             if getattr(self, name) is None:
@@ -132,7 +132,7 @@ class Contact(Effect):
             bound = "has no part beside friction of rollers, bearings that stick and springs; leave it out"
             raise InvalidValueError("joints", True, bound)
         if roller_model == "massless" and {"contact_coulomb", "roller_sticking", "roller_viscous"} <= present:
-            bound = "does not go with massless rollers that stick beside coulomb; leave it out, or choose free rollers"
+            bound = "does not go with massless rollers that stick on coulomb ground; leave it out, or take free ones"
             damping = next(own for effect in others if (own := getattr(effect, "roller_viscous", None)) is not None)
             raise InvalidValueError("roller_viscous", damping, bound)
 

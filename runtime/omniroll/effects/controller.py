@@ -130,6 +130,7 @@ def _doubts_of_slip(vehicle: Vehicle, excess: np.ndarray) -> tuple[UnstableContr
     text = (
         f"where wheels slip, the controller's errors grow from sample to sample: wheel {excess.argmax() + 1} alone has "
         f"{vehicle.wheel_inertia:.3g} kg m^2 about its axle; the gains are {excess.max():.3g} times the largest with "
-        "which it settles in a linear test; make them or sample_time so many times smaller, or give rotor_inertia"
+        "which it settles in a linear test; make proportional and integral so many times smaller, or sample_time, or "
+        "give the motor's rotor_inertia, if the wheel's inertia does not hold it"
     )
     return (UnstableControllerWarning(text),)

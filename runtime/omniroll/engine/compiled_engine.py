@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.codegen.specialise import QUIET
+from omniroll.codegen.specialise import OFTEN_ABSENT
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine import workspace
@@ -391,7 +391,7 @@ class CompiledRun:
         self.pieces.put_into(self.run)
         self.put_angles(state.chi)
         asked = self.run.task
-        asked.impact, asked.bare = int(task.switching == "impact"), int(not {*QUIET} & {*task.kernel.effects})
+        asked.impact, asked.bare = int(task.switching == "impact"), int(not {*OFTEN_ABSENT} & {*task.kernel.effects})
         asked.start_time, asked.duration = task.start_time, task.duration
         asked.tolerance = step
         asked.sweep_tolerance = max(SWEEP * self.tolerance / self._shares(), FINEST_SWEEP)

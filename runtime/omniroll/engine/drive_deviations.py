@@ -30,7 +30,7 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     if "contact_springs" in plain.effects:
         raise InvalidValueError("sensitivities", "Springs", "loads from springs have no derivatives: leave Springs out")
     if "contact" in plain.effects and plain.pivots:
-        raise InvalidValueError("sensitivities", "Contact", "a run with wheels on their joints has no derivatives")
+        raise InvalidValueError("sensitivities", "Contact", "no derivatives where wheels stand on joints; compare runs")
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         if not known:

@@ -22,7 +22,7 @@ from omniroll.vehicles.state import State
 DIFFERENCE = 1e-13  # of a speed, over its size: a law that fades within less looks as if it faded within this
 LARGEST_STATE = 400  # numbers; the Jacobian of a larger state takes too long
 RECENT, TURNS_BACK = 64, 16  # of so many last switches a wheel that goes to and fro makes so many each way
-INSTEAD = "change its start, torque or friction; of wheels that slip the contact's `joints` lets it stand there"
+INSTEAD = "change its start, torque or friction; where wheels slip, `joints = true` of the contact lets it stand there"
 TO_CHANGE = "; change what acts on the wheel, the start or the accuracy"
 SHARE = 0.5  # a term without which the rates are slower than this part of what they were is to blame
 

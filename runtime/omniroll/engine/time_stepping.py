@@ -431,5 +431,5 @@ def _refuse(task: Task) -> None:
     steps = task.duration / (STEP * task.accuracy)
     if steps > MOST_STEPS:
         least = task.duration / STEP / MOST_STEPS
-        bound = f"must be at least {least:.2g} for friction in the Python engine; or choose engine='compiled'"
+        bound = f"must be at least {least:.2g} for friction in the Python engine, of first order; or engine='compiled'"
         raise InvalidValueError("accuracy", task.accuracy, bound)
