@@ -10,7 +10,7 @@ PYTEST_ARGS ?= --numprocesses=logical --dist=worksteal
 
 # Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
 key = $(shell { $(1); } 2>/dev/null | cksum | tr -s ' ' '-')
-KERNEL_SOURCES := $(sort $(wildcard generated/c/*.h generated/data/*.json runtime/csrc/*.* runtime/csrc/*/* codegen/*.py codegen/templates/*)) \
+KERNEL_SOURCES := $(sort $(wildcard generated/c/*.h generated/data/*.json runtime/csrc/*.* runtime/csrc/*/*.c runtime/csrc/*/*.h codegen/*.py codegen/templates/*)) \
 	setup.py pyproject.toml runtime/omniroll/kernels/building.py
 VENV_STAMP := $(VENV)/.venv-$(call key,echo "$(CURDIR)"; $(PYTHON) -c "import sys; print(sys.version + sys.base_prefix)")
 DEPS_STAMP := $(VENV)/.dependencies-$(call key,cat requirements.txt; echo $(VENV_STAMP))
