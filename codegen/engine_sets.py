@@ -444,7 +444,8 @@ def further_forms(effects: EffectSet, registry: Registry) -> list[Function]:
     joints = ["joints"] * facts.pivots
     turning = without(effects, registry, joints, facts.dynamics, TURNING, {}) if joints else []
     absent = [*facts.often_absent, *joints] if facts.often_absent else []
-    return turning + (without(effects, registry, absent, facts.dynamics, BARE, FREE) if absent else [])
+    names = [facts.dynamics, *(DYNAMICS[False] for call in facts.rolling_calls()[-1:])] if absent else []
+    return turning + [form for name in names for form in without(effects, registry, absent, name, BARE, FREE)]
 
 
 def along_set(effects: EffectSet, registry: Registry) -> str:

@@ -101,7 +101,7 @@ static void put_standing(const omniroll_run_t *run, standing_t *standing)
         standing->holding[d] = standing->rows.bounds[d];
         standing->max_holding = fmax(standing->max_holding, standing->holding[d]);
     }
-    memset(standing->used_by, 0, sizeof standing->used_by);
+    memset(standing->used_by, 0, sizeof *standing->used_by*(size_t)standing->count);
 }
 
 /* What a use is rounded to by the terms of the force: each as much as forces of least norm use for it. */

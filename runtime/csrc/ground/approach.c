@@ -70,7 +70,7 @@ static int choose_clock(step_t *s)
 
 static void set_clock(step_t *s, int power)
 {
-    s->approach.stretched = power;
+    s->approach.stretched = power, s->acts.length = 0;
     s->approach.part = 1 - pow(s->approach.leaves, 1.0/power);
     for (int m = 0; m < NODES; m++) {
         const double remainder = 1 - s->approach.part*gauss_node.node[m];
@@ -186,7 +186,7 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
         }
     }
     run->record.rejected_count++;
-    s->approach.stretched = 0;
+    s->approach.stretched = 0, s->acts.length = 0;
     return MISSES_REST;
 }
 

@@ -49,7 +49,7 @@ static void stand(omniroll_run_t *run, const work_t *work)
         for (int c = 0; c < 3; c++)
             standing->size[c] += fabs(standing->rows.rows[d][c])*standing->of_ground[k];
     }
-    memset(standing->used_by, 0, sizeof standing->used_by);
+    memset(standing->used_by, 0, sizeof *standing->used_by*(size_t)standing->count);
     run->hold.count = 1;
     allow_what_stands(run, &standing->rows);
     enter_bearings(run, work, 1);
@@ -312,7 +312,8 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
     demand_t now;
     stand_at_end(run, work);
     bearings_have_stuck(run, work);         /* once more: nu has just lost what standing wheels take from it    */
-    memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
+    if (work->standing->count)
+        memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     demand_now(run, work, &now);
     const int used_up = landed >= run->bearings.core_count && release_where_used(run, work, &now, -INFINITY);

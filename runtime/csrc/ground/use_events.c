@@ -189,9 +189,11 @@ static double turn_of_use(const step_t *s, const int wheels)
     demand_t now;
     double forces[MAX_STANDING], largest = MUCH_USED;
     int at = -1;
+    if (!s->hold.standing->count)
+        return 1;
     memcpy(forces, s->hold.used_by, sizeof forces);
     memset(&now, 0, sizeof now);
-    for (int m = 0; m < NODES && s->hold.standing->count; m++) {
+    for (int m = 0; m < NODES; m++) {
         demand_at_node(s, wheels, m, &now);
         if (SET_HOLDS) {
             least_norm(&s->hold.standing->rows, now.force, forces, 0);

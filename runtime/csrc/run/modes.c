@@ -110,7 +110,7 @@ static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
     int count = overloaded_contacts(run, work, let_go ? HAS_ENDED : IS_BEYOND);
     if (SET_CORE_BEARINGS)
         count += overloaded_bearings(run, work, let_go);
-    if (SET_HOLDS || SET_STANDS) {
+    if ((SET_HOLDS || SET_STANDS) && work->standing->count) {
         double found[MAX_STANDING], *const forces = SET_STANDS ? work->standing->used_by : found;
         demand_now(run, work, &now);
         const double use = use_beyond(work->standing, &now, SET_STANDS ? PASSED : 1.0*PASSED/USE_ROUNDINGS, forces);
@@ -163,7 +163,8 @@ static void begin_modes(omniroll_run_t *run, const work_t *work)
         guard_rates(run, work);
         find_torques(run, work);
     } else if (SET_STANDS) {
-        demand_now(run, work, &now);
+        if (work->standing->count)
+            demand_now(run, work, &now);
         find_all_torques(run, work, &now, 0);
         size_all(run, work);
     } else if (SET_STICKS) {
@@ -238,11 +239,12 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
     if (SET_STANDS && !stands_somewhere(run))   /* nothing that a step would have to keep, and no events            */
         s->hold.held = s->hold.count = 0;
     s->hold.standing = work->standing;
-    memcpy(s->hold.used_by, work->standing->used_by, sizeof s->hold.used_by);
     if (SET_STANDS)
         begin_standing(run, work, s);
-    if (work->standing->count)
+    if (work->standing->count) {
+        memcpy(s->hold.used_by, work->standing->used_by, sizeof s->hold.used_by);
         demand_now(run, work, &s->hold.demand_start);
+    }
 }
 
 /* What an input is rounded against beside itself, several times: a torque that holds is a difference of others, and the
@@ -271,7 +273,8 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
         slipping_bearings_have_moved(run, work, s);
         return;
     }
-    memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
+    if (work->standing->count)
+        memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
     if (run->hold.count)                        /* else nobody asks before the next decision, which finds it anew  */
         find_nearer(run, work);
     find_held_force(run, work);

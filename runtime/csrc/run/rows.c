@@ -10,6 +10,7 @@ typedef struct {
     coupled_t coupled_speeds;
     elements_t elements, *problem;  /* which of what is at rest sticks; the latter points to the former: a session
                                      * keeps run->work as bytes, which must hold no pointers                 */
+    lanes_t *inputs;                /* at the nodes of a step                                                */
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
@@ -142,6 +143,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->axial = lanes_part(&parts, axial);
     if (SET_CORE_PARTS)
         lay_out_core(work, &parts, axial, core);
+    work->inputs = lanes_part(&parts, BLOCKS*SET_INPUTS*(long long)wheels);
     if (SET_GRIPS)
         lay_out_ground(work, &parts, wheels);
     if (SET_SHARES)

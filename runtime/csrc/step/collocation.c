@@ -171,10 +171,7 @@ ALWAYS_INLINE double grip_noise(const step_t *s, double excess, double roundings
     return roundings*GRIP_NOISE(excess) + s->slip.turn_noise;
 }
 
-ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
-{
-    point->ground_push = at->ground_push, point->ground_force = at->ground_force, point->slip_dot = at->slip_dot;
-}
+static const lanes_t no_push[2*MAX_WHEELS];     /* forces of the ground where no contact slips                   */
 
 /* The times of the nodes, over h. */
 ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
@@ -185,9 +182,29 @@ ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
     return &gauss_node;
 }
 
+/* Inputs that change within the step, at its nodes, for its present length. */
+NEVER_INLINE void move_inputs(step_t *s, const int wheels)
+{
+    const int count = SET_INPUTS*wheels;
+    s->acts.length = s->h;
+    for (int b = 0; b < BLOCKS; b++)
+        for (int k = 0; k < count; k++)
+            s->acts.at_nodes[b*count + k] = s->acts.input[k] + (s->h*s->acts.input_slope[k])*clock_of(s)->lanes[b];
+}
+
+/* The inputs in a vector of nodes. */
+ALWAYS_INLINE const lanes_t *inputs_at(step_t *s, const int wheels, int b)
+{
+    if (!s->acts.moves)
+        return s->acts.held;
+    if (s->acts.length != s->h)
+        move_inputs(s, wheels);
+    return s->acts.at_nodes + b*SET_INPUTS*wheels;
+}
+
 /* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel has no
  * value. */
-ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
+ALWAYS_INLINE point_t point_at(step_t *s, const int wheels, int b, arrays_t *at)
 {
     point_t point = {
         .vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta, .all_turn = s->all_turn,
@@ -198,11 +215,8 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         at->chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = s->acts.at_heading.lanes[b];
-    if (SET_INPUTS) {
-        for (int k = 0; k < SET_INPUTS*wheels && s->acts.moves; k++)
-            at->input[k] = s->acts.input[k] + (s->h*s->acts.input_slope[k])*clock_of(s)->lanes[b];
-        point.inputs = s->acts.moves ? at->input : s->acts.held;
-    }
+    if (SET_INPUTS)
+        point.inputs = inputs_at(s, wheels, b);
     if (SET_CORE_PARTS) {
         point.core = core_at(s, b);
         point.core_dot = s->core_dot;
@@ -217,9 +231,10 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     if (SET_CORE_BEARINGS)
         put_bearing_states(s->hold.states, &point);
     if (SET_GRIPS) {
-        for (int k = 0; k < 2*wheels; k++)
+        for (int k = 0; s->contact.sliding && k < 2*wheels; k++)
             at->ground_push[k] = s->slip.push[k].lanes[b];
-        put_contacts(at, &point);
+        point.ground_push = s->contact.sliding ? at->ground_push : no_push;
+        point.ground_force = at->ground_force, point.slip_dot = at->slip_dot;
     }
     if (SET_STRIPS) {
         for (int i = 0; i < wheels; i++)

@@ -46,7 +46,7 @@ ALWAYS_INLINE double difference(const step_t *s, double weight)
 }
 
 /* The state at a node in all lanes, or with -1 that at the start. */
-ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int node, arrays_t *at)
+ALWAYS_INLINE point_t point_for_slopes(step_t *s, const int wheels, int node, arrays_t *at)
 {
     const int early = node < 0, m = early ? 0 : node;
     point_t point = point_at(s, wheels, 0, at);
@@ -59,9 +59,11 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
         at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = lanes_of(early ? s->acts.heading : s->acts.at_heading.node[m]);
-    if (SET_INPUTS)
+    if (SET_INPUTS && s->acts.moves) {
         for (int k = 0; k < SET_INPUTS*wheels; k++)
             at->input[k] = lanes_of(s->acts.input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->acts.input_slope[k]);
+        point.inputs = at->input;
+    }
     return point;
 }
 

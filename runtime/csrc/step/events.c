@@ -120,14 +120,17 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
         at->chi[i] = lanes_clamp(lanes_of(s->end.chi[i]), s->joint[i]);
     if (SET_HAS_HEADING)
         point.heading = lanes_of(s->acts.heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
-    for (int k = 0; k < SET_INPUTS*wheels; k++)
-        at->input[k] = lanes_of(s->acts.input[k] + s->h*s->acts.input_slope[k]);
+    if (SET_INPUTS && s->acts.moves) {
+        for (int k = 0; k < SET_INPUTS*wheels; k++)
+            at->input[k] = lanes_of(s->acts.input[k] + s->h*s->acts.input_slope[k]);
+        point.inputs = at->input;
+    }
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
     if (SET_CORE_PARTS)
         point.core = s->core_here;
     if (SET_GRIPS) {
-        for (int k = 0; k < 2*wheels; k++)
+        for (int k = 0; s->contact.sliding && k < 2*wheels; k++)
             at->ground_push[k] = lanes_of(weighted(&s->slip.push[k], &gauss_end));
         if (SET_STANDS)
             rollers_at_rest_at_end(s, wheels, at);

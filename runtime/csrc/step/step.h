@@ -216,6 +216,8 @@ typedef struct {
     double input[MAX_INPUTS*MAX_WHEELS], input_slope[MAX_INPUTS*MAX_WHEELS];
     lanes_t held[MAX_INPUTS*MAX_WHEELS];    /* the same inputs, where none moves                          */
     int moves;                              /* whether one changes within the step                        */
+    lanes_t *at_nodes;                      /* the same then at the nodes, vector by vector               */
+    double length;                          /* of the step, when these were found; 0 before               */
 } acting_t;
 
 /* The state at a step's end. travel: of the pose, in the step. */

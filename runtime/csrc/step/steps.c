@@ -58,7 +58,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
         s->acts.heading = remainder(run->state.pose[2], TURN), s->acts.at_heading = (nodes_t){{{0}}};
     if (SET_INPUTS) {
         const double *slopes = run->acts.inputs + SET_INPUTS*wheels;
-        s->acts.moves = 0;
+        s->acts.moves = 0, s->acts.length = 0, s->acts.at_nodes = work->inputs;
         for (int k = 0; k < SET_INPUTS*wheels; k++) {
             s->acts.input[k] = input_now(run, k), s->acts.held[k] = lanes_of(s->acts.input[k]);
             s->acts.input_slope[k] = slopes[k], s->acts.moves |= slopes[k] != 0;
@@ -198,7 +198,7 @@ ALWAYS_INLINE double longest_smooth(step_t *s, const int wheels, double longest,
 /* What the polynomials of what holds lack at the end of a step: nothing is known of it yet. */
 ALWAYS_INLINE void nothing_is_late(step_t *s)
 {
-    if (SET_HOLDS || SET_STANDS) {
+    if ((SET_HOLDS || SET_STANDS) && s->hold.standing->count) {
         memset(&s->hold.demand_late, 0, sizeof s->hold.demand_late);
         s->hold.nearly_used = 0;
     }
