@@ -39,9 +39,11 @@ $(VENV_STAMP):
 	@$(PYTHON) -m venv --clear $(VENV)
 	@touch $@
 
+# pip would compile all modules on one core, the packages' tests among them.
 $(DEPS_STAMP): $(VENV_STAMP)
 	$(call say,dependencies: $$(grep -c == requirements.txt) pinned packages (the first time this takes a minute))
-	@$(PIP) install --require-hashes --requirement requirements.txt
+	@$(PIP) install --no-compile --require-hashes --requirement requirements.txt
+	@$(BIN)/python -m compileall -qq -j 0 -x '/(tests?|OpenGL)/' $(VENV)/lib || true
 	@rm -f $(VENV)/.dependencies-* && touch $@
 
 $(BUILD_STAMP): $(DEPS_STAMP)

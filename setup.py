@@ -78,7 +78,8 @@ def write_sets(sets: Sequence[Wanted], place: Path) -> Iterator[Path]:
         made = programs.kernel(wanted.model, wanted.effects)
         folder = place / made.name
         folder.mkdir(parents=True)
-        for file, text in made.files().items():
+        in_python = made.calls_file() if wanted.effects else made.python_files()  # general sets run in C alone
+        for file, text in (made.c_files() | in_python).items():
             (folder / file).write_text(text, encoding="utf-8")
         yield folder
 

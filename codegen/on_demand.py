@@ -114,11 +114,15 @@ class SetKernel:
         """The module of the functions in Python."""
         return python_text(self.effects, self.functions, {})
 
-    def python_files(self) -> dict[str, str]:
-        """What Python needs of the set, by the names of the files."""
+    def calls_file(self) -> dict[str, str]:
+        """How the functions are called, by the name of the file."""
         cases = {function.name: function.cases for function in self.functions}
         functions = [entry | {"cases": cases[entry["name"]]} for entry in self.signatures]
-        return {f"{self.name}.py": self.python, "functions.json": json.dumps(functions)}
+        return {"functions.json": json.dumps(functions)}
+
+    def python_files(self) -> dict[str, str]:
+        """What Python needs of the set, by the names of the files."""
+        return {f"{self.name}.py": self.python} | self.calls_file()
 
     def c_files(self) -> dict[str, str]:
         """What is compiled, and what cffi needs, by the names of the files."""
