@@ -62,7 +62,6 @@ AXES = (1, 2, 3)
 # The motions that wheels which stand allow, where none stands: all of them.
 FREE = {f"direction_{row}{column}": Number(Fraction(row == column)) for row in AXES for column in AXES}
 FREE |= {f"absent_{axis}": Number(Fraction(0)) for axis in AXES}
-STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers come to rest then
 SLIP_SPINS = "slip_spins"  # of rollers in contact, where wheels slip and rollers stick
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
@@ -346,7 +345,7 @@ class EngineSet:
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
         names = {call.function.name for call in calls} | {*PLAIN, IMPACT, *OF_ROLLERS}
         names |= {*ON_THE_GROUND} if self.grips else set()
-        names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick or self.in_series else set()
+        names |= {SLIP_SPINS} if self.disks_stick or self.in_series else set()
         names |= {REACHES} if self.stands and (self.disks_stick or self.strips) else set()
         names |= {CORNERS} if self.strips else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
@@ -454,7 +453,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    called = (*PLAIN, IMPACT, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS, REACHES, CORNERS)
+    called = (*PLAIN, IMPACT, *OF_ROLLERS, ON_THE_GROUND[1], SLIP_SPINS, REACHES, CORNERS)
     facts.plain = [f for f in facts.differentiated if f.name in called]
     facts.absent = [name for name in called if name not in {f.name for f in facts.plain}]
     return template("along_set.h", facts=facts)

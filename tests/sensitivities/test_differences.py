@@ -278,6 +278,12 @@ def test_between_rows(name, t):
     assert_is_differenced(case, names, t)
 
 
+def test_viscous_friction_that_is_zero_is_differentiated_as_where_there_is_next_to_none():
+    cases = (Case("free", effects=(Bearings(roller_coulomb=2e-5, roller_viscous=x),)) for x in (0.0, 1e-15))
+    none, little = (derivative(case.run(sensitivities=("roller_viscous",)), "roller_viscous") for case in cases)
+    assert np.abs(none - little).max() <= 1e-6 * np.abs(little).max()
+
+
 @pytest.mark.parametrize("rollers, bearings", [("massless", ()), ("massless", (
     Bearings(wheel_coulomb=0.02, wheel_break_away=0.05),)), ("free", ())])  # fmt: skip
 def test_behind_a_let_go_on_a_slope_they_are_differences_of_runs(rollers, bearings):

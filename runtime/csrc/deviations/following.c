@@ -28,7 +28,7 @@ static void lay_out_lanes(variations_t *w, parts_t *parts)
     const struct { lanes_t **array; long long lanes; } part[] = {
         {&w->moved, w->size*groups}, {&w->phase.moved, w->size*groups}, {&w->axial, wheels*w->rollers*groups},
         {&w->given, (w->inputs + SET_MOVING*wheels)*groups}, {&w->held, 2*HELD_SIZE}, {&w->point, point_size(w)},
-        {&w->along, point_size(w) + groups}, {&w->step.feedback, (w->feedback + 1)*at_nodes},
+        {&w->along, point_size(w) + groups}, {&w->step.known, (w->feedback + w->inputs + 1)*at_nodes},
         {&w->step.core, w->core*at_nodes}, {&w->step.carried, (wheels + 3)*at_nodes},
         {&w->solving.right, w->equations*at_nodes},
         {&w->solving.memory, blockwise_memory(w->equations, 3, NODES/LANES, groups)}, {&w->contacts.pushed, 12*ground},
@@ -37,10 +37,9 @@ static void lay_out_lanes(variations_t *w, parts_t *parts)
         {&w->bearings.spin_dot, 2*w->rollers*wheels}, {&w->bearings.yaw_mass, 2}, {&w->spins.sticks, free},
         {&w->spins.bearing, free}, {&w->spins.holding, 2*free}, {&w->spins.bearing_along, free},
         {&w->spins.response, free*w->run->models}, {&w->spins.fading, free*w->run->models},
-        {&w->spins.response_moved, in_columns}, {&w->spins.fading_moved, in_columns},
         {&w->spins.torque_moved, in_columns}, {&w->spins.momenta_moved, SET_GATHERS*SUMS(w)*groups},
-        {&w->spins.axial_moved, in_columns}, {&w->spins.axial_nodes, free*at_nodes}, {&w->spins.disks, free},
-        {&w->spins.disks_moved, free},
+        {&w->spins.axial_moved, in_columns}, {&w->spins.axial_nodes, free*at_nodes},
+        {&w->spins.disks_nodes, free*at_nodes}, {&w->spins.disks, free}, {&w->spins.disks_moved, free},
     };
     for (int k = 0; k < (int)(sizeof part/sizeof *part); k++)
         *part[k].array = lanes_part(parts, part[k].lanes);
@@ -48,12 +47,12 @@ static void lay_out_lanes(variations_t *w, parts_t *parts)
 
 static void lay_out_nodes(variations_t *w, parts_t *parts)
 {
-    const long long numbers = w->run->models - 1, equations = w->equations, ground = SET_GRIPS*2*w->wheels;
+    const long long numbers = w->run->models - 1, equations = w->equations, free = SET_GATHERS*FREE(w);
     const struct { nodes_t **array; long long nodes; } part[] = {
         {&w->slopes.core, equations*w->directions}, {&w->slopes.core_by, numbers*equations},
         {&w->slopes.chi_by, numbers*w->wheels}, {&w->slopes.pose_by, numbers*3},
-        {&w->solving.block, equations*equations*NODES}, {&w->contacts.towards_at, ground},
-        {&w->contacts.slipping_at, ground}, {&w->contacts.slip_slope, ground*slip_directions(w)},
+        {&w->solving.block, equations*equations*NODES}, {&w->spins.disks_by, (w->directions + numbers)*free},
+        {&w->spins.axial_by, numbers*free},
     };
     for (int k = 0; k < (int)(sizeof part/sizeof *part); k++)
         *part[k].array = lanes_part(parts, part[k].nodes*(NODES/LANES));
@@ -126,9 +125,6 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->contacts.yielding, 0, 2*SET_STRIPS*w->wheels*sizeof *w->contacts.yielding);
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
     memset(w->slopes.carries, 0, sizeof w->slopes.carries);
-    memset(w->slopes.chi_by, 0, (run->models - 1)*w->wheels*sizeof *w->slopes.chi_by);
-    for (int i = 0; i < SET_SLIPS*w->wheels; i++)
-        w->slopes.carries[i][3 + i] = 1;    /* a wheel's rate is a number of the core, whatever the vehicle's are */
     if (SET_GATHERS)
         prepare_spins(w);
     const int nodes = w->nodes;

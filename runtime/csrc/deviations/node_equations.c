@@ -26,7 +26,7 @@ static int put_carried_slope(const variations_t *w, const nodes_t *slope, const 
     for (int f = 0; c < CARRYING(w->wheels) && f < w->feedback; f++)
         if (!zero[w->core + f])
             for (int b = 0; b < w->blocks; b++)
-                to->lanes[b] += slope[w->core + f].lanes[b]*carries_feedback(w, f)[c];
+                to->lanes[b] += slope[w->core + f].lanes[b]*w->slopes.carries[carried_of_feedback(w, f)][c];
     return !are_zero(to->lanes, w->blocks);
 }
 
@@ -62,7 +62,7 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
 static void put_rates_of_changes(variations_t *w, double h, lanes_t *value)
 {
     const long long size = w->nodes*w->groups*(long long)sizeof *value;
-    lanes_t *const rate = w->step.feedback;  /* not needed any more */
+    lanes_t *const rate = w->step.known;  /* not needed any more */
     memset(rate, 0, size);
     add_product_of(w, w->step.inverse, 1/h, value, rate);
     memcpy(value, rate, size);
@@ -98,14 +98,15 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
     const int groups = w->groups, nodes = w->nodes, all = NODES*groups;
     lanes_t *const rate = w->step.carried;
     memset(w->step.core, 0, w->core*all*sizeof *rate);
-    memset(w->step.feedback, 0, w->feedback*all*sizeof *rate);
+    memset(w->step.known, 0, w->feedback*all*sizeof *rate);
     for (int p = 0; p < count; p++)
         if (unknown[p] < w->core)
             add_product_of(w, w->step.once, h, w->solving.row[unknown[p]], w->step.core + unknown[p]*all);
     for (int f = 0; f < w->feedback; f++) {
+        const double *const carries = w->slopes.carries[carried_of_feedback(w, f)];
         for (int k = 0; k < nodes*groups; k++)
-            rate[k] = carried_by(w, carries_feedback(w, f), w->step.core + k, w->step.core + 3*all + k, all);
-        add_product_of(w, w->step.once, h, rate, w->step.feedback + f*all);
+            rate[k] = carried_by(w, carries, w->step.core + k, w->step.core + 3*all + k, all);
+        add_product_of(w, w->step.once, h, rate, w->step.known + f*all);
     }
     for (int p = count; unknown[p] >= 0; p++) {
         const int a = unknown[p];
@@ -113,7 +114,7 @@ static void put_rates_that_follow(variations_t *w, double h, const int *unknown,
             const int turns = d - first_turn(w);
             if (w->slopes.is_zero[a*w->directions + d] || (d >= w->core + w->feedback && turns < 0))
                 continue;
-            const lanes_t *const by = d < w->core ? w->step.core + d*all : turns < 0 ? w->step.feedback + (d - w->core)*all
+            const lanes_t *const by = d < w->core ? w->step.core + d*all : turns < 0 ? w->step.known + (d - w->core)*all
                                                                        : w->solving.row[w->core + turns];
             const nodes_t *const slope = &w->slopes.core[a*w->directions + d];
             for (int j = 0; j < nodes; j++)

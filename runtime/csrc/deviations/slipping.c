@@ -1,6 +1,14 @@
-/* Forces on contacts that slip under Coulomb's friction, at the nodes of a step: they go against the slip, whatever its
- * size. They move with the numbers, and with the directions of the slips; how these turn, turning.c solves for.
- * Massless rollers slip along one line alone. */
+/* Contacts that slip and stick under Coulomb's friction, at the nodes of a step.
+ *
+ * The force on a contact that slips goes against the slip, whatever its size. It moves with the numbers, and with the
+ * direction of the slip, which turns the faster the slower the slip is. So the turn of each direction at the nodes is
+ * an unknown beside the rates,
+ *
+ *     slip across the direction = turn times the slip along it,
+ *
+ * which is as regular where a slip comes to rest as elsewhere. These are rows behind those of the core: their slopes
+ * are those of the slip across, with the opposite sign, and of a turn by itself the slip along. Massless rollers slip
+ * along one line alone. */
 
 /* The number of the core that is a speed of a wheel, by which the slip of its contact goes. */
 ALWAYS_INLINE int contact_speed(const variations_t *w, int i, int k) { return 3 + k*w->wheels + i; }
@@ -9,6 +17,9 @@ ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
 {
     return SET_GRIPS && w->run->motion.drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
 }
+
+/* Whether the rate of a wheel goes with nu alone: its contact rolls or sticks. */
+ALWAYS_INLINE int follows_nu(const variations_t *w, long long row, int i) { return !SET_SLIPS || sticks_in(w, row, i); }
 
 /* Whether a contact slips under a load. */
 ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
@@ -130,46 +141,6 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
         put_corners(w, at, along, load, load_moved, friction, friction_moved);
 }
 
-/* The numbers whose slopes the slips have: those of the core and what feeds back to it, then those of the vehicle. */
-ALWAYS_INLINE int slip_directions(const variations_t *w) { return w->core + w->feedback + w->run->models - 1; }
-ALWAYS_INLINE nodes_t *slope_of_slip(const variations_t *w, int i, int component)
-{
-    return w->contacts.slip_slope + (2*i + component)*slip_directions(w);
-}
-
-/* The slopes of the slips at a block of nodes, by each number of theirs. */
-NEVER_INLINE void put_slopes_of_slips(const variations_t *w, int b)
-{
-    const int states = w->core + w->feedback, wheels = FIXED_WHEELS(w->wheels);
-    lanes_t slip[2*MAX_WHEELS], moved[2*MAX_WHEELS], unused;
-    for (int place = 0; place < slip_directions(w); place++) {
-        const int is_sum = place < states && !is_of_point(w, place);
-        const point_t at = point_of(w, &w->vehicle[place < states ? 0 : place - states + 1], w->point);
-        const point_t along = point_of(w, at.vehicle, w->along);
-        lanes_t *const seed = place < states && !is_sum ? &w->along[place_of_direction(w, place)] : &unused;
-        *seed = lanes_of(1);
-        slips_of(w, &at, &along, slip, moved);
-        *seed = lanes_of(0);
-        for (int k = 0; k < 2*wheels; k++)
-            slope_of_slip(w, k/2, k%2)[place].lanes[b] = is_sum ? lanes_of(0) : moved[k];
-    }
-}
-
-/* The slope of such a speed of a contact that sticks by another number of the slips, in a block: what keeps the slip
- * zero. */
-ALWAYS_INLINE lanes_t slope_of_speed(const variations_t *w, int i, int k, int place, int b)
-{
-    const nodes_t *const y = slope_of_slip(w, i, 1);
-    const int first = contact_speed(w, i, 0);
-    if (!SET_HAS_CONTACT_SPEEDS)
-        return -y[place].lanes[b]/y[first].lanes[b];
-    const nodes_t *const x = slope_of_slip(w, i, 0);
-    const int second = contact_speed(w, i, 1);
-    const lanes_t both = x[first].lanes[b]*y[second].lanes[b] - x[second].lanes[b]*y[first].lanes[b];
-    return k == 0 ? (x[second].lanes[b]*y[place].lanes[b] - x[place].lanes[b]*y[second].lanes[b])/both
-                  : (x[place].lanes[b]*y[first].lanes[b] - x[first].lanes[b]*y[place].lanes[b])/both;
-}
-
 /* Whether nothing moves in a direction by itself: a speed of a contact that sticks, or the turn of a slip that does not
  * turn. */
 ALWAYS_INLINE int is_bound_to_ground(const variations_t *w, long long row, int d)
@@ -180,12 +151,22 @@ ALWAYS_INLINE int is_bound_to_ground(const variations_t *w, long long row, int d
     return d >= 3 && d < 3 + WHEEL_SPEEDS*w->wheels && sticks_in(w, row, (d - 3)%w->wheels);
 }
 
-/* Such speeds as a direction moves them, or not at all. */
-static void let_speeds_follow(const variations_t *w, long long row, int place, int b)
+/* Where a contact sticks its slip stays zero: such speeds go with nu and the wheels' angles as where it rolls. */
+static void let_speeds_follow(const variations_t *w, long long row, int d, const point_t *at, const point_t *along)
 {
-    for (int i = 0; i < w->wheels; i++)
-        for (int k = 0; k < WHEEL_SPEEDS && sticks_in(w, row, i); k++)
-            w->along[contact_speed(w, i, k)] = place < 0 ? lanes_of(0) : slope_of_speed(w, i, k, place, b);
+    const int wheels = FIXED_WHEELS(w->wheels), feeds_back = d >= w->core && d < w->core + w->feedback;
+    lanes_t own[MAX_WHEELS], moved[2*MAX_WHEELS] = {{0}};
+    int some = 0;
+    for (int i = 0; i < wheels; i++)
+        some |= sticks_in(w, row, i);
+    if (some && (d < 3 || feeds_back || d >= w->directions)) {
+        set_wheel_speeds_along(wheels, at->vehicle, at->nu, along->nu, own, moved);
+        if (SET_HAS_CONTACT_SPEEDS)
+            set_contact_axial_along(wheels, at->vehicle, at->nu, at->chi, along->nu, along->chi, own, moved + wheels);
+    }
+    for (int k = 0; k < WHEEL_SPEEDS*wheels; k++)
+        if (sticks_in(w, row, k%wheels))
+            w->along[3 + k] = moved[k];
 }
 
 /* The forces on contacts at the point of a phase; nothing moves. */
@@ -196,24 +177,10 @@ static void put_forces_on_contacts(const variations_t *w, long long row)
     put_pushes(w, row, 0, &at, &along);
 }
 
-/* The forces on contacts at a block of nodes, and the slopes of the slips there. */
-static void put_ground(const variations_t *w, long long row, int b)
-{
-    const int wheels = FIXED_WHEELS(w->wheels);
-    put_forces_on_contacts(w, row);
-    for (int k = 0; k < 2*wheels; k++)
-        w->contacts.towards_at[k].lanes[b] = w->contacts.towards[k];
-    for (int i = 0; i < wheels; i++)
-        w->contacts.slipping_at[i].lanes[b] = w->contacts.slipping[i];
-    put_slopes_of_slips(w, b);
-}
-
 /* What moves of contacts in a direction: forces with the turn of a slip or with a number, and speeds that follow. */
-static void put_ground_along(const variations_t *w, long long row, int d, int b, const point_t *at,
-                             const point_t *along)
+static void put_ground_along(const variations_t *w, long long row, int d, const point_t *at, const point_t *along)
 {
-    const int wheels = FIXED_WHEELS(w->wheels), states = w->core + w->feedback, number = d - w->directions;
-    const int turning = d - first_turn(w);
+    const int wheels = FIXED_WHEELS(w->wheels), number = d - w->directions, turning = d - first_turn(w);
     if (number >= 0)
         put_pushes(w, row, number + 1, at, along);
     else if (turning >= 0) {
@@ -222,5 +189,23 @@ static void put_ground_along(const variations_t *w, long long row, int d, int b,
         memset(w->contacts.yielding + wheels, 0, SET_STRIPS*wheels*sizeof *w->contacts.yielding);
     } else if (SET_STRIPS && d >= w->core)
         put_pushes(w, row, 0, at, along);       /* with angles and torques of bearings                 */
-    let_speeds_follow(w, row, number >= 0 ? states + number : d < states ? d : -1, b);
+    let_speeds_follow(w, row, d, at, along);
+}
+
+/* The slopes of the rows of turns in a direction, at a block of nodes. */
+static void put_slopes_of_turns(const variations_t *w, long long row, int d, int b, const point_t *at,
+                                const point_t *along, int stride, nodes_t *to)
+{
+    const int wheels = FIXED_WHEELS(w->wheels), turning = d - first_turn(w);
+    lanes_t slip[2*MAX_WHEELS], moved[2*MAX_WHEELS] = {{0}};
+    int some = 0;
+    for (int i = 0; i < wheels; i++)
+        some |= turns_in(w, row, i);
+    if (some && (d < w->core + w->feedback || d >= w->directions))
+        slips_of(w, at, along, slip, moved);
+    for (int i = 0; i < wheels; i++) {
+        const lanes_t *const towards = w->contacts.towards + 2*i;
+        const lanes_t across = moved[2*i]*towards[1] - moved[2*i + 1]*towards[0];
+        to[i*stride].lanes[b] = i == turning ? w->contacts.slipping[i] : across;
+    }
 }

@@ -31,21 +31,16 @@ ALWAYS_INLINE lanes_t spin_of(const variations_t *w, int k)
     return w->point[first_momentum(w) + k] - SET_DISKS_STICK*w->spins.disks[k];
 }
 
-/* What the state has of free rollers, spins or axial speeds, as it deviates in a vector of columns at the state of
- * w->point: from the deviations of the axial speeds. Those that stick go with their disks. */
-static void put_state_of_spins(const variations_t *w, int group, const lanes_t *moved, const lanes_t *axial_moved,
-                               lanes_t *to)
+/* What the state has of a free roller, spin or axial speed, as it deviates where the axial speeds of it and of its disk
+ * deviate by so much. One that sticks goes with its disk. */
+ALWAYS_INLINE lanes_t state_of_spin(const variations_t *w, int k, lanes_t axial_moved, lanes_t disk_moved)
 {
-    put_disks(w, &w->column[group], w->point, moved);
-    for (int k = 0; k < FREE(w); k++) {
-        const lanes_t spin = (1 - w->spins.sticks[k])*(axial_moved[k] - w->spins.disks_moved[k]);
-        to[k] = spin + SET_DISKS_STICK*w->spins.disks_moved[k];
-    }
+    return (1 - w->spins.sticks[k])*(axial_moved - disk_moved) + SET_DISKS_STICK*disk_moved;
 }
 
 /* The axial acceleration of each free roller by torques of 1, or by spins of 1: where nu is held at zero it is that of
- * the spin. How it moves with each number of the vehicle stands behind it, and `in_columns` how it moves there. */
-static void put_response(variations_t *w, double torque, double spin, lanes_t *to, lanes_t *in_columns)
+ * the spin. How it moves with each number of the vehicle stands behind it. */
+static void put_response(variations_t *w, double torque, double spin, lanes_t *to)
 {
     const int count = FREE(w), first = first_momentum(w);
     lanes_t nu_dot[3], nu_dot_along[3];
@@ -59,12 +54,6 @@ static void put_response(variations_t *w, double torque, double spin, lanes_t *t
         memcpy(to + model*count, (model ? along.core_dot : at.core_dot) + first - 3, count*sizeof *to);
     }
     memset(w->point + first, 0, count*sizeof *to);
-    memset(in_columns, 0, count*w->groups*sizeof *to);
-    for (int c = 0; c < w->numbered; c++)
-        for (int k = 0; k < count; k++) {
-            const int p = w->numbered_column[c];
-            in_columns[k*w->groups + p/LANES][p%LANES] = to[(1 + w->number_of[c])*count + k][0];
-        }
 }
 
 /* The momenta of axial speeds, with the vehicle's own inertia. */
@@ -101,10 +90,10 @@ static void prepare_spins(variations_t *w)
     for (int c = 0; c < 3; c++)
         w->held[ABSENT + c] = lanes_of(1);
     memset(w->bearings.sticks, 0, 2*w->wheels*sizeof *w->bearings.sticks);
-    put_response(w, 1, 0, w->spins.response, w->spins.response_moved);
-    put_response(w, 0, 1, w->spins.fading, w->spins.fading_moved);
+    put_response(w, 1, 0, w->spins.response);
+    put_response(w, 0, 1, w->spins.fading);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
-    w->spins.fades = !are_zero(w->spins.fading, FREE(w));
+    w->spins.fades = !are_zero(w->spins.fading, w->run->models*FREE(w));
     put_basis(w);
 }
 
@@ -174,8 +163,9 @@ static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehi
         axial[k] = (w->spins.sticks[k] - SET_SPINS_STICK)*w->spins.disks_moved[k];
 }
 
-/* How the rates of the momenta move along this direction, at a block of nodes. */
-static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
+/* How the rates of the momenta move along this direction, at a block of nodes; and how the disks do, and the axial
+ * accelerations by numbers alone, of which these are sums. */
+static void put_momenta_along(const variations_t *w, int d, int b, lanes_t *to)
 {
     const int momentum = sum_of(w, d, 0), moment = sum_of(w, d, 1), count = FREE(w), number = d - w->directions;
     const spins_t *const s = &w->spins;
@@ -186,11 +176,15 @@ static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
         return;
     }
     for (int k = 0; k < count; k++) {
-        rate[k] = -s->fading[k]*s->disks_moved[k];
+        const lanes_t turns = 1 - s->sticks[k];
         const int grown = (1 + number)*count + k;
-        if (number >= 0)
-            rate[k] += s->fading[grown]*spin_of(w, k) + s->response[grown]*s->bearing[k];
-        rate[k] *= 1 - s->sticks[k];
+        rate[k] = -turns*s->fading[k]*s->disks_moved[k];
+        s->disks_by[d*count + k].lanes[b] = s->disks_moved[k];
+        if (number >= 0) {
+            const lanes_t by_number = turns*(s->fading[grown]*spin_of(w, k) + s->response[grown]*s->bearing[k]);
+            s->axial_by[number*count + k].lanes[b] = by_number;
+            rate[k] += by_number;
+        }
     }
     put_momenta_of(w, rate, to);
 }
@@ -198,15 +192,14 @@ static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
 /* The deviations of what the state has of free rollers where a step ends, in the state of w->point. */
 static void put_spins_at_end(variations_t *w)
 {
-    const int count = FREE(w), first = 3 + w->wheels + first_momentum(w), groups = w->groups;
-    lanes_t moved[point_size(w)], axial_moved[count], spins[count];
+    const int first = 3 + w->wheels + first_momentum(w), groups = w->groups;
+    lanes_t moved[point_size(w)];
     memset(moved, 0, sizeof moved);
     for (int g = 0; g < groups; g++) {
         put_moved(w, w->moved, w->groups, g, moved);
-        for (int k = 0; k < count; k++)
-            axial_moved[k] = w->spins.axial_moved[k*groups + g];
-        put_state_of_spins(w, g, moved, axial_moved, spins);
-        for (int k = 0; k < count; k++)
-            w->moved[(first + k)*groups + g] = spins[k];
+        put_disks(w, &w->column[g], w->point, moved);
+        for (int k = 0; k < FREE(w); k++)
+            w->moved[(first + k)*groups + g] = state_of_spin(w, k, w->spins.axial_moved[k*groups + g],
+                                                             w->spins.disks_moved[k]);
     }
 }

@@ -25,8 +25,6 @@ typedef struct {
     lanes_t *yielding;          /* 2*wheels: what slips along axles go with where rollers turn, and how that moves */
     lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
                                              * along these, the slopes of the forces by the directions' angles */
-    nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
-    nodes_t *slip_slope;        /* 2*wheels x what slips have slopes by: slipping.c             */
     long long aimed_row;        /* a row behind which slips come to rest, and the directions there: rests.c */
     double *aimed;
 } contacts_t;
@@ -43,12 +41,14 @@ typedef struct {
     lanes_t *sticks, *bearing, *holding;       /* of free rollers, as a point needs them                */
     lanes_t *bearing_along;     /* how `bearing` moves                                       */
     lanes_t *response, *fading; /* models x rollers: axial accelerations by torques, by spins of 1; how these move */
-    lanes_t *response_moved, *fading_moved; /* rollers x groups: the same in the columns        */
-    int fades;                  /* whether spins do anything                                    */
+    nodes_t *disks_by;          /* directions and numbers x rollers: slopes of the disks' axial speeds at the nodes */
+    nodes_t *axial_by;          /* numbers x rollers: of axial accelerations there, while disks stay */
+    int fades;                  /* whether spins do anything, here or where numbers deviate     */
     lanes_t *torque_moved;      /* rollers x groups: deviations of `bearing` in a step       */
     lanes_t *momenta_moved;     /* 2*wheels x groups: of the momenta at its start               */
-    lanes_t *axial_moved, *axial_nodes; /* rollers x groups: of axial speeds there; x NODES in between */
-    lanes_t *disks, *disks_moved;       /* axial speeds of the disks there, and how these move      */
+    lanes_t *axial_moved;       /* rollers x groups: of axial speeds there                      */
+    lanes_t *axial_nodes, *disks_nodes;     /* rollers x NODES x groups: of these and of the disks' at the nodes */
+    lanes_t *disks, *disks_moved;       /* axial speeds of the disks at a point, and how these move */
     double (*basis)[2];         /* of each momentum of a wheel                                  */
 } spins_t;
 
@@ -82,7 +82,7 @@ typedef struct {
     nodes_t part;               /* where the nodes are in it, from 0 to 1                       */
     nodes_t twice[NODES], once[NODES], inverse[NODES];  /* T^2, T and T^-1 by rows                  */
     double *of_coefficients;    /* degree + 1 x nodes: weights of the polynomials' coefficients         */
-    lanes_t *feedback, *core, *carried;  /* deviations: feedback x NODES, core x NODES, (wheels + 3) x NODES */
+    lanes_t *known, *core, *carried; /* deviations x NODES: what feeds back and inputs, core, wheels and pose */
 } varied_step_t;
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
@@ -298,14 +298,14 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     const int wheels = FIXED_WHEELS(w->wheels), directions = w->directions;
     put_held(w, row, -1);
     if (SET_GRIPS)
-        put_ground(w, row, b);
+        put_forces_on_contacts(w, row);
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
         lanes_t *const seed = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
         nodes_t *const to = number < 0 ? w->slopes.core + d : w->slopes.core_by + number*w->equations;
         const int stride = number < 0 ? directions : 1;
         if (is_idle(w, row, d)) {
-            for (int a = 0; a < w->core; a++)
+            for (int a = 0; a < w->equations; a++)
                 to[a*stride].lanes[b] = lanes_of(0);
             continue;
         }
@@ -317,12 +317,14 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];
         if (SET_GRIPS)
-            put_ground_along(w, row, d, b, &at, &along);
+            put_ground_along(w, row, d, &at, &along);
+        if (SET_TURNS)
+            put_slopes_of_turns(w, row, d, b, &at, &along, stride, to + w->core*stride);
         if (SET_GATHERS)
             put_spins_of_direction(w, d, at.vehicle);
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
         if (SET_GATHERS)
-            put_momenta_along(w, d, along.core_dot + first_momentum(w) - 3);
+            put_momenta_along(w, d, b, along.core_dot + first_momentum(w) - 3);
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
         if (seed)
@@ -331,8 +333,9 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     clear_tangent(w);
 }
 
-/* The slopes of the rates of the pose, and of wheels that roll: which are linear in nu, with constants. */
-NEVER_INLINE void slopes_of_followers(variations_t *w, int b)
+/* The slopes of the rates of the pose and of wheels: which are linear in nu, with constants, where contacts roll or
+ * stick, and else numbers of the core. */
+NEVER_INLINE void slopes_of_followers(variations_t *w, long long row, int b)
 {
     const int wheels = FIXED_WHEELS(w->wheels);
     lanes_t rate[3], rate_along[3], chi_dot[MAX_WHEELS], chi_dot_along[MAX_WHEELS];
@@ -347,14 +350,17 @@ NEVER_INLINE void slopes_of_followers(variations_t *w, int b)
             *(number < 0 ? &w->slopes.pose[c][d].lanes[b] : &w->slopes.pose_by[3*number + c].lanes[b]) = rate_along[c];
         if (d < 3)
             w->slopes.carries[wheels][d] = rate_along[2][0];
-        if (!SET_SLIPS)
-            set_wheel_speeds_along(wheels, v, w->point, nu, chi_dot, chi_dot_along);
-        for (int i = 0; i < wheels && !SET_SLIPS && d != 3; i++)
+        set_wheel_speeds_along(wheels, v, w->point, nu, chi_dot, chi_dot_along);
+        for (int i = 0; i < wheels && d != 3; i++) {
+            const lanes_t slope = follows_nu(w, row, i) ? chi_dot_along[i] : lanes_of(0);
             if (number < 0)
-                w->slopes.carries[i][d] = chi_dot_along[i][0];
+                w->slopes.carries[i][d] = slope[0];
             else
-                w->slopes.chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
+                w->slopes.chi_by[number*wheels + i].lanes[b] = slope;
+        }
     }
+    for (int i = 0; i < SET_SLIPS*wheels; i++)
+        w->slopes.carries[i][3 + i] = !follows_nu(w, row, i);
 }
 
 /* State and inputs at a block of the nodes of the step that starts in a row. */
@@ -395,16 +401,14 @@ ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int str
         column[w->numbered_column[k]] += slope[w->number_of[k]*stride].node[node];
 }
 
-/* Where the numbers that feed back to the core stand among the deviations. */
-ALWAYS_INLINE int place_of_feedback(const variations_t *w, int f)
+/* Which of the wheels' angles, or behind these the heading, a number is that feeds back to the core. */
+ALWAYS_INLINE int carried_of_feedback(const variations_t *w, int f)
 {
-    return SET_CORE_NEEDS_CHI && f < w->wheels ? 3 + f : 5 + w->wheels;
+    return SET_CORE_NEEDS_CHI && f < w->wheels ? f : w->wheels;
 }
 
-ALWAYS_INLINE const double *carries_feedback(const variations_t *w, int f)
-{
-    return w->slopes.carries[SET_CORE_NEEDS_CHI && f < w->wheels ? f : w->wheels];
-}
+/* Where these stand among the deviations. */
+ALWAYS_INLINE int place_of_carried(const variations_t *w, int i) { return i < w->wheels ? 3 + i : 5 + w->wheels; }
 
 #define AT_ONCE 4               /* sums that are made beside each other, */
 #define VECTORS_AT_ONCE 3       /* each in so many vectors, where there are as many */
@@ -461,39 +465,43 @@ ALWAYS_INLINE lanes_t carried_by(const variations_t *w, const double *carries, c
     return sum;
 }
 
-/* The numbers that feed back to the core at the nodes, but for what the core's own rates do to them. */
-static void put_feedback(variations_t *w, double h)
+/* The rates at the nodes (NODES x groups) of the deviations of a wheel's angle, or behind these of the heading: from
+ * those of nu and of other numbers that carry, with so many vectors from number to number and from node to node. */
+static void put_carried_rate(const variations_t *w, int i, const lanes_t *nu, const lanes_t *others, int stride,
+                             int node_stride, lanes_t *to)
 {
-    const int groups = w->groups;
-    for (int f = 0; f < w->feedback; f++) {
-        const double *const carries = carries_feedback(w, f);
-        const int place = place_of_feedback(w, f), is_chi = place < 3 + w->wheels;
-        const nodes_t *const by = is_chi ? w->slopes.chi_by : w->slopes.pose_by;
-        const int stride = is_chi ? w->wheels : 3;
-        lanes_t *const rate = w->step.carried;
-        for (int g = 0; g < groups; g++) {
-            const lanes_t *const moved = w->moved + g;
-            const lanes_t carried = carried_by(w, carries, moved, moved + place_of_core(w, 3)*groups, groups);
-            for (int j = 0; j < w->nodes; j++)
-                rate[j*groups + g] = carried;
-        }
-        for (int j = 0; j < w->nodes; j++)
-            add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
-        come_to_nodes(w, h, w->moved + place*groups, rate, w->step.feedback + f*NODES*groups);
+    const int groups = w->groups, is_angle = i < w->wheels;
+    const nodes_t *const by = is_angle ? w->slopes.chi_by : w->slopes.pose_by;
+    for (int j = 0; j < w->nodes; j++, to += groups) {
+        for (int k = j*node_stride, g = 0; g < groups; k++, g++)
+            to[g] = carried_by(w, w->slopes.carries[i], nu + k, others + k, stride);
+        add_numbers(w, by, is_angle ? w->wheels : 3, is_angle ? i : 2, j, to);
     }
 }
 
-/* What a step is given at a node. */
-ALWAYS_INLINE lanes_t given_at(const variations_t *w, int u, int j, int g)
+/* What is known at the nodes: the numbers that feed back to the core, but for what its own rates do to them, and what
+ * a step is given. */
+static void put_known(variations_t *w, double h)
 {
-    const lanes_t value = w->given[u*w->groups + g], *const rises = w->given + (w->inputs + u)*w->groups;
-    return u < SET_MOVING*w->wheels ? value + w->step.length*w->step.part.node[j]*rises[g] : value;
+    const int groups = w->groups;
+    lanes_t *known = w->step.known;
+    for (int f = 0; f < w->feedback; f++, known += NODES*groups) {
+        const int i = carried_of_feedback(w, f);
+        put_carried_rate(w, i, w->moved, w->moved + place_of_core(w, 3)*groups, groups, 0, w->step.carried);
+        come_to_nodes(w, h, w->moved + place_of_carried(w, i)*groups, w->step.carried, known);
+    }
+    for (int u = 0; u < w->inputs; u++, known += NODES*groups)
+        for (int k = 0; k < w->nodes*groups && w->is_given[u]; k++) {
+            const lanes_t *const given = w->given + u*groups + k%groups;
+            const double since = w->step.length*w->step.part.node[k/groups];
+            known[k] = u < SET_MOVING*w->wheels ? given[0] + since*given[w->inputs*groups] : given[0];
+        }
 }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, int a)
 {
-    const int groups = w->groups, states = w->core + w->feedback;
+    const int groups = w->groups;
     const nodes_t *const slope = w->slopes.core + a*w->directions;
     const int *const zero = w->slopes.is_zero + a*w->directions;
     lanes_t *const row = w->solving.row[a];
@@ -503,12 +511,9 @@ static void put_right(variations_t *w, int a)
             for (int c = 0; c < w->core; c++)
                 for (int i = 0; i < AT_ONCE && !zero[c]; i++)
                     sum[i] += slope[c].node[j + i]*start_of_core(w, c)[g];
-            for (int f = 0; f < w->feedback; f++)
-                for (int i = 0; i < AT_ONCE && !zero[w->core + f]; i++)
-                    sum[i] += slope[w->core + f].node[j + i]*w->step.feedback[(f*NODES + j + i)*groups + g];
-            for (int u = 0; u < w->inputs; u++)
-                for (int i = 0; i < AT_ONCE && !zero[states + u]; i++)
-                    sum[i] += slope[states + u].node[j + i]*given_at(w, u, j + i, g);
+            for (int k = 0; k < w->feedback + w->inputs; k++)
+                for (int i = 0; i < AT_ONCE && !zero[w->core + k]; i++)
+                    sum[i] += slope[w->core + k].node[j + i]*w->step.known[(k*NODES + j + i)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
                 row[(j + i)*groups + g] = sum[i];
         }
@@ -598,19 +603,13 @@ NEVER_INLINE void solve(const equations_t *e)
 
 #include "deviations/node_equations.c"
 #include "deviations/spin_nodes.c"
-#include "deviations/turning.c"
 
 static void put_slopes(variations_t *w, long long step, long long row)
 {
     for (int b = 0; b < w->blocks; b++) {
         put_point(w, step, row, b);
         slopes_of_core(w, row, b);
-        slopes_of_followers(w, b);
-    }
-    for (int i = 0; i < SET_GRIPS*w->wheels; i++) {
-        put_carries(w, row, i);
-        if (turns_in(w, row, i))
-            put_row_of_turn(w, i);
+        slopes_of_followers(w, row, b);
     }
     for (int k = 0; k < w->equations*w->directions; k++)
         w->slopes.is_zero[k] = are_zero(w->slopes.core[k].lanes, w->blocks);
@@ -628,21 +627,11 @@ static void put_core(variations_t *w, double h)
 /* The rates at the nodes of the deviations of wheels and pose. */
 static void put_carried_rates(variations_t *w, double h)
 {
-    const int groups = w->groups, wheels = w->wheels;
-    const lanes_t *const core = w->step.core, *const rates = core + 3*NODES*groups;
-    lanes_t *const heading = w->step.feedback;  /* not needed any more */
-    for (int i = 0; i <= wheels; i++) {
-        const int place = i < wheels ? i : wheels + 2;
-        for (int j = 0; j < w->nodes; j++) {
-            lanes_t *const to = w->step.carried + (place*NODES + j)*groups;
-            for (int k = j*groups, g = 0; g < groups; k++, g++)
-                to[g] = carried_by(w, w->slopes.carries[i], core + k, rates + k, NODES*groups);
-            if (i < wheels)
-                add_numbers(w, w->slopes.chi_by, wheels, i, j, to);
-            else
-                add_numbers(w, w->slopes.pose_by, 3, 2, j, to);
-        }
-    }
+    const int groups = w->groups, wheels = w->wheels, all = NODES*groups;
+    const lanes_t *const core = w->step.core;
+    lanes_t *const heading = w->step.known;     /* not needed any more */
+    for (int i = 0; i <= wheels; i++)
+        put_carried_rate(w, i, core, core + 3*all, all, groups, w->step.carried + (place_of_carried(w, i) - 3)*all);
     come_to_nodes(w, h, w->moved + (5 + wheels)*groups, w->step.carried + (wheels + 2)*NODES*groups, heading);
     for (int c = 0; c < 2; c++)
         for (int j = 0; j < w->nodes; j++) {
@@ -698,14 +687,14 @@ static int vary_piece(variations_t *w, long long step, long long row, double h, 
 {
     const int groups = w->groups, places = SET_GATHERS ? 3 + w->wheels + first_momentum(w) : w->size;
     put_slopes(w, step, row);
-    put_feedback(w, h);
+    put_known(w, h);
     put_core_rates(w, row, h);
     if ((w->run->bounds.max_last > 0 && !are_seen(w, h)) || are_too_fast(w, row, h))
         return 0;
     put_core(w, h);
     put_carried_rates(w, h);
     if (SET_GATHERS)
-        finish_spins(w, step, row, h, rates);
+        finish_spins(w, h, rates);
     for (int place = 0; place < places; place++)
         for (int j = 0; j < w->nodes; j++) {
             const lanes_t *const rate = rate_at_node(w, place, j);
