@@ -33,6 +33,7 @@
 #include "step/collocation.c"
 #include "step/bends.c"
 #include "step/coupled.c"
+#include "step/sprung.c"
 #include "ground/directions.c"
 #include "bearings/contact_rows.c"
 #include "step/events.c"

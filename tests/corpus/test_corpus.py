@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from corpus import files
-from corpus.kinds import KINDS, name_of
+from corpus.kinds import KINDS, name_of, scene
 from corpus.record import row_behind
 from corpus.replay import DIFFERS, differences, unexplained
+from omniroll import simulate
 
 QUICK = [("rolling", "free", "both"), ("viscous", "massless", "rollers"), ("coulomb", "free", "both"),
          ("coulomb", "massless", "both")]  # fmt: skip
@@ -45,6 +46,12 @@ def test_derivatives_are_those_that_are_kept(kind):
 def test_a_short_step_behind_an_event_moves_no_kept_state():
     """In this scene steps of 1.5e-10 s and 7.7e-10 s follow where an axle starts to turn."""
     assert differences(("viscous", "free", "both and viscous"), [20]) == {}
+
+
+def test_bearings_that_rest_have_torques_in_the_row_in_which_others_break_away():
+    vehicle, task = scene(("rolling", "locked", "axles"), 16)
+    run = simulate(vehicle, **task)
+    assert (run.drive[:, run.effects.drives().index("bearing_torque")] != 0).all()
 
 
 @pytest.mark.parametrize(("at", "row"), [(0.1, 3), (0.1 + 1e-10, 3), (0.15, 6), (0.3, 7)])

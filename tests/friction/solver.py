@@ -20,8 +20,8 @@ DECLARATIONS = """
 typedef struct { int kind, first, rows; double size[2], strip; } friction_element_t;
 typedef struct {
     int rows, elements, apart, equalities;
-    const friction_element_t *element;
-    const double *matrix, *given, *equality, *wanted, *mobility, *yaw, *apart_given, *bound, *yaw_rows;
+    friction_element_t *element;
+    double *matrix, *given, *equality, *wanted, *mobility, *yaw, *apart_given, *bound, *yaw_rows;
     double yaw_yaw;
 } friction_problem_t;
 typedef struct {
@@ -31,7 +31,6 @@ size_t friction_memory(int rows, int elements, int apart, int equalities);
 int friction_decide(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 double friction_least_use(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 double friction_use_rate(const friction_problem_t *problem, void *memory, const double *change);
-int friction_least_norm(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 """
 
 

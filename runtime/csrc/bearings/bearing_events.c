@@ -56,10 +56,10 @@ static double turn_of_spin(const step_t *s, int k)
     const omniroll_bearing_t *const bearing = s->hold.bearing + k;
     const double start = -bearing->mode*bearing_start(s, k);
     const double limit = HELD_NOISE*EPS*(bearing->size + fabs(start)) + s->hold.residual;
-    nodes_t rate = times(gauss_slope, s->hold.states->held + k);
+    nodes_t spin;
     for (int b = 0; b < BLOCKS; b++)
-        rate.lanes[b] *= -bearing->mode;
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, limit);
+        spin.lanes[b] = -bearing->mode*s->hold.states->held[k].lanes[b];
+    return turn_of_values(&spin, start, -INFINITY, limit);
 }
 
 /* How the rate of a bearing that turns changes at the nodes, against its mode. */
@@ -147,12 +147,8 @@ static double length_to_bearing(step_t *s, const int wheels, double length)
         const double rate = bearing_rate_at_end(s, k);
         if (!((rate > 0 && !starts_from_rest(s, k, beyond)) || value > beyond))
             continue;
-        const double reached = reached_from(s, value, rate);
-        if (comes_first(s, reached, length)) {
-            length = reached;
-            s->event.landing = wheels + s->event.guards + s->hold.of_contacts + k;
-            s->event.unsure = rate > 0 ? rounding_at_end(s, k)/rate : 0;
-        }
+        consider(s, &length, wheels + s->event.guards + s->hold.of_contacts + k, reached_from(s, value, rate), 1,
+                 rate > 0 ? rounding_at_end(s, k)/rate : 0);
     }
     return length;
 }
@@ -175,8 +171,5 @@ static double turn_of_bearing(const step_t *s, int k)
     }
     const double bound = bound_of(s->hold.bearing + k);
     const double limit = bound + HELD_NOISE*rounding_of_holding(s->hold.bearing[k].torque, bound);
-    if (LEBESGUE*largest_of(s->hold.states->held + k) <= limit)
-        return 1;
-    const nodes_t rate = times(gauss_slope, s->hold.states->held + k);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, s->hold.bearing[k].torque, -limit, limit);
+    return turn_of_values(s->hold.states->held + k, s->hold.bearing[k].torque, -limit, limit);
 }

@@ -212,13 +212,22 @@ ALWAYS_INLINE int count_in_core(const omniroll_run_t *run, const work_t *work)
     return SET_IN_SERIES ? work->states.rollers_at : run->bearings.core_count;
 }
 
+/* What the rate of a bearing is rounded against at least, in rad/s, where wheels may stand: a rounding of the largest
+ * speeds. */
+ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, int k, double least_arm)
+{
+    if (SET_STANDS)
+        return run->hold.speed/(k < work->states.rollers_at ? run->ground.arms[2] : least_arm);
+    return 0;
+}
+
 /* Those rest whose rates are zero within rounding: a rate is a difference of larger speeds. */
-static void find_resting_bearings(omniroll_run_t *run, const work_t *work, double speed)
+static void find_resting_bearings(omniroll_run_t *run, const work_t *work, double speed, double least_arm)
 {
     for (int k = 0; k < count_in_core(run, work); k++) {
-        const double rate = fabs(bearing_rate(run, work, k));
+        const double rate = fabs(bearing_rate(run, work, k)), size = rate + speed*run->bearings.rate_of_speed;
         core_bearings(run)[k].resting |= may_hold(core_bearings(run) + k)
-            && rate <= AT_REST*EPS*(rate + speed*run->bearings.rate_of_speed);
+            && rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
     }
 }
 
@@ -234,6 +243,14 @@ static void put_bearings_to_rest(omniroll_run_t *run, const work_t *work)
         if (SET_IN_SERIES && !bearing->mode)
             bearing->size = 0;
     }
+}
+
+/* As an instant begins: what is zero within rounding rests. */
+static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_arm)
+{
+    find_bearing_rates(run, work);
+    find_resting_bearings(run, work, length3(run->state.nu), least_arm);
+    put_bearings_to_rest(run, work);
 }
 
 /* The place among the inputs of the torque of an axle, or of a roller in contact; -1 of others. */

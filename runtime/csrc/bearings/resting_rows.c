@@ -106,13 +106,13 @@ static int directions_allowed(const bearings_t *bearings, const vector3_t *mass,
     return 3 - rank;
 }
 
-/* Solve R^T R z = force, or R^T y = force and torques = Q y, where Q R are the bearings' rows along a basis of their
- * span. z or torques may be null. */
-static void least_norm(const bearings_t *bearings, const double *force, double *torques, double *z)
+/* The torques of least norm that give a force: R^T y = force and torques = Q y, where Q R are the bearings' rows along
+ * a basis of their span. */
+static void least_norm(const bearings_t *bearings, const double *force, double *torques)
 {
     vector3_t basis[3];
     const int rank = span_of(bearings, basis), count = bearings->count;
-    double q[3][MAX_BEARINGS], r[3][3] = {{0}}, y[3], x[3];
+    double q[3][MAX_BEARINGS], r[3][3] = {{0}}, y[3];
     for (int c = 0; c < rank; c++) {
         for (int i = 0; i < count; i++)
             q[c][i] = dot3(bearings->rows[i], basis[c]);
@@ -136,20 +136,10 @@ static void least_norm(const bearings_t *bearings, const double *force, double *
             y[c] -= r[b][c]*y[b];
         y[c] /= r[c][c];
     }
-    for (int i = 0; torques && i < count; i++) {
+    for (int i = 0; i < count; i++) {
         torques[i] = 0;
         for (int c = 0; c < rank; c++)
             torques[i] += q[c][i]*y[c];
-    }
-    if (!z)
-        return;
-    memset(z, 0, sizeof(vector3_t));
-    for (int c = rank - 1; c >= 0; c--) {
-        x[c] = y[c];
-        for (int b = c + 1; b < rank; b++)
-            x[c] -= r[c][b]*x[b];
-        x[c] /= r[c][c];
-        add3(z, x[c], basis[c]);
     }
 }
 
@@ -166,15 +156,15 @@ static void take_least(const bearings_t *bearings, const double *force, const el
     double found[MAX_BEARINGS];
     int places[MAX_BEARINGS], same = 1;
     for (int i = 0; i < bearings->count; i++) {
-        torques[i] = clipped(problem->force[i], bearings->bounds[i]);
-        if (problem->state[i] != FRICTION_RESTS) {
+        torques[i] = clipped(problem->found.force[i], bearings->bounds[i]);
+        if (problem->found.state[i] != FRICTION_RESTS) {
             add3(rest, -torques[i], bearings->rows[i]);
             continue;
         }
         places[free.count] = i;
         memcpy(free.rows[free.count++], bearings->rows[i], sizeof(vector3_t));
     }
-    least_norm(&free, rest, found, 0);
+    least_norm(&free, rest, found);
     for (int k = 0; k < free.count; k++)
         same &= fabs(found[k] - torques[places[k]]) <= SAME_TORQUE*bearings->bounds[places[k]];
     for (int k = 0; k < free.count && same; k++)
@@ -185,22 +175,27 @@ static void take_least(const bearings_t *bearings, const double *force, const el
 static void least_torques(const bearings_t *bearings, const double *force, elements_t *problem, double *torques)
 {
     const int count = bearings->count;
-    friction_solution_t found;
+    friction_problem_t *const norm = &problem->p;
+    double largest = 0;
     int inside = 1;
-    least_norm(bearings, force, torques, 0);
+    least_norm(bearings, force, torques);
     for (int i = 0; i < count; i++)
         inside &= fabs(torques[i]) <= bearings->bounds[i];
     if (inside)
         return;
-    problem->count = count, problem->wide = problem->apart = 0, problem->equalities = 3;
+    norm->rows = norm->elements = count, norm->apart = 0, norm->equalities = 3;
     for (int k = 0; k < 3; k++) {
-        problem->wanted[k] = force[k];
+        norm->wanted[k] = force[k];
         for (int i = 0; i < count; i++)
-            problem->equality[k*count + i] = bearings->rows[i][k];
+            norm->equality[k*count + i] = bearings->rows[i][k];
     }
     for (int i = 0; i < count; i++)
-        problem->reach[i] = bearings->bounds[i], problem->given[i] = 0;
-    const friction_problem_t norm = problem_of(problem, &found);
-    friction_least_norm(&norm, problem->memory, &found);
+        largest = fmax(largest, bearings->bounds[i]);
+    memset(norm->matrix, 0, sizeof *norm->matrix*(size_t)(count*count));
+    for (int i = 0; i < count; i++) {
+        norm->element[i] = (friction_element_t){FRICTION_INTERVAL, i, 1, {bearings->bounds[i], 0}, INFINITY};
+        norm->given[i] = 0, norm->matrix[i*count + i] = 1/(largest*largest);
+    }
+    friction_decide(norm, problem->memory, &problem->found);
     take_least(bearings, force, problem, torques);
 }

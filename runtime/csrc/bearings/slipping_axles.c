@@ -29,24 +29,18 @@ static double size_of_moments(const omniroll_run_t *run, int wheel)
     return size;
 }
 
-/* The torques that hold the axles which stick, at this instant. */
-static void hold_axles(const omniroll_run_t *run, const work_t *work)
+/* What holds that which sticks, in these modes. */
+static void find_holding(omniroll_run_t *run, const work_t *work)
 {
     lanes_t nu_dot[3];
-    rates_at_this_instant(run, work, run->wheels, nu_dot);
-    if (SET_IN_SERIES)
+    rates_at_this_instant(run, work, run->wheels, SET_GRIPS ? work->nu_dot : nu_dot);
+    for (int k = 0; SET_HOLDS && k < 3; k++)
+        run->hold.force[k] = work->held_force[k][0];
+    if (SET_IN_SERIES && !SET_GRIPS)
         find_bearing_rates(run, work);
     find_bearing_torques(run, work);
-    if (SET_MOMENTS_INPUT >= 0)
+    if (SET_MOMENTS_INPUT >= 0 && !SET_GRIPS)
         put_moments(run);
-}
-
-/* As an instant begins: bearings whose rates are zero within rounding rest. */
-static void rest_slipping_bearings(omniroll_run_t *run, const work_t *work)
-{
-    find_bearing_rates(run, work);
-    find_resting_bearings(run, work, length3(run->state.nu));
-    put_bearings_to_rest(run, work);
 }
 
 /* The phase begins with the torques that have been found. */
@@ -59,24 +53,20 @@ static void begin_torques(omniroll_run_t *run, const work_t *work)
     run->hold.undecided = 0;
 }
 
-static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
-
-/* Some time has passed where wheels may slip. Where the ground is stiff, the torque at the end of a step that has ended at an
- * axle is not its bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there
- * even so. */
-static void slipping_bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
+/* A step has ended where the mode of a bearing does, or behind all of these what holds wheels that stand. Where the
+ * ground is stiff, the torque there is not its bound to rounding: slips are rounded, and the iteration at the nodes
+ * leaves something. The mode ends even so. */
+static void end_of_bearing(omniroll_run_t *run, int landed)
 {
-    const int landed = s->event.landing - s->wheels - s->event.guards;
-    if (SET_DISKS_STICK)
-        keep_rollers_at_rest(run, work);
-    if (run->hold.count)
-        hold_axles(run, work);
-    if (landed < 0 || landed >= run->bearings.core_count)
+    if (landed < 0)
         return;
-    omniroll_bearing_t *const axle = core_bearings(run) + landed;
-    if (axle->mode == 0)
-        axle->released = axle->torque > 0 ? -1 : 1;
-    axle->resting = run->hold.ended = 1;
+    run->hold.ended = 1;
+    if (landed >= run->bearings.core_count)
+        return;
+    omniroll_bearing_t *const bearing = core_bearings(run) + landed;
+    if (bearing->mode == 0)
+        bearing->released = bearing->torque > 0 ? -1 : 1;
+    bearing->resting = 1;
 }
 
 /* Wheels have passed to their next rollers, which changes no rate of theirs. */

@@ -49,3 +49,20 @@ static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work)
         if (core_bearings(run)[k].resting)
             put_bearing_rate(run, work, k, 0);
 }
+
+/* Some time has passed: bearings that stick are at rest. What an iteration leaves of the rates of axles would turn
+ * slips where wheels may stand. */
+static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
+{
+    for (int k = 0; k < run->bearings.count; k++) {
+        omniroll_bearing_t *const bearing = run->bearings.each + k;
+        bearing->resting = bearing->mode == 0;
+        bearing->released = 0;
+        if (SET_STANDS && k < work->states.rollers_at && bearing->resting)
+            run->state.core[rates_at(run->wheels) + k] = 0;
+    }
+    if (SET_DISKS_STICK)
+        keep_rollers_at_rest(run, work);
+    else if (SET_STANDS)
+        find_bearing_rates(run, work);
+}

@@ -34,7 +34,7 @@ static void find_resting(omniroll_run_t *run, const work_t *work)
         bearing->resting |= fabs(dot3(bearing->row, run->state.nu)) <= AT_REST*EPS*length3(bearing->row)*speed;
     }
     if (SET_SPINS_STICK)
-        find_resting_bearings(run, work, speed);
+        find_resting_bearings(run, work, speed, INFINITY);
 }
 
 /* Those of the bearings whose mode or rest is this one, with their torques at rest; their places. `at_zero`: with the
@@ -115,7 +115,7 @@ static void round_use(const omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < 3 && standing->count; k++) {
         for (int m = 0; m < 3; m++)
             now.force[m] = m == k ? run->hold.size[k] : 0;
-        least_norm(&standing->rows, now.force, forces, 0);
+        least_norm(&standing->rows, now.force, forces);
         standing->rounding += EPS*largest_use(standing, &now, forces);
     }
 }
@@ -135,19 +135,6 @@ static void hold(omniroll_run_t *run, const work_t *work)
     for (int i = rows_count(run); i < run->bearings.count; i++)
         held->count += run->bearings.each[i].mode == 0;
     turn_bearings(run, work);
-}
-
-/* The force that holds what sticks, at this instant. */
-static void find_held_force(omniroll_run_t *run, const work_t *work)
-{
-    lanes_t nu_dot[3];
-    if (!run->hold.count)
-        return;
-    rates_at_this_instant(run, work, run->wheels, nu_dot);
-    for (int k = 0; k < 3; k++)
-        run->hold.force[k] = work->held_force[k][0];
-    if (SET_SPINS_STICK)
-        find_bearing_torques(run, work);
 }
 
 /* The torques of the bearings with this held force: of least norm where they hold. */
@@ -177,7 +164,7 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
         *bearing_input(run, i) = 0;
     if (SET_SPINS_STICK)
         enter_bearings(run, work, 0);
-    find_held_force(run, work);
+    find_holding(run, work);
     for (int k = 0; k < 3; k++)
         held->size[k] = fabs(held->force[k]), force[k] = -held->force[k];
     for (int i = 0; i < rows_count(run); i++) {

@@ -4,6 +4,7 @@
  * system is the second derivative along these directions, symmetric, and singular where forces are not unique: then
  * what no condition tells does not move. */
 #include <math.h>
+#include <string.h>
 
 #include "balls.h"
 
@@ -124,12 +125,7 @@ static void keep_best(friction_balls_t *b)
     if (!(residual < b->least))
         return;
     b->least = residual;
-    for (int k = 0; k < b->rows; k++)
-        b->best.force[k] = b->force[k];
-    for (int e = 0; e < b->equalities; e++)
-        b->best.multiplier[e] = b->multiplier[e];
-    for (int c = 0; c < 2*b->balls; c++)
-        b->best.active[c] = b->active[c];
+    memcpy(b->kept.best, b->force, b->kept.best_size);
 }
 
 /* Constraints that forces have passed, and those that hold nothing; returns how many. */
@@ -155,10 +151,7 @@ static int change_active(friction_balls_t *b)
 
 FRICTION_LINKAGE void friction_polish(friction_balls_t *b, int changes)
 {
-    for (int k = 0; k < b->rows; k++)
-        b->inside.force[k] = b->force[k];
-    for (int e = 0; e < b->equalities; e++)
-        b->inside.multiplier[e] = b->multiplier[e];
+    memcpy(b->kept.inside, b->force, b->kept.inside_size);
     for (int change = 0; change <= changes; change++) {
         double before = INFINITY;
         put_on_edges(b);
@@ -178,11 +171,7 @@ FRICTION_LINKAGE void friction_polish(friction_balls_t *b, int changes)
 
 FRICTION_LINKAGE void friction_take_best(friction_balls_t *b)
 {
-    for (int k = 0; k < b->rows && b->least < INFINITY; k++)
-        b->force[k] = b->best.force[k];
-    for (int e = 0; e < b->equalities && b->least < INFINITY; e++)
-        b->multiplier[e] = b->best.multiplier[e];
-    for (int c = 0; c < 2*b->balls && b->least < INFINITY; c++)
-        b->active[c] = b->best.active[c];
+    if (b->least < INFINITY)
+        memcpy(b->force, b->kept.best, b->kept.best_size);
     friction_slopes(b);
 }

@@ -2,6 +2,8 @@
 #ifndef OMNIROLL_FRICTION_BALLS_H
 #define OMNIROLL_FRICTION_BALLS_H
 
+#include <stddef.h>
+
 #include "elimination.h"
 
 /* A set of forces: |x| <= 1 in one or two rows, and |x_0| <= strip. Rows apart are counted behind the dense ones. */
@@ -17,10 +19,10 @@ typedef struct {
     double along[2];
 } friction_direction_t;
 
-/* x, multipliers and active set that are kept. */
+/* Copies of x, of multipliers and, of the best, of the active set, which stand together; their sizes in bytes. */
 typedef struct {
-    double *force, *multiplier;
-    int *active;
+    double *best, *inside;
+    size_t best_size, inside_size;
 } friction_kept_t;
 
 /* x^T matrix x/2 + given^T x is least; `size` is what a force's unit is in x. */
@@ -31,7 +33,7 @@ typedef struct {
     double *force, *multiplier, *slope, *scale;     /* x, those of equalities, slopes, sizes of balls' terms */
     double *slack, *pull;                           /* two of each ball: its circle and its strip           */
     double *slack_step, *pull_step, *product, *step, *multiplier_step;
-    friction_kept_t best, inside;
+    friction_kept_t kept;
     double *block, *coupled, *right;                /* block: 4 of each dense ball, 1 of each row apart     */
     int *active, *moves;                            /* two of each ball; rows apart that may change         */
     friction_direction_t *direction;

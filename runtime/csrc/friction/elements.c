@@ -1,6 +1,7 @@
 /* The minimum of elements.h: balls of size 1 are made of its sets, and what is found is brought back to forces. */
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "balls.h"
 #include "elements.h"
@@ -47,16 +48,20 @@ static void lay_out_balls(friction_balls_t *b, room_t *room, int dense, int dens
     b->matrix = numbers(room, dense*dense), b->coupled = numbers(room, dense*dense + size);
     b->equality = numbers(room, equalities*dense), b->wanted = numbers(room, equalities);
     b->mobility = numbers(room, apart), b->yaw = numbers(room, apart), b->yaw_rows = numbers(room, dense);
-    b->size = numbers(room, rows), b->given = numbers(room, rows), b->force = numbers(room, rows);
-    b->slope = numbers(room, rows), b->step = numbers(room, rows), b->best.force = numbers(room, rows);
-    b->inside.force = numbers(room, rows), b->right = numbers(room, rows + equalities);
-    b->multiplier = numbers(room, equalities), b->multiplier_step = numbers(room, equalities);
-    b->best.multiplier = numbers(room, equalities), b->inside.multiplier = numbers(room, equalities);
+    b->size = numbers(room, rows), b->given = numbers(room, rows);
+    b->slope = numbers(room, rows), b->step = numbers(room, rows);
+    b->right = numbers(room, rows + equalities), b->multiplier_step = numbers(room, equalities);
+    const size_t before = room->used;
+    b->force = numbers(room, rows), b->multiplier = numbers(room, equalities);
+    b->kept.inside_size = room->used - before;
+    b->active = flags(room, 2*balls);
+    b->kept.best_size = room->used - before;
+    b->kept.inside = room_for(room, b->kept.inside_size, 1), b->kept.best = room_for(room, b->kept.best_size, 1);
     b->scale = numbers(room, balls), b->block = numbers(room, 4*dense_balls + apart);
     b->slack = numbers(room, 2*balls), b->pull = numbers(room, 2*balls);
     b->product = numbers(room, 2*balls);
     b->slack_step = numbers(room, 2*balls), b->pull_step = numbers(room, 2*balls);
-    b->active = flags(room, 2*balls), b->best.active = flags(room, 2*balls), b->moves = flags(room, apart);
+    b->moves = flags(room, apart);
     b->system.matrix = numbers(room, size*size);
     b->system.scale = numbers(room, size), b->system.scratch = numbers(room, size);
     b->system.row = flags(room, size), b->system.column = flags(room, size);
@@ -185,12 +190,6 @@ static void make_orthonormal(friction_balls_t *b)
     b->equalities = count;
 }
 
-static void keep(int count, const double *from, double *to)
-{
-    for (int k = 0; k < count; k++)
-        to[k] = from[k];
-}
-
 /* The minimum, in b->force: where nothing reaches its bound, which may be so if `at_once`, it is found at once; else the
  * inside tells the active set, more finely where that has not been enough. Returns the residual. */
 static double minimise(friction_balls_t *b, int at_once, int *rounds)
@@ -202,11 +201,11 @@ static double minimise(friction_balls_t *b, int at_once, int *rounds)
     if (at_once)
         friction_polish(b, 0);
     else {
-        keep(b->rows, b->force, b->inside.force), keep(b->equalities, b->multiplier, b->inside.multiplier);
+        memcpy(b->kept.inside, b->force, b->kept.inside_size);
         friction_slopes(b);
     }
     for (int t = 0; t < count && !(b->least <= (t ? OBEYED : STICKS)); t++) {
-        keep(b->rows, b->inside.force, b->force), keep(b->equalities, b->inside.multiplier, b->multiplier);
+        memcpy(b->force, b->kept.inside, b->kept.inside_size);
         *rounds += friction_go_inside(b, targets[t], MAX_ROUNDS - *rounds);
         friction_polish(b, CHANGES);
     }
@@ -276,13 +275,13 @@ static int choose_least_norm(friction_balls_t *b, room_t *room, double residual)
         return 0;
     put_norm(&norm, b->size);
     minimise(&norm, 1, &rounds);
-    keep(b->rows, b->force, b->best.force);
+    memcpy(b->kept.best, b->force, b->kept.best_size);
     for (int i = 0; i < b->dense_balls; i++)
         for (int k = norm.ball[i].first; k < norm.ball[i].first + norm.ball[i].rows; k++)
             b->force[k] = norm.force[k];
     friction_slopes(b);
     if (!(friction_residual(b) <= fmax(OBEYED, 2*residual))) {
-        keep(b->rows, b->best.force, b->force);
+        memcpy(b->force, b->kept.best, b->kept.best_size);
         friction_slopes(b);
     }
     return 1;
@@ -371,33 +370,6 @@ FRICTION_LINKAGE int friction_decide(const friction_problem_t *p, void *memory, 
     return 1;
 }
 
-/* The forces of least norm within sets that equalities leave; rows apart have no part in it. */
-FRICTION_LINKAGE int friction_least_norm(const friction_problem_t *p, void *memory, friction_solution_t *found)
-{
-    room_t room = room_of(memory);
-    friction_balls_t balls;
-    friction_problem_t sets = *p;
-    sets.matrix = NULL, sets.apart = 0;
-    lay_out_balls(&balls, &room, p->rows, p->elements, 0, p->equalities);
-    put_balls(&balls, &sets);
-    put_norm(&balls, balls.size);
-    for (int k = 0; k < p->rows && p->given; k++)
-        balls.given[k] = p->given[k]*balls.size[k]/(balls.unit*balls.unit);
-    put_equalities(&balls, p);
-    if (!all_finite(p->equalities*p->rows, balls.equality) || !all_finite(p->equalities, balls.wanted)
-        || !all_finite(p->rows, balls.given))
-        return refuse(&sets, found);
-    make_orthonormal(&balls);
-    found->residual = minimise(&balls, 1, &found->iterations);
-    if (!(found->residual < NOT_GIVEN))
-        return refuse(&sets, found);
-    found->unique = 1;
-    put_found(&balls, found);
-    for (int k = 0; k < p->rows; k++)
-        found->acceleration[k] = 0;
-    return 1;
-}
-
 /* E x = h/u with x within the sets, for the largest 1/u: a row more, which no set holds. */
 static void put_use(friction_balls_t *b, const friction_problem_t *p)
 {
@@ -459,7 +431,7 @@ FRICTION_LINKAGE double friction_use_rate(const friction_problem_t *p, void *mem
 {
     friction_balls_t balls = balls_of_use(p, memory);
     double rate = 0;
-    keep(p->equalities, change, balls.wanted);
+    memcpy(balls.wanted, change, (size_t)p->equalities*sizeof *change);
     make_orthonormal(&balls);
     for (int e = 0; e < balls.equalities; e++)
         rate -= balls.multiplier[e]*balls.wanted[e];

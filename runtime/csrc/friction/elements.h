@@ -34,11 +34,11 @@ typedef struct {
 
 typedef struct {
     int rows, elements, apart, equalities;
-    const friction_element_t *element;
-    const double *matrix, *given;                   /* Q, rows x rows, and q                                */
-    const double *equality, *wanted;                /* E, equalities x rows, and h                          */
-    const double *mobility, *yaw, *apart_given, *bound;     /* of rows apart: 1/inertia, s, and sizes      */
-    const double *yaw_rows;                         /* of the dense rows; null without rows apart           */
+    friction_element_t *element;
+    double *matrix, *given;                         /* Q, rows x rows, and q                                */
+    double *equality, *wanted;                      /* E, equalities x rows, and h                          */
+    double *mobility, *yaw, *apart_given, *bound;   /* of rows apart: 1/inertia, s, and sizes               */
+    double *yaw_rows;                               /* of the dense rows; null without rows apart           */
     double yaw_yaw;
 } friction_problem_t;
 
@@ -72,9 +72,5 @@ FRICTION_LINKAGE double friction_least_use(const friction_problem_t *problem, vo
 /* The rate of the least use that friction_least_use() has just found in this memory, where E and h of the same problem
  * change so that `change` is the rate of h - E y with y held. */
 FRICTION_LINKAGE double friction_use_rate(const friction_problem_t *problem, void *memory, const double *change);
-
-/* The least of |y|^2/2 + q^T y with E y = h and y_e in K_e, without rows apart; q may be null. Returns as
- * friction_decide(). */
-FRICTION_LINKAGE int friction_least_norm(const friction_problem_t *problem, void *memory, friction_solution_t *found);
 
 #endif

@@ -71,27 +71,31 @@ static void push_corners_at_end(const step_t *s, const int wheels, arrays_t *at)
     put_corners(s, wheels, at->chi, toward, at->ground_push, at->ground_yield);
 }
 
-/* What the polynomials of what contacts take lack at the end of a step, from an evaluation there. */
-NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
+/* What the polynomials of what contacts take, and of what holds, lack at a step's end, from an evaluation there. */
+NEVER_INLINE void measure_at_end(step_t *s, const int wheels)
 {
     arrays_t at;
-    lanes_t nu_dot[3];
+    lanes_t nu_dot[3], load[MAX_WHEELS];
     const point_t point = point_at_end(s, wheels, &at);
-    lanes_t load[MAX_WHEELS];
-    loads_in_state(s, wheels, point.core, load);
-    if (s->contact.turning)
+    if (SET_GRIPS)
+        loads_in_state(s, wheels, point.core, load);
+    if (SET_GRIPS && s->contact.turning)
         push_at_end(s, wheels, &point, at.ground_push);
     if (SET_STRIPS)
         push_corners_at_end(s, wheels, &at);
     core_rates_at(wheels, &point, nu_dot);
-    for (int i = 0; i < wheels; i++) {
+    for (int i = 0; SET_GRIPS && i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
         if (s->contact.grips[i])
             s->slip.excess_late[i] = excess_of(force, s->contact.per_reach + 2*i, load_squared(s, i, load[i])[0])
                 - weighted(&s->slip.excess[i], &gauss_end);
     }
-    if (SET_STANDS)
-        measure_holding_at_end(s, wheels, &at);
+    for (int k = 0; (SET_HOLDS || SET_STANDS) && k < 3; k++)
+        s->hold.demand_late.force[k] = at.held_force[k][0] - weighted(&s->hold.force[k], &gauss_end);
+    for (int k = 0; SET_STANDS && k < 2*wheels; k++)
+        s->hold.demand_late.along[k] = at.ground_force[k][0] - weighted(&s->hold.along[k], &gauss_end);
+    if (SET_CORE_BEARINGS)
+        find_bearings_late(s, wheels, &at);
 }
 
 /* Rates and forces of contacts that all stick, at the nodes of a step that has settled. */
@@ -206,21 +210,10 @@ static double length_to_change(step_t *s, const int wheels, double length)
         if (s->contact.slides[i] && fabs(value) <= SLIP_LANDS*noise
             && !(may_stand_in(s) && fabs(reached - s->h) <= s->event.reach*s->h))
             reached = fmin(s->h, length);
-        if (reached < length || (reached == s->h && s->event.landing < 0)) {
-            length = reached;
-            s->event.landing = wheels + s->event.guards + i;
-            s->event.unsure = s->contact.grips[i] && rate > 0 ? grip_noise(s, change, 1)/rate : 0;
-        }
+        consider(s, &length, wheels + s->event.guards + i, reached, 1,
+                 s->contact.grips[i] && rate > 0 ? grip_noise(s, change, 1)/rate : 0);
     }
     return length;
-}
-
-/* Whether a contact that sticks holds all over the step, as the nodes show already. */
-ALWAYS_INLINE int holds_throughout(const step_t *s, int i)
-{
-    double least, largest;
-    bounds_of(&s->slip.excess[i], &least, &largest);
-    return largest <= 0;
 }
 
 /* A contact whose mode ends inside the step and not at its end: where, or 1. */
@@ -229,12 +222,9 @@ static double turn_of_contacts(const step_t *s, const int wheels)
     double turned = 1;
     for (int i = 0; i < wheels; i++) {
         nodes_t rate;
-        if (s->contact.grips[i] && holds_throughout(s, i))
-            continue;
         if (s->contact.grips[i]) {
-            rate = times(gauss_slope, &s->slip.excess[i]);
-            turned = fmin(turned, turn_beyond(&rate, weighted(&s->slip.excess[i], &gauss_end_slope), 1, s->slip.excess_start[i],
-                                              -INFINITY, grip_noise(s, s->slip.excess_start[i], GRIP_TURNS)));
+            turned = fmin(turned, turn_of_values(&s->slip.excess[i], s->slip.excess_start[i], -INFINITY,
+                                                 grip_noise(s, s->slip.excess_start[i], GRIP_TURNS)));
         } else if (may_turn(s, i) && SET_FIRST_DIRECTION == 0) {
             for (int m = 0; m < NODES; m++)
                 if (s->slip.toward[2*i].node[m]*s->slip.at[2*i].node[m]

@@ -160,12 +160,9 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 static double excess_now(const omniroll_run_t *run, const work_t *work, int contact)
 {
     const omniroll_grip_t *const grip = run->ground.grips + contact;
-    double excess = -(grip->load/grip->at_rest)*(grip->load/grip->at_rest);
-    for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
-        const double part = work->ground_force[2*contact + k][0]/(grip->at_rest*grip->staying[k]);
-        excess += part*part;
-    }
-    return excess;
+    const double force[2] = {work->ground_force[2*contact][0], work->ground_force[2*contact + 1][0]};
+    const double per_reach[2] = {1/(grip->at_rest*grip->staying[0]), 1/(grip->at_rest*grip->staying[1])};
+    return excess_of(force, per_reach, (grip->load/grip->at_rest)*(grip->load/grip->at_rest));
 }
 
 /* Where a contact goes, as rows have it: which tells those whose massless rollers turn. */
@@ -306,8 +303,10 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
 /* A step begins: the modes, and what forces do to slips. */
 static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    int contacts[MAX_WHEELS];
     double without[2*MAX_WHEELS];
+    at_rest_t slipping = *work->at_rest;
+    friction_problem_t response = work->problem->p;
+    slipping.count = response.rows = 0;
     s->contact.responding = 0;
     s->contact.load = work->load, s->contact.friction = work->friction, s->contact.response = work->response;
     s->contact.friction_makes = run->ground.friction, s->contact.friction_force = run->ground.typical;
@@ -316,8 +315,10 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     s->contact.settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
         const omniroll_grip_t *const grip = run->ground.grips + i;
-        if (slides(run, i))
-            contacts[s->contact.place[i] = s->contact.responding++] = i;
+        if (slides(run, i)) {
+            s->contact.place[i] = s->contact.responding++;
+            list_element(&slipping, &response, i, 0, 2 - SET_FIRST_DIRECTION);
+        }
         s->contact.slides[i] = slides(run, i), s->contact.grips[i] = grip->sticks, s->slip.noise[i] = slip_rounding(run, i);
         for (int k = 0; k < 2; k++)
             s->contact.per_reach[2*i + k] = grip->carries ? 1/(grip->at_rest*grip->staying[k]) : 0;
@@ -339,11 +340,8 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     if (s->contact.sliding)
         slips_now(run, work, s->slip.start);
     if (s->contact.turning) {
-        const at_rest_t slipping = {.contacts = s->contact.responding, .count = s->contact.responding, .which = contacts};
-        elements_t response = *work->problem;
         lanes_t given[2*MAX_WHEELS], yield[MAX_WHEELS];
-        response.matrix = work->response, response.given = without, response.width = 2 - SET_FIRST_DIRECTION;
-        response.count = response.wide = s->contact.responding;
+        response.matrix = work->response, response.given = without, slipping.contacts = slipping.count;
         forces_now(run, work, given, yield);
         find_response(run, work, &slipping, 0, given, &response);
     }

@@ -52,98 +52,74 @@ static double largest_use(const standing_t *standing, const demand_t *now, const
     return largest;
 }
 
-/* The rows of the contacts of wheels that stand: one for each direction in which they may slip. Returns how many. */
-static int put_contact_rows(const standing_t *standing, int *place)
+/* The rows of the contacts of wheels that stand: one for each direction in which they may slip. */
+static void put_contact_rows(const standing_t *standing, int *place)
 {
-    elements_t *const c = standing->problem;
+    friction_problem_t *const p = &standing->problem->p;
     const int width = 2 - SET_FIRST_DIRECTION;
-    int rows = 0;
-    c->count = 0;
     for (int d = 0; d < standing->count; d++) {
         const int i = standing->wheel[d];
         if (d == 0 || i != standing->wheel[d - 1]) {
-            c->element[c->count++] = (friction_element_t){
-                .kind = width == 2 ? FRICTION_ELLIPSE : FRICTION_INTERVAL, .first = rows, .rows = width,
+            p->element[p->elements++] = (friction_element_t){
+                .kind = width == 2 ? FRICTION_ELLIPSE : FRICTION_INTERVAL, .first = p->rows, .rows = width,
                 .size = {standing->of_ground[2*i + SET_FIRST_DIRECTION], standing->of_ground[2*i + 1]},
                 .strip = INFINITY,
             };
-            rows += width;
+            p->rows += width;
         }
-        place[d] = rows - 2 + standing->direction[d];
+        place[d] = p->rows - 2 + standing->direction[d];
     }
-    return rows;
 }
 
 /* One equality more, of which no row has a part so far. */
-static double *new_equality(elements_t *c, int rows, double wanted)
+static double *new_equality(friction_problem_t *p, double wanted)
 {
-    c->wanted[c->equalities] = wanted;
-    double *const row = c->equality + rows*c->equalities++;
-    memset(row, 0, sizeof *row*(size_t)rows);
+    p->wanted[p->equalities] = wanted;
+    double *const row = p->equality + p->rows*p->equalities++;
+    memset(row, 0, sizeof *row*(size_t)p->rows);
     return row;
 }
 
-/* The torques of bearings of wheels that roll: contacts take the demand on them. They give the force on nu, along the
- * first axes of its span. */
-static int put_torques(const standing_t *standing, const demand_t *now)
+/* What a unit force in direction d is in the problem: of wheels that roll the torque of its bearing. */
+ALWAYS_INLINE double unit_of(const standing_t *standing, int d, const demand_t *now)
 {
-    elements_t *const c = standing->problem;
-    vector3_t basis[3];
-    const int rows = standing->count, rank = span_of(&standing->rows, basis);
-    c->count = rows, c->equalities = 0;
-    for (int d = 0; d < rows; d++)
-        c->element[d] = (friction_element_t){
-            .kind = FRICTION_INTERVAL, .first = d, .rows = 1, .size = {bound_of_bearing(standing, d), 0}, .strip = INFINITY,
-        };
-    for (int k = 0; k < rank; k++) {
-        double *const row = new_equality(c, rows, dot3(now->force, basis[k]));
-        for (int d = 0; d < rows; d++)
-            row[d] = dot3(standing->rows.rows[d], basis[k])/arm_of(standing, d, now);
-    }
-    return rows;
+    return SET_HOLDS ? arm_of(standing, d, now) : 1;
 }
 
-/* The forces of contacts, then the torques of bearings. They balance the demand; what a contact takes across the
- * direction in which its wheel stands is given. `place`: of the force in each direction. */
-static int put_forces_and_torques(const standing_t *standing, const demand_t *now, int *place)
+/* What holds wheels that stand, for friction/: the forces of contacts, then the torques of bearings. They balance the
+ * demand; what a contact takes across the direction in which its wheel stands is given. Of wheels that roll the torques
+ * alone: contacts take the demand on them. `place`: of the force in each direction. */
+static const friction_problem_t *problem_of_use(const standing_t *standing, const demand_t *now, int *place)
 {
-    elements_t *const c = standing->problem;
+    friction_problem_t *const p = &standing->problem->p;
     vector3_t basis[3];
-    const int of_contacts = put_contact_rows(standing, place), rows = of_contacts + standing->count;
     const int rank = span_of(&standing->rows, basis);       /* across it there is rounding alone            */
-    c->equalities = 0;
+    p->rows = p->elements = p->apart = p->equalities = 0;
+    for (int d = 0; SET_HOLDS && d < standing->count; d++)
+        place[d] = d;
+    if (!SET_HOLDS)
+        put_contact_rows(standing, place);
+    const int of_contacts = p->rows;
+    p->rows += standing->count;
     for (int k = 0; k < rank; k++) {
-        double *const row = new_equality(c, rows, dot3(now->force, basis[k]));
+        double *const row = new_equality(p, dot3(now->force, basis[k]));
         for (int d = 0; d < standing->count; d++)
-            row[place[d]] = dot3(standing->rows.rows[d], basis[k]);
+            row[place[d]] = dot3(standing->rows.rows[d], basis[k])/unit_of(standing, d, now);
     }
     for (int d = 0; d < standing->count; d++) {
         const int across = 2*standing->wheel[d] + 1 - standing->direction[d];
-        double *const row = new_equality(c, rows, demand_on_bearing(standing, d, now));
-        row[of_contacts + d] = 1, row[place[d]] = -arm_of(standing, d, now);
-        c->element[c->count++] = (friction_element_t){
+        p->element[p->elements++] = (friction_element_t){
             .kind = FRICTION_INTERVAL, .first = of_contacts + d, .rows = 1,
             .size = {bound_of_bearing(standing, d), 0}, .strip = INFINITY,
         };
+        if (SET_HOLDS)
+            continue;
+        double *const row = new_equality(p, demand_on_bearing(standing, d, now));
+        row[of_contacts + d] = 1, row[place[d]] = -arm_of(standing, d, now);
         if (!standing->stands[across] && SET_FIRST_DIRECTION == 0)
-            new_equality(c, rows, now->along[across])[place[d] + (standing->direction[d] ? -1 : 1)] = 1;
+            new_equality(p, now->along[across])[place[d] + (standing->direction[d] ? -1 : 1)] = 1;
     }
-    return rows;
-}
-
-/* What holds wheels that stand, for friction/. */
-static friction_problem_t problem_of_use(const standing_t *standing, const demand_t *now, int *place,
-                                         friction_solution_t *found)
-{
-    elements_t *const c = standing->problem;
-    const int rows = SET_HOLDS ? put_torques(standing, now) : put_forces_and_torques(standing, now, place);
-    *found = (friction_solution_t){
-        .force = c->force, .acceleration = c->rate, .state = c->state, .pull = c->powers,
-    };
-    return (friction_problem_t){
-        .rows = rows, .elements = c->count, .element = c->element,
-        .equalities = c->equalities, .equality = c->equality, .wanted = c->wanted,
-    };
+    return p;
 }
 
 /* Whether no other forces balance the demand than those of least norm. */
@@ -156,15 +132,14 @@ static int is_determinate(const standing_t *standing)
 /* The least use for a demand, and the forces that have it. */
 static double least_use(const standing_t *standing, const demand_t *now, double *forces)
 {
-    friction_solution_t found;
+    elements_t *const c = standing->problem;
     int place[MAX_STANDING];
-    least_norm(&standing->rows, now->force, forces, 0);
+    least_norm(&standing->rows, now->force, forces);
     if (is_determinate(standing))
         return largest_use(standing, now, forces);
-    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
-    const double use = friction_least_use(&problem, standing->problem->memory, &found);
+    const double use = friction_least_use(problem_of_use(standing, now, place), c->memory, &c->found);
     for (int d = 0; d < standing->count && use < INFINITY; d++)
-        forces[d] = SET_HOLDS ? found.force[d]/arm_of(standing, d, now) : found.force[place[d]];
+        forces[d] = c->found.force[place[d]]/unit_of(standing, d, now);
     return largest_use(standing, now, forces);
 }
 
@@ -172,36 +147,34 @@ static double least_use(const standing_t *standing, const demand_t *now, double 
  * before `now`. */
 static double use_less_before(const standing_t *standing, const demand_t *now, const demand_t *before, double use)
 {
-    elements_t *const c = standing->problem;
-    friction_solution_t found;
+    const elements_t *const c = standing->problem;
     double forces[MAX_STANDING], change[3 + 2*MAX_STANDING];
     int place[MAX_STANDING];
     if (is_determinate(standing) || !(use > 0 && use < INFINITY))
         return use - least_use(standing, before, forces);
-    const int rows = problem_of_use(standing, before, place, &found).rows;
-    for (int e = 0; e < c->equalities; e++) {
-        change[e] = -c->wanted[e];
-        for (int k = 0; k < rows; k++)
-            change[e] += c->equality[e*rows + k]*c->force[k];
+    const friction_problem_t *const p = problem_of_use(standing, before, place);
+    for (int e = 0; e < p->equalities; e++) {
+        change[e] = -p->wanted[e];
+        for (int k = 0; k < p->rows; k++)
+            change[e] += p->equality[e*p->rows + k]*c->found.force[k];
     }
-    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
-    return friction_use_rate(&problem, c->memory, change);
+    return friction_use_rate(problem_of_use(standing, now, place), c->memory, change);
 }
 
 /* The motion in which bearings of wheels that roll can take least of the demand: the slopes of the least use by
  * the force on nu. */
 static void motion_of_use(const standing_t *standing, const demand_t *now, double *motion)
 {
+    elements_t *const c = standing->problem;
     vector3_t basis[3];
-    friction_solution_t found;
     int place[MAX_STANDING];
-    const friction_problem_t problem = problem_of_use(standing, now, place, &found);
+    const friction_problem_t *const p = problem_of_use(standing, now, place);
     const int rank = span_of(&standing->rows, basis);
-    friction_least_use(&problem, standing->problem->memory, &found);
+    friction_least_use(p, c->memory, &c->found);
     memset(motion, 0, sizeof(vector3_t));
     for (int k = 0; k < rank; k++) {
         const double change[3] = {k == 0, k == 1, k == 2};
-        add3(motion, friction_use_rate(&problem, standing->problem->memory, change), basis[k]);
+        add3(motion, friction_use_rate(p, c->memory, change), basis[k]);
     }
 }
 
@@ -215,7 +188,7 @@ static int uses_little(const standing_t *standing, const demand_t *now, const do
     for (int pass = 0; pass < 2; pass++) {              /* of least norm, then near the last ones               */
         for (int d = 0; d < standing->count && pass; d++)
             add3(force, -forces[d], standing->rows.rows[d]);
-        least_norm(&standing->rows, force, missing, 0);
+        least_norm(&standing->rows, force, missing);
         for (int d = 0; d < standing->count; d++)
             updated[d] = missing[d] + (pass ? forces[d] : 0);
         if (largest_use(standing, now, updated) < 1 - NEAR_USED)
@@ -228,21 +201,19 @@ static int uses_little(const standing_t *standing, const demand_t *now, const do
  * take of them has no part in the norm. */
 static void least_norm_within(const standing_t *standing, const demand_t *now, double *forces)
 {
-    friction_solution_t found;
+    elements_t *const c = standing->problem;
     int place[MAX_STANDING];
-    least_norm(&standing->rows, now->force, forces, 0);
+    least_norm(&standing->rows, now->force, forces);
     if (largest_use(standing, now, forces) <= 1)
         return;
     if (!uses_little(standing, now, standing->used_by) && least_use(standing, now, forces) > 1 - INSIDE)
         return;
-    friction_problem_t problem = problem_of_use(standing, now, place, &found);
-    elements_t *const c = standing->problem;
-    memset(c->matrix, 0, sizeof *c->matrix*(size_t)(problem.rows*problem.rows));
-    memset(c->given, 0, sizeof *c->given*(size_t)problem.rows);
-    for (int k = 0; k < problem.rows - standing->count; k++)
-        c->matrix[k*problem.rows + k] = 1;
-    problem.matrix = c->matrix, problem.given = c->given;
-    if (friction_decide(&problem, c->memory, &found))
+    const friction_problem_t *const p = problem_of_use(standing, now, place);
+    memset(p->matrix, 0, sizeof *p->matrix*(size_t)(p->rows*p->rows));
+    memset(p->given, 0, sizeof *p->given*(size_t)p->rows);
+    for (int k = 0; k < p->rows - standing->count; k++)
+        p->matrix[k*p->rows + k] = 1;
+    if (friction_decide(p, c->memory, &c->found))
         for (int d = 0; d < standing->count; d++)
-            forces[d] = found.force[place[d]];
+            forces[d] = c->found.force[place[d]];
 }

@@ -66,25 +66,6 @@ static int forbid(omniroll_run_t *run, const work_t *work)
     return forbid_rates(run, &both);
 }
 
-/* What the rate of a bearing is rounded against at least, in rad/s: a rounding of the largest speeds. */
-ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, int k, double least_arm)
-{
-    return run->hold.speed/(k < work->states.rollers_at ? run->ground.arms[2] : least_arm);
-}
-
-/* Bearings whose rates are zero within rounding rest. */
-static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_arm)
-{
-    find_bearing_rates(run, work);
-    for (int k = 0; k < count_in_core(run, work); k++) {
-        const double rate = fabs(bearing_rate(run, work, k));
-        const double size = rate + length3(run->state.nu)*run->bearings.rate_of_speed;
-        core_bearings(run)[k].resting |= may_hold(core_bearings(run) + k)
-            && rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
-    }
-    put_bearings_to_rest(run, work);
-}
-
 static double least_arm_now(const omniroll_run_t *run, const work_t *work)
 {
     double arm[MAX_WHEELS], per_chi[MAX_WHEELS], least = INFINITY;
@@ -225,23 +206,19 @@ static void release_used(omniroll_run_t *run, const standing_t *standing, const 
     }
 }
 
-/* The least use where it is beyond 1 by more than `roundings`, with its forces; else 0. */
-static double use_beyond(const standing_t *standing, const demand_t *now, double roundings, double *forces)
+/* Whether the least use is beyond 1 by more than `roundings`. `let_go`: what it uses up is. */
+static int release_where_used(omniroll_run_t *run, const work_t *work, const demand_t *now, double roundings,
+                              int let_go)
 {
+    standing_t *const standing = work->standing;
+    double found[MAX_STANDING], *const forces = SET_STANDS ? standing->used_by : found;
     if (!standing->count || (roundings > 0 && uses_little(standing, now, standing->used_by)))
         return 0;
     const double use = least_use(standing, now, forces);
-    return use - 1 > roundings*rounding_of_use(standing, use) ? use : 0;
-}
-
-/* The same where the least use is beyond 1; whether it is. */
-static int release_where_used(omniroll_run_t *run, const work_t *work, const demand_t *now, double roundings)
-{
-    double *const forces = work->standing->used_by;
-    const double use = use_beyond(work->standing, now, roundings, forces);
-    if (use > 0)
-        release_used(run, work->standing, now, use, forces);
-    return use > 0;
+    const int is_beyond = use > 0 && use - 1 > roundings*rounding_of_use(standing, use);
+    if (is_beyond && let_go)
+        release_used(run, standing, now, use, forces);
+    return is_beyond;
 }
 
 /* Contacts that have been let go and would come to rest at once hold. Returns how many there are. */
@@ -286,28 +263,10 @@ static void size_all(const omniroll_run_t *run, const work_t *work)
             core_bearings(run)[k].size = fmax(core_bearings(run)[k].size, least_rate(run, work, k, least_arm));
 }
 
-/* Some time has passed: bearings that stick are at rest. What an iteration leaves of their rates would turn slips. */
-static void bearings_have_stuck(omniroll_run_t *run, const work_t *work)
-{
-    omniroll_bearing_t *const bearings = core_bearings(run);
-    for (int k = 0; k < run->bearings.core_count; k++) {
-        bearings[k].resting = bearings[k].mode == 0;
-        bearings[k].released = 0;
-    }
-    for (int k = 0; k < work->states.rollers_at; k++)
-        if (bearings[k].resting)
-            run->state.core[rates_at(run->wheels) + k] = 0;
-    if (SET_DISKS_STICK)
-        keep_rollers_at_rest(run, work);
-    else
-        find_bearing_rates(run, work);
-}
-
 /* What has come to its end at the end of the step is let go, or rests. */
 static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     const int landed = s->event.landing - (s->wheels + s->event.guards + s->hold.of_contacts);
-    omniroll_bearing_t *const bearings = core_bearings(run);
     lanes_t nu_dot[3];
     demand_t now;
     stand_at_end(run, work);
@@ -316,17 +275,9 @@ static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const ste
         memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     demand_now(run, work, &now);
-    const int used_up = landed >= run->bearings.core_count && release_where_used(run, work, &now, -INFINITY);
+    const int used_up = landed >= run->bearings.core_count && release_where_used(run, work, &now, -INFINITY, 1);
     find_all_torques(run, work, &now, used_up);
     if (SET_STRIPS)
         find_torques_in_row(run, work);
-    if (landed < 0)
-        return;
-    run->hold.ended = 1;
-    if (landed >= run->bearings.core_count)
-        return;
-    if (bearings[landed].mode == 0)
-        bearings[landed].released = work->states.holding[landed][0] > 0 ? -1 : 1;
-    else
-        bearings[landed].resting = 1;
+    end_of_bearing(run, landed);
 }

@@ -121,14 +121,10 @@ static double length_to_use(step_t *s, const int wheels, double length)
         rate = (use - least_use(s->hold.standing, &s->hold.demand_start, forces))/s->h;
     if (fabs(rate)*s->h < 0.5*USE_LIFTS*rounding)       /* it is as it was                                      */
         rate = 0;
-    if (!(rate > 0 || value > 0))
-        return length;
-    const double reached = reached_from(s, value, rate);
-    if (!comes_first(s, reached, length))
-        return length;
-    s->event.landing = wheels + s->event.guards + s->hold.of_contacts + s->hold.count;
-    s->event.unsure = rate > 0 ? rounding/rate : 0;
-    return reached;
+    if (rate > 0 || value > 0)
+        consider(s, &length, wheels + s->event.guards + s->hold.of_contacts + s->hold.count,
+                 reached_from(s, value, rate), 1, rate > 0 ? rounding/rate : 0);
+    return length;
 }
 
 /* The demand at a node. */
@@ -178,9 +174,7 @@ static double turn_of_motion(const step_t *s, const int wheels, int m)
     }
     const double start = dot3(motion, s->hold.demand_start.force)
         - power_of_bearings(s->hold.standing, &s->hold.demand_start, motion);
-    const nodes_t rate = times(gauss_slope, &value);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY,
-                       HELD_NOISE*rounding_of_use(s->hold.standing, use)/USE_ROUNDINGS);
+    return turn_of_values(&value, start, -INFINITY, HELD_NOISE*rounding_of_use(s->hold.standing, use)/USE_ROUNDINGS);
 }
 
 /* Where in the step more is used than there is, though not at its end, or 1. */
@@ -196,7 +190,7 @@ static double turn_of_use(const step_t *s, const int wheels)
     for (int m = 0; m < NODES; m++) {
         demand_at_node(s, wheels, m, &now);
         if (SET_HOLDS) {
-            least_norm(&s->hold.standing->rows, now.force, forces, 0);
+            least_norm(&s->hold.standing->rows, now.force, forces);
             const double use = largest_use(s->hold.standing, &now, forces);
             at = use > largest ? m : at, largest = fmax(largest, use);
             continue;

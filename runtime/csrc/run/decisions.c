@@ -13,14 +13,20 @@ enum { HAS_ENDED = 1, IS_BEYOND = 2 };
 
 /* ---- the list --------------------------------------------------------------------------------------------------- */
 
-ALWAYS_INLINE void list_element(at_rest_t *rest, int which, int broken)
+/* One more, with so many components of its force. */
+ALWAYS_INLINE void list_element(at_rest_t *rest, friction_problem_t *problem, int which, int broken, int rows)
 {
+    problem->element[rest->count] = (friction_element_t){
+        .kind = rows == 1 ? FRICTION_INTERVAL : FRICTION_ELLIPSE, .first = problem->rows, .rows = rows,
+        .strip = INFINITY,
+    };
+    problem->rows += rows;
     rest->broken[rest->count] = broken;
     rest->which[rest->count++] = which;
 }
 
 /* Contacts at rest: those whose massless rollers turn rest along the rolling direction alone. */
-static void list_contacts(const omniroll_run_t *run, const work_t *work, at_rest_t *rest)
+static void list_contacts(const omniroll_run_t *run, const work_t *work, at_rest_t *rest, friction_problem_t *problem)
 {
     for (int rolls = 0; rolls <= SET_STRIPS; rolls++) {
         for (int i = 0; SET_GRIPS && i < run->wheels; i++) {
@@ -30,7 +36,7 @@ static void list_contacts(const omniroll_run_t *run, const work_t *work, at_rest
                 continue;
             if (SET_STRIPS)
                 rest->turned[rest->count] = in_series(run, work)[i].released != 0;
-            list_element(rest, i, grip->released == HAS_ENDED);
+            list_element(rest, problem, i, grip->released == HAS_ENDED, rolls ? 1 : 2 - SET_FIRST_DIRECTION);
         }
         if (!rolls)
             rest->contacts = rest->count;
@@ -48,9 +54,9 @@ ALWAYS_INLINE int count_deciding(const omniroll_run_t *run, const work_t *work)
 static void list_at_rest(const omniroll_run_t *run, const work_t *work)
 {
     at_rest_t *const rest = work->at_rest;
-    elements_t *const problem = work->problem;
-    rest->count = problem->apart = 0;
-    list_contacts(run, work, rest);
+    friction_problem_t *const problem = &work->problem->p;
+    rest->count = problem->rows = problem->apart = problem->equalities = 0;
+    list_contacts(run, work, rest, problem);
     for (int k = 0; k < run->bearings.count; k++) {
         omniroll_bearing_t *const bearing = run->bearings.each + k;
         const int decides = k < count_deciding(run, work);
@@ -59,10 +65,9 @@ static void list_at_rest(const omniroll_run_t *run, const work_t *work)
         if (!bearing->resting || !decides)
             continue;
         problem->apart += k >= first_apart(run, work);
-        list_element(rest, k, bearing->released != 0);
+        list_element(rest, problem, k, bearing->released != 0, 1);
     }
-    problem->count = rest->count - problem->apart;
-    problem->width = 2 - SET_FIRST_DIRECTION, problem->wide = rest->contacts;
+    problem->elements = rest->count - problem->apart, problem->rows -= problem->apart;
     if (SET_STRIPS) {
         double per_chi[MAX_WHEELS];
         find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->state.chi, rest->arm, per_chi);
@@ -85,46 +90,49 @@ static void put_bound_of_contact(const omniroll_run_t *run, const work_t *work, 
     const int i = rest->which[element];
     const omniroll_grip_t *const grip = run->ground.grips + i;
     const double *const friction = rest->broken[element] ? grip->sliding : grip->staying;
-    double *const reach = problem->reach + forces_at(problem->wide, problem->width, element);
+    friction_element_t *const of = problem->p.element + element;
+    double *const reach = problem->reach + of->first;
     if (element >= rest->contacts) {
         reach[0] = rolling_bound(grip, friction, in_series(run, work)[i].sliding/rest->arm[i]);
         return;
     }
-    for (int c = 0; c < problem->width; c++)
+    for (int c = 0; c < of->rows; c++)
         reach[c] = grip->load*friction[SET_FIRST_DIRECTION + c];
     if (SET_STRIPS) {
         const omniroll_bearing_t *const roller = in_series(run, work) + i;
-        problem->strip[element] = (rest->turned[element] ? roller->sliding : roller->holding)/rest->arm[i];
+        of->strip = (rest->turned[element] ? roller->sliding : roller->holding)/rest->arm[i];
     }
 }
 
 /* What the elements take at most: those that have broken away slide. */
 static void put_bounds(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, elements_t *problem)
 {
-    const int size = forces_at(problem->wide, problem->width, rest->count);
+    friction_element_t *const element = problem->p.element;
+    const int size = problem->p.rows + problem->p.apart;
     double largest = 0;
     for (int e = 0; e < rest->count; e++) {
         const omniroll_bearing_t *const bearing = run->bearings.each + rest->which[e];
         if (e < contacts_among(rest))
             put_bound_of_contact(run, work, rest, e, problem);
         else
-            problem->reach[forces_at(problem->wide, problem->width, e)]
-                = rest->broken[e] ? bearing->sliding : bearing->holding;
+            problem->reach[element[e].first] = rest->broken[e] ? bearing->sliding : bearing->holding;
     }
     for (int j = 0; j < size; j++)
         largest = fmax(largest, problem->reach[j]);
     for (int j = 0; j < size; j++)
         problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*largest);
     for (int e = 0; SET_STRIPS && e < rest->contacts; e++)
-        problem->strip[e] = fmax(problem->strip[e], LEAST_REACH*problem->reach[2*e]);
-    for (int k = 0; k < problem->apart; k++)
-        problem->bound[k] = problem->reach[size - problem->apart + k];
+        element[e].strip = fmax(element[e].strip, LEAST_REACH*problem->reach[2*e]);
+    for (int e = 0; e < rest->count; e++)
+        memcpy(element[e].size, problem->reach + element[e].first, sizeof(double)*(size_t)element[e].rows);
+    for (int k = 0; k < problem->p.apart; k++)
+        problem->p.bound[k] = problem->reach[problem->p.rows + k];
 }
 
 /* ---- rounds ----------------------------------------------------------------------------------------------------- */
 
 /* The largest moment about the yaw axis of elements apart, together. */
-static double largest_yaw_moment(const elements_t *problem)
+static double largest_yaw_moment(const friction_problem_t *problem)
 {
     double moment = 0;
     for (int k = 0; k < problem->apart; k++)
@@ -133,29 +141,30 @@ static double largest_yaw_moment(const elements_t *problem)
 }
 
 /* The power that all forces could give one of them. */
-static double power_apart(const elements_t *problem, int k, double moment)
+static double power_apart(const friction_problem_t *problem, const double *reach, int k, double moment)
 {
     double yaw = problem->yaw_yaw*moment;
-    for (int j = 0; j < forces_at(problem->wide, problem->width, problem->count); j++)
-        yaw += fabs(problem->yaw_rows[j])*problem->reach[j];
+    for (int j = 0; j < problem->rows; j++)
+        yaw += fabs(problem->yaw_rows[j])*reach[j];
     return problem->bound[k]
         *(fabs(problem->apart_given[k]) + problem->mobility[k]*problem->bound[k] + fabs(problem->yaw[k])*yaw);
 }
 
 /* Whether a power of an element is no rounding: more than a part of what the forces could give it. */
-static int is_no_rounding(const elements_t *problem, int k, double given)
+static int is_no_rounding(const elements_t *c, int k, double given)
 {
-    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
-    const double moment = largest_yaw_moment(problem);
+    const friction_problem_t *const problem = &c->p;
+    const friction_element_t *const element = problem->element + k;
+    const double moment = largest_yaw_moment(problem), *const reach = c->reach;
     double power = 0;
-    if (k >= problem->count)
-        return given > BEGINS*power_apart(problem, k - problem->count, moment);
-    for (int j = forces_at(wide, width, k); j < forces_at(wide, width, k + 1); j++) {
-        power += fabs(problem->given[j])*problem->reach[j];
-        for (int l = 0; l < size; l++)
-            power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
+    if (k >= problem->elements)
+        return given > BEGINS*power_apart(problem, reach, k - problem->elements, moment);
+    for (int j = element->first; j < element->first + element->rows; j++) {
+        power += fabs(problem->given[j])*reach[j];
+        for (int l = 0; l < problem->rows; l++)
+            power += reach[j]*fabs(problem->matrix[j*problem->rows + l])*reach[l];
         if (problem->apart)
-            power += problem->reach[j]*fabs(problem->yaw_rows[j])*moment;
+            power += reach[j]*fabs(problem->yaw_rows[j])*moment;
     }
     return given > BEGINS*power;
 }
@@ -165,12 +174,12 @@ static int find_broken(const elements_t *problem, at_rest_t *rest)
 {
     int further = 0;
     for (int e = 0; e < rest->count; e++) {
-        rest->slips[e] = is_no_rounding(problem, e, problem->pull[e]);
+        rest->slips[e] = is_no_rounding(problem, e, pull_of(problem, e));
         further |= rest->slips[e] && !rest->broken[e];
         rest->broken[e] |= rest->slips[e];
     }
     for (int e = 0; SET_STRIPS && e < rest->contacts; e++) {
-        rest->turns[e] = is_no_rounding(problem, e, problem->yields[e]);
+        rest->turns[e] = is_no_rounding(problem, e, problem->found.pull[2*e + 1]);
         further |= rest->turns[e] && !rest->turned[e];
         rest->turned[e] |= rest->turns[e];
     }
@@ -202,7 +211,7 @@ static int stop_rollers(const omniroll_run_t *run, const work_t *work, const at_
  * with such an element, if no other forces would do. */
 ALWAYS_INLINE double edge_of(const elements_t *problem, int released)
 {
-    return released ? AT_EDGE : problem->unique ? TOGETHER : 0;
+    return released ? AT_EDGE : problem->found.unique ? TOGETHER : 0;
 }
 
 /* The same of a contact whose step has ended there. */
@@ -223,11 +232,12 @@ static void take_direction(omniroll_grip_t *grip, int sticks, double axle, doubl
 /* A contact without a massless roller that sticks. */
 static void take_contact(const omniroll_run_t *run, omniroll_grip_t *grip, const elements_t *problem, int k, int slips)
 {
-    const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
-    const double *const reach = problem->reach + k*problem->width;
+    const friction_element_t *const element = problem->p.element + k;
+    const double *const force = problem->found.force + element->first, *const reach = problem->reach + element->first;
+    const double *const rate = problem->found.acceleration + element->first;
     const double edge = grip->released ? edge_at_end(run) : edge_of(problem, 0);
     double squared = 0, begun[2] = {0, 0}, size = 0;
-    for (int j = 0; j < problem->width; j++) {
+    for (int j = 0; j < element->rows; j++) {
         const double friction = reach[j]/grip->load;
         squared += force[j]/reach[j]*(force[j]/reach[j]);
         begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
@@ -237,7 +247,7 @@ static void take_contact(const omniroll_run_t *run, omniroll_grip_t *grip, const
     if (grip->sticks)
         return;
     grip->towards[0] = 0;
-    for (int j = 0; j < problem->width; j++)
+    for (int j = 0; j < element->rows; j++)
         grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
 }
 
@@ -245,16 +255,16 @@ static void take_contact(const omniroll_run_t *run, omniroll_grip_t *grip, const
 static void take_pair(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, const elements_t *problem,
                       int e)
 {
-    const double *const force = problem->force + 2*e, *const reach = problem->reach + 2*e;
+    const double *const force = problem->found.force + 2*e, *const reach = problem->reach + 2*e;
     omniroll_grip_t *const grip = run->ground.grips + rest->which[e];
     omniroll_bearing_t *const roller = in_series(run, work) + rest->which[e];
     const double place[2] = {force[0]/reach[0], force[1]/reach[1]};
     const int used = grip->released && length_of(place, 2) >= 1 - USED;
-    const int at_edge = fabs(force[0]) >= problem->strip[e]*(1 - USED);
+    const int at_edge = fabs(force[0]) >= problem->p.element[e].strip*(1 - USED);
     const int turns = rest->turns[e] || (roller->released && at_edge);
     double begun[2];
     for (int k = 0; k < 2; k++)
-        begun[k] = rest->slips[e] ? problem->rate[2*e + k] : -place[k]/reach[k];
+        begun[k] = rest->slips[e] ? problem->found.acceleration[2*e + k] : -place[k]/reach[k];
     roller->mode = turns ? (force[0] < 0) - (force[0] > 0) : 0;
     take_direction(grip, !rest->slips[e] && !used, turns ? 0 : begun[0], begun[1]);
 }
@@ -262,18 +272,20 @@ static void take_pair(const omniroll_run_t *run, const work_t *work, const at_re
 /* A contact whose roller turns. */
 static void take_rolling(omniroll_grip_t *grip, const elements_t *problem, int e, int slips)
 {
-    const int j = forces_at(problem->wide, problem->width, e);
-    const int used = grip->released && fabs(problem->force[j]) >= problem->reach[j]*(1 - USED);
-    take_direction(grip, !slips && !used, 0, slips ? problem->rate[j] : -problem->force[j]);
+    const int j = problem->p.element[e].first;
+    const double force = problem->found.force[j];
+    const int used = grip->released && fabs(force) >= problem->reach[j]*(1 - USED);
+    take_direction(grip, !slips && !used, 0, slips ? problem->found.acceleration[j] : -force);
 }
 
 static void take_bearing(omniroll_bearing_t *bearing, const elements_t *problem, int e, int slips)
 {
-    const int j = forces_at(problem->wide, problem->width, e);
-    const double force = problem->force[j], edge = edge_of(problem, bearing->released);
+    const int j = problem->p.element[e].first;
+    const double force = problem->found.force[j], rate = problem->found.acceleration[j];
+    const double edge = edge_of(problem, bearing->released);
     const int sign = bearing->released ? bearing->released : force < 0 ? 1 : -1;
     const int at_bound = edge > 0 && -sign*force >= problem->reach[j]*(1 - edge);
-    bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? sign : 0;
+    bearing->mode = slips ? (rate > 0) - (rate < 0) : at_bound ? sign : 0;
 }
 
 /* The modes of all elements, from the last round. */
@@ -299,7 +311,7 @@ static int decide_list(const omniroll_run_t *run, const work_t *work)
         if (SET_STRIPS && stop_rollers(run, work, rest))
             return 0;
         put_bounds(run, work, rest, problem);
-        decide_elements(problem);
+        friction_decide(&problem->p, problem->memory, &problem->found);
     } while (find_broken(problem, rest));
     take_modes(run, work, rest, problem);
     return 1;

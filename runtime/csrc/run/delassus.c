@@ -81,11 +81,20 @@ static lanes_t rate_of_element(const omniroll_run_t *run, const work_t *work, co
     return bearing_acceleration_lanes(run, work, k);
 }
 
+/* The element whose force stands at a place. */
+ALWAYS_INLINE int element_at(const friction_problem_t *problem, int place)
+{
+    int e = 0;
+    while (place >= problem->element[e].first + problem->element[e].rows)
+        e++;
+    return e;
+}
+
 /* What forces on some elements do to their rates, beside the forces `given`; `free` as above. */
 static void find_response(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, int free,
-                          const lanes_t *given, elements_t *problem)
+                          const lanes_t *given, friction_problem_t *problem)
 {
-    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
+    const int size = problem->rows;
     for (int first = 0; first < size; first += LANES - 1) {
         lanes_t push[2*MAX_WHEELS], nu_dot[3];
         double by[LANES] = {0};
@@ -93,17 +102,17 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const a
         if (free)
             turn_free(run, work);
         for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
-            const int j = first + lane - 1, element = element_at(wide, width, j), c = j - forces_at(wide, width, element);
-            by[lane] = typical_of(run, rest, element);
-            if (element < contacts_among(rest))
-                push[2*rest->which[element] + direction_of(rest, element, c)][lane] += by[lane];
+            const int j = first + lane - 1, e = element_at(problem, j), c = j - problem->element[e].first;
+            by[lane] = typical_of(run, rest, e);
+            if (e < contacts_among(rest))
+                push[2*rest->which[e] + direction_of(rest, e, c)][lane] += by[lane];
             else
-                work->states.torque[rest->which[element]][lane] += by[lane];
+                work->states.torque[rest->which[e]][lane] += by[lane];
         }
         rates_pushed(run, work, free, push, nu_dot);
         for (int j = 0; j < size; j++) {
-            const int element = element_at(wide, width, j);
-            const lanes_t rate = rate_of_element(run, work, rest, element, j - forces_at(wide, width, element));
+            const int e = element_at(problem, j);
+            const lanes_t rate = rate_of_element(run, work, rest, e, j - problem->element[e].first);
             problem->given[j] = rate[0];
             for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
                 problem->matrix[j*size + first + lane - 1] = (rate[lane] - rate[0])/by[lane];
@@ -114,7 +123,7 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const a
 }
 
 /* What nu_3 gives the rates of bearings that stand apart. */
-static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, elements_t *problem)
+static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, friction_problem_t *problem)
 {
     lanes_t nu[3] = {lanes_of(0), lanes_of(0), lanes_of(1)}, chi[MAX_WHEELS];
     lanes_t *const rates = work->states.rate;
@@ -127,7 +136,7 @@ static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest
     else
         bearing_rates_in_lanes(&work->states, &work->vehicle, run->wheels, nu, chi, work->core_here, rates);
     for (int k = 0; k < problem->apart; k++) {
-        const int bearing = rest->which[problem->count + k] - (run->bearings.count - run->bearings.core_count);
+        const int bearing = rest->which[problem->elements + k] - (run->bearings.count - run->bearings.core_count);
         problem->yaw[k] = rates[bearing][0];
         problem->mobility[k] = 1/run->bearings.roller_inertia;
     }
@@ -135,28 +144,28 @@ static void put_yaw(const omniroll_run_t *run, const work_t *work, const at_rest
 
 /* Their accelerations where nothing holds them, and what nu_3' is moved by per force that it meets. */
 static void put_free_apart(const omniroll_run_t *run, const work_t *work, const at_rest_t *rest, const lanes_t *push,
-                           elements_t *problem)
+                           friction_problem_t *problem)
 {
     lanes_t nu_dot[3];
     int largest = 0;
     for (int k = 0; k < problem->apart; k++)
         largest = fabs(problem->yaw[k]) > fabs(problem->yaw[largest]) ? k : largest;
     turn_free(run, work);
-    const double by = typical_of(run, rest, problem->count + largest);
-    work->states.torque[rest->which[problem->count + largest]][1] += by;
+    const double by = typical_of(run, rest, problem->elements + largest);
+    work->states.torque[rest->which[problem->elements + largest]][1] += by;
     rates_pushed(run, work, 1, push, nu_dot);
     const double moved = by*problem->yaw[largest];
     problem->yaw_yaw = moved != 0 ? (nu_dot[2][1] - nu_dot[2][0])/moved : 0;
     for (int k = 0; k < problem->apart; k++)
-        problem->apart_given[k] = work->states.dot[rest->which[problem->count + k]][0];
+        problem->apart_given[k] = work->states.dot[rest->which[problem->elements + k]][0];
 }
 
 /* Contacts with the ground of Coulomb's law, and bearings beside them. */
 static void put_problem_on_ground(const omniroll_run_t *run, const work_t *work)
 {
     const at_rest_t *const rest = work->at_rest;
-    elements_t *const problem = work->problem;
-    const int size = forces_at(problem->wide, problem->width, problem->count);
+    friction_problem_t *const problem = &work->problem->p;
+    const int size = problem->rows;
     lanes_t given[2*MAX_WHEELS], yield[MAX_WHEELS];
     forces_now(run, work, given, yield);
     find_response(run, work, rest, 1, given, problem);
@@ -175,7 +184,7 @@ static void put_problem_on_ground(const omniroll_run_t *run, const work_t *work)
 static void put_problem_of_bearings(const omniroll_run_t *run, const work_t *work)
 {
     const at_rest_t *const rest = work->at_rest;
-    elements_t *const problem = work->problem;
+    friction_problem_t *const problem = &work->problem->p;
     lanes_t nu_dot[3];
     enter_bearings(run, work, 1);
     rates_at_this_instant(run, work, run->wheels, nu_dot);
@@ -225,8 +234,8 @@ static void put_problem_of_rolling(const omniroll_run_t *run, const work_t *work
                                    const double *force)
 {
     const at_rest_t *const rest = work->at_rest;
-    elements_t *const problem = work->problem;
-    const int count = problem->count;
+    friction_problem_t *const problem = &work->problem->p;
+    const int count = problem->elements;
     const vector3_t third = {0, 0, 1};
     vector3_t root[3], rows[MAX_BEARINGS], pushed, yaw;
     root_of(mass, root);

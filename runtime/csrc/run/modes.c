@@ -24,7 +24,7 @@ static int put_at_rest(omniroll_run_t *run, const work_t *work)
         put_all_to_rest(run, work);
     else {
         if (SET_STICKS)
-            rest_slipping_bearings(run, work);
+            rest_bearings(run, work, INFINITY);
         if (SET_GRIPS)
             find_loads(run, work), find_resting_contacts(run, work);
     }
@@ -59,19 +59,6 @@ static void enter_modes(omniroll_run_t *run, const work_t *work)
         put_modes(run);
     else
         enter_bearings(run, work, 1);
-}
-
-/* What holds that which sticks, in these modes. */
-static void find_holding(omniroll_run_t *run, const work_t *work)
-{
-    if (SET_HOLDS)
-        find_held_force(run, work);
-    else if (SET_GRIPS)
-        rates_at_this_instant(run, work, run->wheels, work->nu_dot);
-    else
-        hold_axles(run, work);
-    if (SET_STANDS)
-        find_bearing_torques(run, work);
 }
 
 /* Contacts that stick under more than they can take. `mark`: what becomes of these. Returns how many there are. */
@@ -111,12 +98,8 @@ static int is_overloaded(omniroll_run_t *run, const work_t *work, int let_go)
     if (SET_CORE_BEARINGS)
         count += overloaded_bearings(run, work, let_go);
     if ((SET_HOLDS || SET_STANDS) && work->standing->count) {
-        double found[MAX_STANDING], *const forces = SET_STANDS ? work->standing->used_by : found;
         demand_now(run, work, &now);
-        const double use = use_beyond(work->standing, &now, SET_STANDS ? PASSED : 1.0*PASSED/USE_ROUNDINGS, forces);
-        if (use > 0 && let_go)
-            release_used(run, work->standing, &now, use, forces);
-        count += use > 0;
+        count += release_where_used(run, work, &now, SET_STANDS ? PASSED : 1.0*PASSED/USE_ROUNDINGS, let_go);
     }
     return count || (stands_somewhere(run) && hold_what_falls_back(run, work));
 }
@@ -265,18 +248,15 @@ static double size_of_held(const omniroll_run_t *run, int input)
 /* Some time has passed. */
 static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    for (int k = 0; k < run->bearings.count; k++) {
-        run->bearings.each[k].resting = run->bearings.each[k].mode == 0;
-        run->bearings.each[k].released = 0;
-    }
-    if (!SET_HOLDS) {
-        slipping_bearings_have_moved(run, work, s);
-        return;
-    }
-    if (work->standing->count)
+    bearings_have_stuck(run, work);
+    if (SET_HOLDS && work->standing->count)
         memcpy(work->standing->used_by, s->hold.used_by, sizeof s->hold.used_by);
-    if (run->hold.count)                        /* else nobody asks before the next decision, which finds it anew  */
+    if (SET_HOLDS && run->hold.count)           /* else nobody asks before the next decision, which finds it anew  */
         find_nearer(run, work);
-    find_held_force(run, work);
-    find_torques(run, work);
+    if (run->hold.count)
+        find_holding(run, work);
+    if (SET_HOLDS)
+        find_torques(run, work);
+    else
+        end_of_bearing(run, s->event.landing - s->wheels - s->event.guards);
 }

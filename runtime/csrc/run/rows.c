@@ -32,15 +32,15 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
     const int count = contacts + bearings, forces = 2*contacts + bearings, held = 3 + 2*contacts;
     const long long doubles = (long long)sizeof(double);
     elements_t problem = {
-        .matrix = numbers_part(parts, (long long)forces*forces), .given = numbers_part(parts, forces),
-        .reach = numbers_part(parts, forces + apart), .force = numbers_part(parts, forces + apart),
-        .rate = numbers_part(parts, forces + apart), .pull = numbers_part(parts, count + apart),
-        .powers = numbers_part(parts, 2*count + apart), .state = numbers_part(parts, count + apart),
-        .mobility = numbers_part(parts, apart), .yaw = numbers_part(parts, apart),
-        .apart_given = numbers_part(parts, apart), .bound = numbers_part(parts, apart),
-        .yaw_rows = numbers_part(parts, forces), .equality = numbers_part(parts, held*forces),
-        .wanted = numbers_part(parts, held), .width = 1,
-        .element = numbers_part(parts, count*((long long)sizeof(friction_element_t)/doubles + 1)),
+        .p.matrix = numbers_part(parts, (long long)forces*forces), .p.given = numbers_part(parts, forces),
+        .p.mobility = numbers_part(parts, apart), .p.yaw = numbers_part(parts, apart),
+        .p.apart_given = numbers_part(parts, apart), .p.bound = numbers_part(parts, apart),
+        .p.yaw_rows = numbers_part(parts, forces), .p.equality = numbers_part(parts, held*forces),
+        .p.wanted = numbers_part(parts, held),
+        .p.element = numbers_part(parts, (count + apart)*((long long)sizeof(friction_element_t)/doubles + 1)),
+        .found.force = numbers_part(parts, forces + apart), .found.acceleration = numbers_part(parts, forces + apart),
+        .found.pull = numbers_part(parts, 2*count + apart), .found.state = numbers_part(parts, count + apart),
+        .reach = numbers_part(parts, forces + apart),
         .memory = numbers_part(parts, (long long)friction_memory(forces, count, apart, held)/doubles + 1),
     };
     at_rest_t list = {
@@ -50,7 +50,6 @@ static void lay_out_at_rest(work_t *work, parts_t *parts, int contacts, int bear
     if (SET_STRIPS) {
         list.turned = numbers_part(parts, count), list.turns = numbers_part(parts, count);
         list.arm = numbers_part(parts, contacts);
-        problem.strip = numbers_part(parts, count), problem.yields = numbers_part(parts, count);
     }
     work->list = list, work->at_rest = &work->list;
     work->elements = problem, work->problem = &work->elements;
@@ -148,8 +147,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
         lay_out_ground(work, &parts, wheels);
     if (SET_SHARES)
         work->next_share = lanes_part(&parts, wheels), work->next_before = lanes_part(&parts, wheels);
-    if (SET_IS_COUPLED)
-        lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
+    if (SET_IS_COUPLED || SET_LOADS_FOLLOW)
+        lay_out_coupled(&work->coupled_speeds, &parts, SET_LOADS_FOLLOW ? 6 : coupled_size(wheels) + 3,
+                        SET_LOADS_FOLLOW ? 3 : core);
     if (SET_HOLDS || SET_STANDS)
         lay_out_holding(work, &parts);
     if (SET_CORE_BEARINGS)

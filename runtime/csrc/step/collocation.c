@@ -250,6 +250,29 @@ ALWAYS_INLINE point_t point_at(step_t *s, const int wheels, int b, arrays_t *at)
     return point;
 }
 
+/* Another state in all lanes, of which core_here is the rest of the core, so long after the step's start; what else the
+ * rates need is that in vector b of the nodes. */
+ALWAYS_INLINE point_t point_from(step_t *s, const int wheels, int b, const double *nu, const double *chi,
+                                 double heading, double time, arrays_t *at)
+{
+    point_t point = point_at(s, wheels, b, at);
+    for (int k = 0; k < 3; k++)
+        at->nu[k] = lanes_of(nu[k]);
+    for (int i = 0; i < wheels; i++)
+        at->chi[i] = lanes_clamp(lanes_of(chi[i]), s->joint[i]);
+    if (SET_HAS_HEADING)
+        point.heading = lanes_of(heading);
+    if (SET_INPUTS && s->acts.moves) {
+        for (int k = 0; k < SET_INPUTS*wheels; k++)
+            at->input[k] = lanes_of(s->acts.input[k] + time*s->acts.input_slope[k]);
+        point.inputs = at->input;
+    }
+    if (SET_CORE_PARTS)
+        point.core = s->core_here;
+    (void)heading, (void)time;
+    return point;
+}
+
 /* What holds wheels that stand, from the last evaluation at a vector of nodes: the force on nu, and the
  * ground's forces. */
 ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const arrays_t *at)
@@ -286,7 +309,6 @@ ALWAYS_INLINE int is_of_tilt(const int wheels, int c);
 static lanes_t correct_tilt(step_t *s, const int wheels, const nodes_t *found, lanes_t change);
 
 #include "step/stiff.c"
-#include "step/sprung.c"
 
 NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
 static double coupled_missed(const step_t *s);

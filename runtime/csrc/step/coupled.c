@@ -49,22 +49,15 @@ ALWAYS_INLINE double difference(const step_t *s, double weight)
 ALWAYS_INLINE point_t point_for_slopes(step_t *s, const int wheels, int node, arrays_t *at)
 {
     const int early = node < 0, m = early ? 0 : node;
-    point_t point = point_at(s, wheels, 0, at);
+    double nu[3], chi[MAX_WHEELS];
     for (int k = 0; k < 3; k++)
-        at->nu[k] = lanes_of(early ? s->nu[k] : s->at_nu[k].node[m]);
+        nu[k] = early ? s->nu[k] : s->at_nu[k].node[m];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = early ? s->chi[i] : s->at_chi[i].node[m];
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(early ? s->start_core[c] : core_at(s, m/LANES)[c][m%LANES]);
-    point.core = s->core_here;
-    for (int i = 0; i < wheels; i++)
-        at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint[i]);
-    if (SET_HAS_HEADING)
-        point.heading = lanes_of(early ? s->acts.heading : s->acts.at_heading.node[m]);
-    if (SET_INPUTS && s->acts.moves) {
-        for (int k = 0; k < SET_INPUTS*wheels; k++)
-            at->input[k] = lanes_of(s->acts.input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->acts.input_slope[k]);
-        point.inputs = at->input;
-    }
-    return point;
+    return point_from(s, wheels, 0, nu, chi, early ? s->acts.heading : s->acts.at_heading.node[m],
+                      early ? 0 : s->h*gauss_node.node[m], at);
 }
 
 /* The first lanes stay as they are; the next ones have one speed moved each, and behind these one part of the rest of the
@@ -262,14 +255,13 @@ ALWAYS_INLINE void from_eigen(const complex_t *modes, nodes_t *values)
     }
 }
 
-/* The change of the rates that the eliminated matrix gives, in the place of what is missing. */
-static void solve_coupled(step_t *s)
+/* The change of the rates that the eliminated matrix gives, in the place of what is missing; `core` as above. */
+static void solve_coupled(const coupled_t *c, double h, int core)
 {
-    const coupled_t *const c = s->coupled;
     const int size = c->size, others = size - 3;
     eigen_t *const real = c->found_real, *const imaginary = c->found_imaginary;
     for (int j = 0; j < size; j++) {
-        complex_t rest = to_eigen(&c->missing[j < others ? j : s->core + j - others]);
+        complex_t rest = to_eigen(&c->missing[j < others ? j : core + j - others]);
         for (int k = 0; k < j; k++)
             if (c->filled[j*size + k]) {
                 take_from(&rest.real, &rest.imaginary,
@@ -286,10 +278,10 @@ static void solve_coupled(step_t *s)
             }
         rest = product(rest, entry(c->real, c->imaginary, j*size + j));
         put_entry(real, imaginary, j, rest);
-        from_eigen(&rest, &c->missing[j < others ? j : s->core + j - others]);
+        from_eigen(&rest, &c->missing[j < others ? j : core + j - others]);
     }
-    for (int n = others; n < s->core; n++) {
-        const complex_t change = product(to_eigen(&c->missing[n]), inverse(less_eigenvalue(1, s->h, c->diagonal[n])));
+    for (int n = others; n < core; n++) {
+        const complex_t change = product(to_eigen(&c->missing[n]), inverse(less_eigenvalue(1, h, c->diagonal[n])));
         from_eigen(&change, &c->missing[n]);
     }
 }
@@ -418,10 +410,10 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
                 factor[i].lanes[b] = reach[i]/c->reach[i];
         }
         stretch(s, wheels, factor);
-        solve_coupled(s);
+        solve_coupled(c, s->h, s->core);
         stretch(s, wheels, factor);
     } else
-        solve_coupled(s);
+        solve_coupled(c, s->h, s->core);
     for (int n = 0; n < s->core + 3; n++) {
         nodes_t moved, *const rate = n < s->core ? &s->rate_core[n] : &s->rate_nu[n - s->core];
         const double weight = n < s->core ? s->weight[n] : 1;

@@ -101,10 +101,22 @@ ALWAYS_INLINE double reached_from(const step_t *s, double value, double rate)
     return rate > 0 ? s->h - value/rate : rate == 0 ? s->h : s->h/2;
 }
 
-/* Whether this length is the first at which a mode ends; that of the step may be one. */
-ALWAYS_INLINE int comes_first(const step_t *s, double reached, double length)
+/* An event that is reached at some length: whether it is the first one before `length`, which is that length then.
+ * Where `ends_mode` the length of the step may be one. `unsure`: for how long rounding hides it. */
+ALWAYS_INLINE void consider(step_t *s, double *length, int event, double reached, int ends_mode, double unsure)
 {
-    return reached < length || (reached == s->h && length == s->h && s->event.landing < 0);
+    if (!(reached < *length || (ends_mode && reached == s->h && *length == s->h && s->event.landing < 0)))
+        return;
+    *length = reached;
+    s->event.landing = event, s->event.unsure = unsure;
+}
+
+/* The same of a wheel that leaves its roller, or of a guard: `value` beyond its bound, which rounding has passed with
+ * more than `least`. */
+ALWAYS_INLINE void consider_passage(step_t *s, double *length, int event, double value, double rate, double least)
+{
+    if (rate > 0 || value > least)
+        consider(s, length, event, rate > 0 ? s->h - value/rate : s->h/2, 0, 0);
 }
 
 static void find_bearings_late(step_t *s, const int wheels, const arrays_t *at);
@@ -113,22 +125,14 @@ static void rollers_at_rest_at_end(const step_t *s, const int wheels, const arra
 /* The state at the end of the step, in all lanes; what sticks follows from nu. */
 static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
 {
-    point_t point = point_at(s, wheels, BLOCKS - 1, at);
+    double nu[3], heading = 0;
     for (int k = 0; k < 3; k++)
-        at->nu[k] = lanes_of(s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight));
-    for (int i = 0; i < wheels; i++)
-        at->chi[i] = lanes_clamp(lanes_of(s->end.chi[i]), s->joint[i]);
-    if (SET_HAS_HEADING)
-        point.heading = lanes_of(s->acts.heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
-    if (SET_INPUTS && s->acts.moves) {
-        for (int k = 0; k < SET_INPUTS*wheels; k++)
-            at->input[k] = lanes_of(s->acts.input[k] + s->h*s->acts.input_slope[k]);
-        point.inputs = at->input;
-    }
+        nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
-    if (SET_CORE_PARTS)
-        point.core = s->core_here;
+    if (SET_HAS_HEADING)
+        heading = s->acts.heading + s->h*weighted(&s->rate_pose[2], &gauss_weight);
+    const point_t point = point_from(s, wheels, BLOCKS - 1, nu, s->end.chi, heading, s->h, at);
     if (SET_GRIPS) {
         for (int k = 0; s->contact.sliding && k < 2*wheels; k++)
             at->ground_push[k] = lanes_of(weighted(&s->slip.push[k], &gauss_end));
@@ -141,41 +145,13 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     return point;
 }
 
-/* What the polynomials of what holds lack at the step's end, from an evaluation there. */
-ALWAYS_INLINE void measure_holding_at_end(step_t *s, const int wheels, const arrays_t *at)
-{
-    for (int k = 0; (SET_HOLDS || SET_STANDS) && k < 3; k++)
-        s->hold.demand_late.force[k] = at->held_force[k][0] - weighted(&s->hold.force[k], &gauss_end);
-    for (int k = 0; SET_STANDS && k < 2*wheels; k++)
-        s->hold.demand_late.along[k] = at->ground_force[k][0] - weighted(&s->hold.along[k], &gauss_end);
-    if (SET_CORE_BEARINGS)
-        find_bearings_late(s, wheels, at);
-}
-
-/* The same of a step that ends where bearings hold no more, beside contacts that have no modes. */
-NEVER_INLINE void measure_bearings_at_end(step_t *s, const int wheels)
-{
-    arrays_t at;
-    lanes_t nu_dot[3];
-    const point_t point = point_at_end(s, wheels, &at);
-    core_rates(wheels, &point, nu_dot);
-    measure_holding_at_end(s, wheels, &at);
-}
-
 /* The length at which the first guard is reached, if that is before `length`. */
 ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 {
     for (int k = 0; k < s->event.guards; k++) {
         const nodes_t rates = guard_rate(s, k);
         const double value = s->event.guard.start[k] + s->h*weighted(&rates, &gauss_weight);
-        const double rate = weighted(&rates, &gauss_end);
-        if (!(rate > 0 || value > PASSED*s->event.guard.noise[k]))
-            continue;
-        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
-        if (reached < length) {
-            length = reached;
-            s->event.landing = wheels + k;
-        }
+        consider_passage(s, &length, wheels + k, value, weighted(&rates, &gauss_end), PASSED*s->event.guard.noise[k]);
     }
     return length;
 }
@@ -184,7 +160,7 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 static double length_to_bearing(step_t *s, const int wheels, double length);
 
 static double length_to_change(step_t *s, const int wheels, double length);
-NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
+NEVER_INLINE void measure_at_end(step_t *s, const int wheels);
 static double length_to_use(step_t *s, const int wheels, double length);
 NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
 
@@ -195,14 +171,7 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double longest
     s->event.landing = -1, s->event.unsure = 0;
     for (int i = 0; i < wheels; i++) {
         const double sign = s->end.chi[i] < 0 ? -1 : 1;
-        const double beyond = sign*s->end.chi[i] - s->event.edge[i], rate = sign*s->end.rate[i];
-        if (!(rate > 0 || beyond > 0))
-            continue;
-        const double reached = rate > 0 ? s->h - beyond/rate : s->h/2;
-        if (reached < length) {
-            length = reached;
-            s->event.landing = i;
-        }
+        consider_passage(s, &length, i, sign*s->end.chi[i] - s->event.edge[i], sign*s->end.rate[i], 0);
     }
     if (SET_IS_ACTED_ON)
         length = length_to_guard(s, wheels, length);
@@ -236,10 +205,8 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double longest)
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
     end_of_core(s);
-    if (SET_STICKS && !SET_STANDS && s->hold.held && s->event.landing >= wheels + s->event.guards)
-        measure_bearings_at_end(s, wheels);
-    if (SET_GRIPS && s->event.landing >= wheels + s->event.guards)
-        measure_contacts_at_end(s, wheels);
+    if ((SET_GRIPS || (SET_STICKS && s->hold.held)) && s->event.landing >= wheels + s->event.guards)
+        measure_at_end(s, wheels);
     if (first_look) {
         look_at_contacts(s, wheels);
         s->event.late = length_to_event(s, wheels, longest) - s->h;
@@ -449,9 +416,9 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
     return 1;
 }
 
-/* Bounds of a polynomial in the step from its values at the nodes: it is nowhere farther from one of these than LEBESGUE
+/* The same of what has these values at the nodes. As a polynomial it is nowhere farther from one of them than LEBESGUE
  * times as far as the others are. */
-ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *largest)
+static double turn_of_values(const nodes_t *values, double start, double low, double high)
 {
     const double middle = values->node[NODES/2];
     nodes_t apart;
@@ -459,7 +426,10 @@ ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *large
     for (int b = 0; b < BLOCKS; b++)
         apart.lanes[b] = values->lanes[b] - middle;
     const double away = LEBESGUE*largest_of(&apart);
-    *least = middle - away, *largest = middle + away;
+    if (middle + away <= high && middle - away >= low)
+        return 1;
+    const nodes_t rate = times(gauss_slope, values);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, low, high);
 }
 
 /* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost,

@@ -1,11 +1,9 @@
 /* Heave and tilt of a platform on springs, which make their rates stiff: Newton's rule for these six numbers.
  *
  * With rates u and places z the springs give u' = f(u, z), all but affine, and z' = u. What a sweep misses of both is
- * taken away with one 3 x 3 slope by each for all nodes: places follow from rates, so that three numbers a node
- * remain, 1 - h C I - h^2 K I^2 with the integral I to the nodes. The other speeds go along with them: the vehicle's ground
- * point swings under its centre of mass, and friction follows the loads. */
+ * taken away with one 3 x 3 slope by each for all nodes, as that of speeds which are coupled (coupled.c). The other
+ * speeds go along: the ground point swings under the centre of mass, and friction follows the loads. */
 #define TILT_MOVES 1e-4             /* m and rad, and per second: differences for slopes of what is all but affine    */
-#define KEEPS_SLOPES 0.02           /* of a step's length: to so much another one the eliminated matrix serves, too    */
 
 /* Whether a number of the core is one of heave and tilt: their rates, then they themselves. */
 ALWAYS_INLINE int is_of_tilt(const int wheels, int c)
@@ -19,28 +17,12 @@ ALWAYS_INLINE int is_of_tilt(const int wheels, int c)
 /* The matrix of a step of this length, eliminated. */
 static void eliminate_tilt(step_t *s)
 {
-    sprung_t *const p = &s->sprung;
-    const double h = p->h = s->h;
-    for (int m = 0; m < NODES; m++) {
-        nodes_t once, unit = {0};               /* integrals to node m, from the values at the nodes         */
-        for (int j = 0; j < NODES; j++)
-            once.node[j] = gauss_integral[j].node[m];
-        for (int j = 0; j < NODES; j++) {
-            const nodes_t column = gauss_integral[j];
-            double sum = 0;
-            for (int l = 0; l < NODES; l++)
-                sum += once.node[l]*column.node[l];
-            unit.node[j] = sum;
-        }
-        for (int k = 0; k < 3; k++) {
-            nodes_t *const row = p->newton.row[k*NODES + m] = p->newton.rows + (k*NODES + m)*3;
-            for (int l = 0; l < 3; l++)
-                for (int b = 0; b < BLOCKS; b++)
-                    row[l].lanes[b] = (-h*p->slope[k][l])*once.lanes[b] - (h*h*p->slope[k][3 + l])*unit.lanes[b];
-            row[k].node[m] += 1;
-        }
-    }
-    eliminate(p->newton.row, 3);
+    const coupled_t *const c = s->coupled;
+    s->sprung.h = s->h;
+    for (int k = 0; k < 3; k++)
+        for (int l = 0; l < 6; l++)
+            c->slope[6*k + l] = s->sprung.slope[k][l], c->slope[6*(3 + k) + l] = l == k;
+    eliminate_coupled(c, s->h);
 }
 
 /* The rates of the other speeds as those of heave and tilt change (6). */
@@ -63,26 +45,13 @@ static void follow_tilt(step_t *s, const int wheels, const nodes_t *changed)
  * change so far, in the measure of nu. */
 static lanes_t correct_tilt(step_t *s, const int wheels, const nodes_t *found, lanes_t change)
 {
-    sprung_t *const p = &s->sprung;
-    nodes_t *const rate = s->rate_core + tilt_rates_at(wheels);
-    nodes_t missing[6], moved[3];
-    if (!(fabs(s->h - p->h) <= KEEPS_SLOPES*s->h))
+    nodes_t *const rate = s->rate_core + tilt_rates_at(wheels), *const missing = s->coupled->missing;
+    if (s->h != s->sprung.h)
         eliminate_tilt(s);
     for (int k = 0; k < 6; k++)
         for (int b = 0; b < BLOCKS; b++)
             missing[k].lanes[b] = found[k].lanes[b] - rate[k].lanes[b];
-    for (int l = 0; l < 3; l++)
-        integrate_to_nodes(0, s->h, &missing[3 + l], &moved[l]);
-    for (int k = 0; k < 3; k++)
-        for (int l = 0; l < 3; l++)
-            for (int b = 0; b < BLOCKS; b++)
-                missing[k].lanes[b] += p->slope[k][3 + l]*moved[l].lanes[b];
-    solve_eliminated(p->newton.row, p->newton.rows, 3, missing);
-    for (int l = 0; l < 3; l++) {
-        integrate_to_nodes(0, s->h, &missing[l], &moved[l]);
-        for (int b = 0; b < BLOCKS; b++)
-            missing[3 + l].lanes[b] += moved[l].lanes[b];
-    }
+    solve_coupled(s->coupled, s->h, 3);
     for (int k = 0; k < 6; k++)
         change = corrected(rate + k, missing + k, s->weight[tilt_rates_at(wheels) + k], change);
     follow_tilt(s, wheels, missing);

@@ -19,7 +19,7 @@ typedef struct {
 } newton_t;
 
 /* How the speeds that are coupled are solved for: those of the core that stand first, then nu. Rows of matrices are those
- * of the rates. */
+ * of the rates. Where contacts may stick on springs they are heave and tilt: sprung.c. */
 typedef struct {
     int size;                                   /* how many speeds                                */
     double *slope;                              /* size x size, of the rates in the speeds        */
@@ -119,10 +119,9 @@ typedef struct {
 } stiff_t;
 
 /* Slopes by the rates of heave and tilt and by these themselves, of their accelerations, of nu' and of what of the core is
- * coupled with it; and the matrix of Newton's rule for a step of length h: sprung.c. */
+ * coupled with it; and the length of the step for which the matrix of Newton's rule has been eliminated: sprung.c. */
 typedef struct {
     double slope[6 + 2*MAX_WHEELS][6], h;
-    newton_t newton;
     nodes_t found[6];                           /* rates that the last sweep has found                       */
 } sprung_t;
 

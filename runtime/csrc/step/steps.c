@@ -71,7 +71,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->all_turn = all_turn(wheels, &work->vehicle), s->bare = run->task.bare;
     if (SET_SHARES)
         s->contact.next_before = work->next_before;
-    if (SET_IS_COUPLED)
+    if (SET_IS_COUPLED || SET_LOADS_FOLLOW)
         s->coupled = &work->coupled_speeds;
     if (SET_GRIPS) {
         begin_contacts(run, work, s, wheels);

@@ -166,8 +166,6 @@ ALWAYS_INLINE int moves_by_itself(const step_t *s, const int wheels, int first, 
  * rest does not. */
 ALWAYS_INLINE void slopes_by_friction(step_t *s, const int wheels, int b, const point_t *point)
 {
-    if (!moves_by_itself(s, wheels, 0, s->core))
-        return;
     core_slopes(wheels, point, s->stiff.core_slope, s->stiff.core_chord);
     for (int c = 0; c < s->core; c++)
         s->stiff.slope_core[c].lanes[b] = s->stiff.sweeps < CHORDS ? s->stiff.core_chord[c] : s->stiff.core_slope[c];
