@@ -14,6 +14,7 @@ from omniroll import simulate
 
 QUICK = [("rolling", "free", "both"), ("viscous", "massless", "rollers"), ("coulomb", "free", "both"),
          ("coulomb", "massless", "both")]  # fmt: skip
+ALL = [pytest.param(kind, marks=() if kind in QUICK else pytest.mark.long) for kind in KINDS]
 FEW = 3  # scenes of a kind
 FOLLOWED = [("rolling", "locked", "axles"), ("regularised", "free", "both"), ("coulomb", "free", "both"),
             ("coulomb", "massless", "both")]  # fmt: skip  # kinds whose derivatives are compared here
@@ -26,14 +27,8 @@ def assert_as_kept(kind, place, followed=False):
     assert unexplained(kind, differences(kind, numbers[place : place + FEW])) == {}
 
 
-@pytest.mark.parametrize("kind", QUICK, ids=name_of)
+@pytest.mark.parametrize("kind", ALL, ids=name_of)
 def test_scenes_go_on_as_kept(kind):
-    assert_as_kept(kind, 0)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in QUICK], ids=name_of)
-def test_scenes_of_the_other_kinds_go_on_as_kept(kind):
     assert_as_kept(kind, 0)
 
 
@@ -50,8 +45,7 @@ def test_a_short_step_behind_an_event_moves_no_kept_state():
 
 def test_bearings_that_rest_have_torques_in_the_row_in_which_others_break_away():
     vehicle, task = scene(("rolling", "locked", "axles"), 16)
-    run = simulate(vehicle, **task)
-    assert (run.drive[:, run.effects.drives().index("bearing_torque")] != 0).all()
+    assert ((run := simulate(vehicle, **task)).drive[:, run.effects.drives().index("bearing_torque")] != 0).all()
 
 
 @pytest.mark.parametrize(("at", "row"), [(0.1, 3), (0.1 + 1e-10, 3), (0.15, 6), (0.3, 7)])
