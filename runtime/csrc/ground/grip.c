@@ -304,7 +304,7 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
 static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     double without[2*MAX_WHEELS];
-    at_rest_t slipping = *work->at_rest;
+    at_rest_t slipping = *work->at_rest;        /* in the same room: each decision lists what rests anew    */
     friction_problem_t response = work->problem->p;
     slipping.count = response.rows = 0;
     s->contact.responding = 0;
