@@ -9,8 +9,8 @@ typedef struct {
     double *arm;                    /* of each wheel: of its massless roller, in m                          */
 } at_rest_t;
 
-/* The same as elements of friction. p.element lists free rollers that stand apart, too, behind all others: friction/ does
- * not count them there, but their forces have places behind those of the others. */
+/* The same as elements of friction. p.element lists free rollers that stand apart, too, behind all others: friction/
+ * does not count them there, but their forces have places behind those of the others. */
 typedef struct {
     friction_problem_t p;
     friction_solution_t found;
