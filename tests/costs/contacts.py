@@ -6,7 +6,7 @@ Slipping: the vehicle starts while its wheels stand, skids until it rolls, and p
 
 import numpy as np
 
-from omniroll import Bearings, Contact, TorqueTable, Vehicle
+from omniroll import Bearings, Contact, Springs, TorqueTable, Vehicle
 
 from .counting import Count, counted
 
@@ -30,7 +30,7 @@ LAWS = {
 MASSLESS_LAWS = ("coulomb, friction 0.3", "coulomb, friction 1")
 ALL_STICK, AS_BUILT = ", bearings that stick", ", engine as built"  # behind the loads; other engines are specialised
 BEARINGS = Bearings(wheel_coulomb=0.02, roller_coulomb=2e-4)
-LOADS = "static loads"
+LOADS, SPRUNG = "static loads", "springs of 0.1 mm"
 
 
 def task(name: str) -> dict:
@@ -41,6 +41,7 @@ def task(name: str) -> dict:
         return common | {"nu": (0, 0, 0), "effects": (*STICKING[ground], DRIVE)}
     common |= {"engine": "compiled"} if ground.endswith(AS_BUILT) else {}
     effects = (Contact(**LAWS[law], wheel_rates=0),) if law else ()
+    effects += (Springs(height=0.06, deflection=1e-4),) if ground.startswith(SPRUNG) else ()
     return common | {"nu": (2, 1, 0), "effects": (*effects, BEARINGS) if ground.endswith(ALL_STICK) else effects}
 
 
@@ -58,7 +59,7 @@ def slipping() -> dict[str, Count]:
     for model in MODELS:
         for law in laws[model]:
             names.append(f"{model}|{law}|{LOADS}")
-            names += [f"{model}|{law}|{LOADS}{AS_BUILT}"] if law.startswith("coulomb") else []
+            names += [f"{model}|{law}|{loads}{AS_BUILT}" for loads in (LOADS, SPRUNG) if law.startswith("coulomb")]
     return counted("costs.contacts", names)
 
 

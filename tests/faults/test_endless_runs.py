@@ -11,6 +11,7 @@ import omniroll
 from omniroll import cli
 from omniroll.commands import explain
 from omniroll.engine.control import made
+from omniroll.engine.outlook import outlook_of
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stiffness import sharpest
 from omniroll.scenes import costs, explanation
@@ -71,6 +72,13 @@ def test_phases_of_one_step_are_watched_too():
     asked = iter(["", "", "that is enough"])
     ended = made(replace(task, interrupted=lambda: next(asked)), 1e-9)
     assert "that is enough" in str(ended.stop) and ended.stop.t == 3e-3
+
+
+def test_steps_that_are_short_for_a_moment_stop_no_run():
+    """100 steps have room. One window of short steps is a moment; of two in a row nobody sees the end."""
+    outlook = outlook_of(1.0, 1e4, 1e6, None)
+    looks = [(32 * (k + 1), 0, end) for k, end in enumerate(np.cumsum([0.1, 0.1, 0.1, 1e-9, 0.1, 1e-9, 1e-9]))]
+    assert [outlook.is_hopeless(*look) for look in looks] == [False] * 6 + [True]
 
 
 @pytest.mark.parametrize("start, duration", [({}, 1e30), ({"spins": 1e30}, 0.001)])

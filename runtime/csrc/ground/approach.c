@@ -22,6 +22,7 @@
 #define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
 #define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
 #define MAX_LEAVES 0.03             /* and at most; behind more steps in time do as well                      */
+#define LITTLE_SWING 0.5            /* rad, of a platform on springs on that way: Picard's iteration follows it at once    */
 #define MEETS_END 0.1               /* of what a step leaves: how well it meets that                          */
 #define MAX_APPROACH_SWEEPS 14
 #define SURE_SWEEPS 4               /* behind these an iteration contracts, or does not settle                 */
@@ -59,7 +60,7 @@ static int choose_clock(step_t *s)
         return 1;
     if (s->approach.fades < 1 - MAKES_A_POWER) {
         s->approach.leaves = fmax(pow(turn/LEAVES_AT, 1/(1 - s->approach.fades)), LEAVES_LEAST);
-        return s->approach.leaves < MAX_LEAVES ? LEAVING_POWER : 0;
+        return s->approach.leaves < MAX_LEAVES && fastest_swing(s)*s->contact.rest_in < LITTLE_SWING ? LEAVING_POWER : 0;
     }
     if (!(s->approach.fades > 1 + MAKES_A_POWER) || !(turn < MAX_TO_TURN))
         return 0;
@@ -122,9 +123,15 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
     return 0;
 }
 
-/* Whether nothing else happens: no wheel comes to its joint, what sticks sticks, what slips slips, what turns turns. */
+/* Whether nothing else happens: no wheel comes to its joint or to a bound of a guard, what sticks sticks, what slips slips,
+ * what turns turns. */
 static int nothing_else_happens(const step_t *s, const int wheels)
 {
+    for (int k = 0; k < s->event.guards; k++) {
+        const nodes_t rate = guard_rate(s, k);
+        if (s->event.guard.start[k] + s->h*weighted(&rate, &gauss_weight) > 0 || turn_of_guard(s, k) < 1)
+            return 0;
+    }
     for (int k = 0; SET_CORE_BEARINGS && k < s->hold.count; k++)
         if (!ends_no_step(s, k) && (bearing_at_end(s, k) > 0 || turn_of_bearing(s, k) < 1))
             return 0;
@@ -147,10 +154,12 @@ static int nothing_else_happens(const step_t *s, const int wheels)
  * the step would have to say what holds it. */
 static int may_approach(const omniroll_run_t *run, const step_t *s, double longest)
 {
-    int keeps = 0;
+    int prevented = 0;
     for (int i = 0; i < run->wheels; i++)
-        keeps |= s->contact.keeps[i];
-    return s->contact.turning && s->contact.rest_in <= longest && !keeps && !s->stiff.on && s->event.guards == 0
+        prevented |= s->contact.keeps[i];
+    for (int k = 0; k < s->event.guards; k++)       /* its clock is not that of the step                            */
+        prevented |= s->event.guard.slope[k] != 0;
+    return s->contact.turning && s->contact.rest_in <= longest && !prevented && !s->stiff.on
         && !some_bearing_sticks(run) && run->record.row_count + MAX_PIECES <= run->record.row_capacity;
 }
 
@@ -171,7 +180,7 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
     }
     set_clock(s, power);
     s->h = s->contact.rest_in*(1 - s->approach.leaves);
-    s->event.landing = s->approach.leaves > 0 ? -1 : wheels + s->contact.rests, s->event.late = 0;
+    s->event.landing = s->approach.leaves > 0 ? -1 : wheels + s->event.guards + s->contact.rests, s->event.late = 0;
     if (settle_approach(s, wheels, size*run->task.tolerance, sweep_tolerance) && s->h <= longest) {
         states_at_nodes(s, wheels);
         end_of_step(s, wheels);

@@ -148,8 +148,8 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     if (SET_SHARES)
         work->next_share = lanes_part(&parts, wheels), work->next_before = lanes_part(&parts, wheels);
     if (SET_IS_COUPLED || SET_LOADS_FOLLOW)
-        lay_out_coupled(&work->coupled_speeds, &parts, SET_LOADS_FOLLOW ? 6 : coupled_size(wheels) + 3,
-                        SET_LOADS_FOLLOW ? 3 : core);
+        lay_out_coupled(&work->coupled_speeds, &parts, SET_LOADS_FOLLOW ? 3 : coupled_size(wheels) + 3,
+                        SET_LOADS_FOLLOW ? 0 : core);
     if (SET_HOLDS || SET_STANDS)
         lay_out_holding(work, &parts);
     if (SET_CORE_BEARINGS)

@@ -229,13 +229,11 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
         value += guard[2 + k]*run->state.nu[k];
         sizes += fabs(guard[2 + k]*run->state.nu[k]);
     }
-    const double *weight = guard + 6;
-    for (int part = 0; part < GUARDED_PARTS; part++)
-        for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++) {
-            const double of_core = *weight*run->state.core[guarded_at(run->wheels, part) + i];
-            value += of_core;
-            sizes += fabs(of_core);
-        }
+    for (int n = 3; n < guarded_count(run->wheels); n++) {
+        const double of_core = guard_weight(guard, n)*run->state.core[guarded_place(run->wheels, n)];
+        value += of_core;
+        sizes += fabs(of_core);
+    }
     for (int i = 0; SET_CHI_FEEDS_BACK && !SET_SLIPS && i < run->wheels; i++) {
         const double of_wheel = guard[6 + i] ? guard[6 + i]*rate_by(run->wheel_rows + 3*i, run->state.nu) : 0;
         value += of_wheel;
@@ -272,10 +270,8 @@ static int guards_passed(omniroll_run_t *run, const work_t *work)
         const double *const guard = run->acts.guards + guard_size(run->wheels)*k;
         const double value = guard_value(run, guard, &noise);
         double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
-        const double *weight = guard + 6;
-        for (int part = 0; part < GUARDED_PARTS; part++)
-            for (int i = 0; i < guarded_size(run->wheels, part); i++, weight++)
-                rate += *weight*work->core_dot[guarded_at(run->wheels, part) + i][0];
+        for (int n = 3; n < guarded_count(run->wheels); n++)
+            rate += guard_weight(guard, n)*work->core_dot[guarded_place(run->wheels, n)][0];
         for (int i = 0; SET_CHI_FEEDS_BACK && !SET_SLIPS && i < run->wheels; i++)
             rate += guard[6 + i]*chi_ddot[i][0];
         run->acts.passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate))

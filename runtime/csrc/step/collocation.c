@@ -35,10 +35,37 @@ ALWAYS_INLINE int follows_nu(const step_t *s, const int wheels, int c)
     return 0;
 }
 
-/* Number c of the core at the nodes from its rate. */
+/* Rates at the nodes as those in the clock of a step up to a rest. */
+ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
+{
+    for (int b = 0; b < BLOCKS; b++)
+        rate->lanes[b] *= s->approach.stretch.lanes[b];
+}
+
+/* Whether a number of the core is one of heave and tilt: their rates, then they themselves, the places. */
+ALWAYS_INLINE int is_of_tilt(const int wheels, int c)
+{
+    if (SET_LOADS_FOLLOW)
+        return c >= tilt_rates_at(wheels) && c < tilt_at(wheels) + 3;
+    (void)wheels, (void)c;
+    return 0;
+}
+
+ALWAYS_INLINE int is_of_places(const int wheels, int c)
+{
+    return is_of_tilt(wheels, c) && c >= tilt_at(wheels);
+}
+
+/* Number c of the core at the nodes from its rate; rates of places are those that stand three numbers before them. */
 ALWAYS_INLINE void integrate_core(step_t *s, int c)
 {
     nodes_t at;
+    if (is_of_places(s->wheels, c)) {
+        for (int b = 0; b < BLOCKS; b++)
+            s->rate_core[c].lanes[b] = core_at(s, b)[c - 3];
+        if (SET_APPROACHES && s->approach.stretched)
+            stretch_nodes(s, &s->rate_core[c]);
+    }
     integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &at);
     for (int b = 0; b < BLOCKS; b++)
         core_at(s, b)[c] = at.lanes[b];
@@ -66,13 +93,6 @@ ALWAYS_INLINE int only_rolls(const step_t *s, const int wheels)
     if (SET_ROLLS)
         return s->contact.blind && s->core == coupled_size(wheels);
     return 0;
-}
-
-/* Rates at the nodes as those in the clock of a step up to a rest. */
-ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
-{
-    for (int b = 0; b < BLOCKS; b++)
-        rate->lanes[b] *= s->approach.stretch.lanes[b];
 }
 
 /* The wheels' angles of the last sweep in a vector of nodes. */
@@ -305,7 +325,6 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
     (void)s, (void)wheels, (void)b, (void)at;
 }
 
-ALWAYS_INLINE int is_of_tilt(const int wheels, int c);
 static lanes_t correct_tilt(step_t *s, const int wheels, const nodes_t *found, lanes_t change);
 
 #include "step/stiff.c"
@@ -325,7 +344,8 @@ ALWAYS_INLINE lanes_t renew_rates(step_t *s, int b, const lanes_t *nu_dot, int f
     if (SET_CORE_PARTS) {
         for (int c = first; c < s->core; c++) {
             if (is_of_tilt(s->wheels, c)) {
-                s->sprung.found[c - tilt_rates_at(s->wheels)].lanes[b] = s->core_dot[c];
+                if (!is_of_places(s->wheels, c))
+                    s->sprung.found[c - tilt_rates_at(s->wheels)].lanes[b] = s->core_dot[c];
                 continue;
             }
             const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);

@@ -168,6 +168,17 @@ ALWAYS_INLINE complex_t inverse(complex_t a)
     return a;
 }
 
+/* A number without the product of two that stand in tables. */
+ALWAYS_INLINE void take_product(complex_t *from, const eigen_t *a_real, const eigen_t *a_imaginary, const eigen_t *b_real,
+                                const eigen_t *b_imaginary)
+{
+    IN_REGISTERS
+    for (int v = 0; v < EIGEN_BLOCKS; v++) {
+        from->real.lanes[v] -= a_real->lanes[v]*b_real->lanes[v] - a_imaginary->lanes[v]*b_imaginary->lanes[v];
+        from->imaginary.lanes[v] -= a_real->lanes[v]*b_imaginary->lanes[v] + a_imaginary->lanes[v]*b_real->lanes[v];
+    }
+}
+
 ALWAYS_INLINE void take_from(eigen_t *real, eigen_t *imaginary, complex_t less)
 {
     IN_REGISTERS
@@ -197,17 +208,19 @@ ALWAYS_INLINE complex_t less_eigenvalue(double real_part, double h, double slope
     return found;
 }
 
-/* Gauss's elimination of 1 - h (eigenvalue) slope: L below the diagonal, 1/U on it. Most speeds know nothing of each
+ALWAYS_INLINE complex_t times_real(complex_t a, double b)
+{
+    IN_REGISTERS
+    for (int v = 0; v < EIGEN_BLOCKS; v++)
+        a.real.lanes[v] *= b, a.imaginary.lanes[v] *= b;
+    return a;
+}
+
+/* Gauss's elimination of a matrix for each eigenvalue: L below the diagonal, 1/U on it. Most speeds know nothing of each
  * other: what is zero stays out. */
-static void eliminate_coupled(const coupled_t *c, double h)
+static void eliminate_filled(const coupled_t *c)
 {
     const int size = c->size;
-    for (int j = 0; j < size; j++)
-        for (int k = 0; k < size; k++) {
-            const double slope = c->slope[j*size + k];
-            put_entry(c->real, c->imaginary, j*size + k, less_eigenvalue(j == k, h, slope));
-            c->filled[j*size + k] = slope != 0;
-        }
     for (int k = 0; k < size; k++) {
         const complex_t pivot = inverse(entry(c->real, c->imaginary, k*size + k));
         put_entry(c->real, c->imaginary, k*size + k, pivot);
@@ -225,6 +238,19 @@ static void eliminate_coupled(const coupled_t *c, double h)
             }
         }
     }
+}
+
+/* That of 1 - h (eigenvalue) slope. */
+static void eliminate_coupled(const coupled_t *c, double h)
+{
+    const int size = c->size;
+    for (int j = 0; j < size; j++)
+        for (int k = 0; k < size; k++) {
+            const double slope = c->slope[j*size + k];
+            put_entry(c->real, c->imaginary, j*size + k, less_eigenvalue(j == k, h, slope));
+            c->filled[j*size + k] = slope != 0;
+        }
+    eliminate_filled(c);
 }
 
 /* Values at the nodes in the eigenvectors. */
@@ -263,19 +289,15 @@ static void solve_coupled(const coupled_t *c, double h, int core)
     for (int j = 0; j < size; j++) {
         complex_t rest = to_eigen(&c->missing[j < others ? j : core + j - others]);
         for (int k = 0; k < j; k++)
-            if (c->filled[j*size + k]) {
-                take_from(&rest.real, &rest.imaginary,
-                          product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k)));
-            }
+            if (c->filled[j*size + k])
+                take_product(&rest, c->real + j*size + k, c->imaginary + j*size + k, real + k, imaginary + k);
         put_entry(real, imaginary, j, rest);
     }
     for (int j = size - 1; j >= 0; j--) {
         complex_t rest = entry(real, imaginary, j);
         for (int k = j + 1; k < size; k++)
-            if (c->filled[j*size + k]) {
-                take_from(&rest.real, &rest.imaginary,
-                          product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k)));
-            }
+            if (c->filled[j*size + k])
+                take_product(&rest, c->real + j*size + k, c->imaginary + j*size + k, real + k, imaginary + k);
         rest = product(rest, entry(c->real, c->imaginary, j*size + j));
         put_entry(real, imaginary, j, rest);
         from_eigen(&rest, &c->missing[j < others ? j : core + j - others]);

@@ -26,25 +26,28 @@
 /* Numbers of a guard: constant, slope, weights of nu, the size of the constant's terms; and weights of the wheels' rates
  * where these are speeds of their own or go by their angles, and of the rates of heave and tilt and of these where there
  * are any. */
-#define GUARDED_PARTS (SET_SLIPS ? 1 + 2*SET_TILTS : 0)
-
-/* Part of the core whose weights stand one after the other in a guard: where it begins, and how many numbers it is. */
-ALWAYS_INLINE int guarded_at(const int wheels, int part)
-{
-    if (SET_TILTS && part > 0)
-        return part == 1 ? tilt_rates_at(wheels) : tilt_at(wheels);
-    (void)part;
-    return rates_at(wheels);
-}
-
-ALWAYS_INLINE int guarded_size(const int wheels, int part)
-{
-    return part ? 3 : wheels;
-}
-
 ALWAYS_INLINE int guard_size(const int wheels)
 {
     return 6 + (SET_SLIPS || SET_CHI_FEEDS_BACK ? wheels + 6*SET_TILTS : 0);
+}
+
+/* How many numbers of the state a guard weighs: nu, and numbers of the core; where number n of them stands there, and its
+ * weight in the guard. */
+ALWAYS_INLINE int guarded_count(const int wheels)
+{
+    return SET_SLIPS ? guard_size(wheels) - 3 : 3;
+}
+
+ALWAYS_INLINE int guarded_place(const int wheels, int n)
+{
+    if (SET_TILTS && n >= 3 + wheels)
+        return tilt_rates_at(wheels) + n - 3 - wheels;
+    return rates_at(wheels) + n - 3;
+}
+
+ALWAYS_INLINE double guard_weight(const double *guard, int n)
+{
+    return guard[n < 3 ? 2 + n : 3 + n];
 }
 
 /* What a guard's weights of rates that go by the wheels' angles add to its rate. */
@@ -82,14 +85,11 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
             + weights[2]*s->rate_nu[2].lanes[b]);
     if (SET_CHI_FEEDS_BACK && !SET_SLIPS)
         guard_accelerations(s, s->event.guard_rows + guard_size(s->wheels)*guard + 6, &rate);
-    if (SET_SLIPS) {
-        const double *weight = s->event.guard_rows + guard_size(s->wheels)*guard + 6;
-        for (int part = 0; part < GUARDED_PARTS; part++) {
-            const nodes_t *const rates = s->rate_core + guarded_at(s->wheels, part);
-            for (int i = 0; i < guarded_size(s->wheels, part); i++, weight++)
-                for (int b = 0; b < BLOCKS && *weight != 0; b++)
-                    rate.lanes[b] += *weight*rates[i].lanes[b];
-        }
+    for (int r = 0; SET_SLIPS && r < s->event.read_count; r++) {
+        const int n = s->event.reads[r];
+        const double weight = guard_weight(s->event.guard_rows + guard_size(s->wheels)*guard, n);
+        for (int b = 0; b < BLOCKS && n >= 3 && weight != 0; b++)
+            rate.lanes[b] += weight*s->rate_core[guarded_place(s->wheels, n)].lanes[b];
     }
     return rate;
 }
@@ -145,9 +145,33 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     return point;
 }
 
-/* The length at which the first guard is reached, if that is before `length`. */
+/* The length at which the first guard is reached, if that is before `length`, where many guards read few numbers, as those
+ * of a platform on springs do: from what these numbers move. */
+ALWAYS_INLINE double length_to_many_guards(step_t *s, const int wheels, double length)
+{
+    double moved[MAX_GUARDED], rate[MAX_GUARDED];
+    for (int r = 0; r < s->event.read_count; r++) {
+        const int n = s->event.reads[r];
+        const nodes_t *const rates = n < 3 ? s->rate_nu + n : s->rate_core + guarded_place(wheels, n);
+        moved[r] = s->h*weighted(rates, &gauss_weight), rate[r] = weighted(rates, &gauss_end);
+    }
+    for (int k = 0; k < s->event.guards; k++) {
+        const double *const guard = s->event.guard_rows + guard_size(wheels)*k;
+        double value = s->event.guard.start[k] + s->h*guard[1], slope = guard[1];
+        for (int r = 0; r < s->event.read_count; r++) {
+            const double weight = guard_weight(guard, s->event.reads[r]);
+            value += weight*moved[r], slope += weight*rate[r];
+        }
+        consider_passage(s, &length, wheels + k, value, slope, PASSED*s->event.guard.noise[k]);
+    }
+    return length;
+}
+
+/* The same on any ground. */
 ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 {
+    if (SET_TILTS)
+        return length_to_many_guards(s, wheels, length);
     for (int k = 0; k < s->event.guards; k++) {
         const nodes_t rates = guard_rate(s, k);
         const double value = s->event.guard.start[k] + s->h*weighted(&rates, &gauss_weight);

@@ -1,77 +1,104 @@
-/* Heave and tilt of a platform on springs, which make their rates stiff: Newton's rule for these six numbers.
+/* Heave and tilt of a platform on springs, which make their rates stiff: Newton's rule for these.
  *
- * With rates u and places z the springs give u' = f(u, z), all but affine, and z' = u. What a sweep misses of both is
- * taken away with one 3 x 3 slope by each for all nodes, as that of speeds which are coupled (coupled.c). The other
- * speeds go along: the ground point swings under the centre of mass, and friction follows the loads. */
+ * With rates u and places z the springs give u' = f(u, z), all but affine, and z' = u, which the nodes keep. What a sweep
+ * misses of u' is taken away with one 3 x 3 slope by u and one by z for all nodes, in the eigenvectors in which speeds that
+ * are coupled are solved for (coupled.c). The other speeds go along: the ground point swings under the centre of mass, and
+ * friction follows the loads. */
+#define SWING_NODES 3.415e15        /* NODES (2 NODES - 5)!!                                                             */
 #define TILT_MOVES 1e-4             /* m and rad, and per second: differences for slopes of what is all but affine    */
 
-/* Whether a number of the core is one of heave and tilt: their rates, then they themselves. */
-ALWAYS_INLINE int is_of_tilt(const int wheels, int c)
+/* The fastest swing of heave and tilt, in rad/s. */
+ALWAYS_INLINE double fastest_swing(const step_t *s)
 {
-    if (SET_LOADS_FOLLOW)
-        return c >= tilt_rates_at(wheels) && c < tilt_at(wheels) + 3;
-    (void)wheels, (void)c;
-    return 0;
+    double stiffness = 0;
+    for (int k = 0; SET_LOADS_FOLLOW && k < 3; k++)
+        stiffness = fmax(stiffness, fabs(s->sprung.slope[k][3 + k]));
+    return sqrt(stiffness);
 }
 
-/* The matrix of a step of this length, eliminated. */
+/* The length of a step whose polynomials would miss as much of a swing with these accelerations as is allowed: over a step
+ * of the length h Legendre's coefficient k of exp(i w t) has the size (2k + 1) j_k(w h/2), and the spherical Bessel
+ * function j_k(x) is x^k/(2k + 1)!! at most. The tail of the polynomials begins with k = NODES - 2. */
+static double longest_in_swing(const step_t *s, const int wheels, const lanes_t *core_dot, double allowed)
+{
+    const double swing = fastest_swing(s);
+    double most = 0;
+    for (int k = 0; k < 3; k++) {
+        const int n = tilt_rates_at(wheels) + k;
+        most = fmax(most, s->weight[n]*fabs(core_dot[n][0]));
+    }
+    return 2/swing*pow(SWING_NODES*allowed*swing/most, 1.0/(NODES - 1));
+}
+
+/* The matrix of a step of this length, eliminated: 1 - e (slopes by u) - e^2 (slopes by z), with e = h (eigenvalue). */
 static void eliminate_tilt(step_t *s)
 {
     const coupled_t *const c = s->coupled;
+    const complex_t e = less_eigenvalue(0, -s->h, 1), e_squared = product(e, e);
     s->sprung.h = s->h;
     for (int k = 0; k < 3; k++)
-        for (int l = 0; l < 6; l++)
-            c->slope[6*k + l] = s->sprung.slope[k][l], c->slope[6*(3 + k) + l] = l == k;
-    eliminate_coupled(c, s->h);
+        for (int l = 0; l < 3; l++) {
+            const double by_u = s->sprung.slope[k][l], by_z = s->sprung.slope[k][3 + l];
+            c->filled[3*k + l] = by_u != 0 || by_z != 0;
+            put_entry(c->real, c->imaginary, 3*k + l, less_eigenvalue(k == l, s->h, by_u));
+            take_from(&c->real[3*k + l], &c->imaginary[3*k + l], times_real(e_squared, by_z));
+        }
+    eliminate_filled(c);
 }
 
-/* The rates of the other speeds as those of heave and tilt change (6). */
-static void follow_tilt(step_t *s, const int wheels, const nodes_t *changed)
+/* The rates of the other speeds as u at the nodes changes. */
+static void follow_tilt(step_t *s, const int wheels, const nodes_t *u_dot_changed)
 {
-    nodes_t moved[6];
-    for (int l = 0; l < 6; l++)
-        integrate_to_nodes(0, s->h, &changed[l], &moved[l]);
+    nodes_t u[3], z[3];
+    for (int l = 0; l < 3; l++) {
+        integrate_to_nodes(0, s->h, &u_dot_changed[l], &u[l]);
+        integrate_to_nodes(0, s->h, &u[l], &z[l]);
+    }
     for (int j = 0; j < 3 + coupled_size(wheels); j++) {
         if (j >= 3 && follows_nu(s, wheels, j - 3))
             continue;
         nodes_t *const rate = j < 3 ? &s->rate_nu[j] : &s->rate_core[j - 3];
-        for (int l = 0; l < 6; l++)
+        const double *const slope = s->sprung.slope[3 + j];
+        for (int l = 0; l < 3; l++)
             for (int b = 0; b < BLOCKS; b++)
-                rate->lanes[b] += s->sprung.slope[3 + j][l]*moved[l].lanes[b];
+                rate->lanes[b] += slope[l]*u[l].lanes[b] + slope[3 + l]*z[l].lanes[b];
     }
 }
 
-/* What Newton's rule adds to the rates of heave and tilt, of which the sweep has found `found` (6). Returns the largest
- * change so far, in the measure of nu. */
+/* What Newton's rule adds to u', of which the sweep has found `found` (3); on the short way of a step whose clock is not
+ * time, what Picard's iteration does. Returns the largest change so far, in the measure of nu. */
 static lanes_t correct_tilt(step_t *s, const int wheels, const nodes_t *found, lanes_t change)
 {
-    nodes_t *const rate = s->rate_core + tilt_rates_at(wheels), *const missing = s->coupled->missing;
-    if (s->h != s->sprung.h)
-        eliminate_tilt(s);
-    for (int k = 0; k < 6; k++)
+    const int first = tilt_rates_at(wheels), in_time = !SET_APPROACHES || s->approach.stretched <= 1;
+    nodes_t *const missing = s->coupled->missing;
+    for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
-            missing[k].lanes[b] = found[k].lanes[b] - rate[k].lanes[b];
-    solve_coupled(s->coupled, s->h, 3);
-    for (int k = 0; k < 6; k++)
-        change = corrected(rate + k, missing + k, s->weight[tilt_rates_at(wheels) + k], change);
-    follow_tilt(s, wheels, missing);
+            missing[k].lanes[b] = found[k].lanes[b] - s->rate_core[first + k].lanes[b];
+    if (in_time && s->h != s->sprung.h)
+        eliminate_tilt(s);
+    if (in_time)
+        solve_coupled(s->coupled, s->h, 0);
+    for (int k = 0; k < 3; k++)
+        change = corrected(s->rate_core + first + k, missing + k, s->weight[first + k], change);
+    if (in_time)
+        follow_tilt(s, wheels, missing);
     return change;
 }
 
 /* A first guess of a step whose rates are those at its start: heave and tilt swing as their slopes tell. */
 static void guess_tilt(step_t *s, const int wheels)
 {
-    const int first = tilt_rates_at(wheels);
-    nodes_t found[6];
-    for (int k = 0; k < 3; k++)
-        for (int b = 0; b < BLOCKS; b++) {
-            const lanes_t time = s->h*gauss_node.lanes[b];
-            found[k].lanes[b] = s->rate_core[first + k].lanes[b];
-            for (int l = 0; l < 6; l++)
-                found[k].lanes[b] += s->sprung.slope[k][l]*s->rate_core[first + l].lanes[b]*time;
-            found[3 + k].lanes[b] = s->start_core[first + k] + s->rate_core[first + k].lanes[b]*time;
+    const nodes_t *const rate = s->rate_core + tilt_rates_at(wheels);
+    const double *const start = s->start_core + tilt_rates_at(wheels);
+    nodes_t found[3];
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t time = s->h*gauss_node.lanes[b];
+        for (int k = 0; k < 3; k++) {
+            const double *const slope = s->sprung.slope[k];
+            found[k].lanes[b] = rate[k].lanes[b];
+            for (int l = 0; l < 3; l++)
+                found[k].lanes[b] += (slope[l]*rate[l].lanes[b] + slope[3 + l]*(start[l] + rate[l].lanes[b]*(time/2)))*time;
         }
-    for (int k = 0; k < 6; k++)
-        s->weight[first + k] = 0;
+    }
     correct_tilt(s, wheels, found, lanes_of(0));
 }

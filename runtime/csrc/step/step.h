@@ -122,7 +122,7 @@ typedef struct {
  * coupled with it; and the length of the step for which the matrix of Newton's rule has been eliminated: sprung.c. */
 typedef struct {
     double slope[6 + 2*MAX_WHEELS][6], h;
-    nodes_t found[6];                           /* rates that the last sweep has found                       */
+    nodes_t found[3];                           /* accelerations that the last sweep has found               */
 } sprung_t;
 
 /* Guards at the start of a step. share: the wheel of whose load's part this is a bound, and on which side; or 0. */
@@ -136,6 +136,8 @@ ALWAYS_INLINE int wheel_of_share(int bound)
     return (bound < 0 ? -bound : bound) - 1;
 }
 
+#define MAX_GUARDED (9 + MAX_WHEELS)    /* numbers of the state that guards may weigh                           */
+
 /* What ends a step. */
 typedef struct {
     int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
@@ -146,7 +148,7 @@ typedef struct {
     double edge[MAX_WHEELS];                    /* the |chi| that ends the step: the joint, or little more for a
                                                  * wheel that rests there and turns back         */
     const double *guard_rows;                   /* of the run                                    */
-    int guards;
+    int guards, read_count, reads[MAX_GUARDED];     /* and the numbers that one of them weighs              */
     guards_t guard;
 } event_t;
 

@@ -45,6 +45,14 @@ ALWAYS_INLINE void begin_guards(const omniroll_run_t *run, step_t *s, const int 
         for (int m = 0; m < 3; m++)
             s->event.guard.weights[3*k + m] = guard[2 + m];
     }
+    s->event.read_count = 0;
+    for (int n = 0; SET_SLIPS && n < guarded_count(wheels); n++) {
+        int is_read = 0;
+        for (int k = 0; k < s->event.guards; k++)
+            is_read |= guard_weight(run->acts.guards + guard_size(wheels)*k, n) != 0;
+        if (is_read)
+            s->event.reads[s->event.read_count++] = n;
+    }
 }
 
 /* A step as it begins: the state, and what acts. */
@@ -234,6 +242,11 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     if (SET_LOADS_FOLLOW)
         find_tilt_slopes(run, work, s);
     *longest = longest_smooth(s, wheels, *longest, run, work, nu_dot, chi_dot);
+    if (SET_LOADS_FOLLOW && run->state.elapsed == run->past.phase_start) {  /* steps behind it follow from this one    */
+        s->h = *longest;
+        const double allowed = run->task.tolerance*size_of_state(run, work, s, nu_dot);
+        *longest = fmin(*longest, longest_in_swing(s, wheels, work->core_dot, allowed));
+    }
     nothing_is_late(s);
     s->h = length_to_joint(s, wheels, *longest, chi_dot);
     /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. The rise over a

@@ -2,7 +2,8 @@
 stopped while it is young.
 
 The pace is the time that a step gains. Where it grew over the last two windows of steps it is taken to go on growing
-in the same way, since a vehicle that slows down passes fewer joints; it is never taken to shrink.
+in the same way, since a vehicle that slows down passes fewer joints; it is never taken to shrink. Where forces change
+fast for a moment it is low in one window alone.
 """
 
 import math
@@ -12,7 +13,7 @@ FEW_SWITCHES = 1 / 8  # of the steps: with more the steps follow the joints, and
 WINDOWS = 3  # that show whether the pace grows, where there are few switches
 SURE = 8192  # steps after which switches are no reason to wait any longer
 FIRST = 32  # steps of the first window; each is twice as long as the one before
-DOUBT = 4.0  # the estimate must exceed the limit so many times
+DOUBT, IN_A_ROW = 4.0, 2  # so many times the estimate must exceed the limit, in so many windows: one may be a moment
 MOST_IN_SESSION = 1_000_000  # steps of the engine that are left in one step of a session: some seconds
 MEMORY = "memory"
 TO_HOLD_MORE = (
@@ -42,6 +43,7 @@ class Outlook:
     windows: int = 0
     pace: float = 0.0  # s of motion that a step gained in the last window
     length: int = 0  # of the last window, in steps
+    doubts: int = 0  # windows, up to the last one, in which the estimate exceeded the limit
     left: float = field(default=0.0, init=False)  # steps that are left, by the estimate
 
     def is_hopeless(self, steps: int, switches: int, elapsed: float) -> bool:
@@ -57,8 +59,8 @@ class Outlook:
         self.left = self._left(pace, length, self.duration - elapsed)
         self.steps, self.switches, self.elapsed = steps, switches, elapsed
         self.pace, self.length, self.windows = pace, length, self.windows + 1
-        collapsed = self.has_collapsed(length, switched)
-        return (collapsed or steps >= SURE) and self.left * self.step_memory > DOUBT * self.memory
+        self.doubts = self.doubts + 1 if self.left * self.step_memory > DOUBT * self.memory else 0
+        return self.doubts >= IN_A_ROW and (self.has_collapsed(length, switched) or steps >= SURE)
 
     def has_collapsed(self, steps: int, switches: int) -> bool:
         """Whether steps with so few switches among them are short by themselves; False until some windows are past."""
@@ -76,8 +78,7 @@ class Outlook:
         """The estimate in words."""
         if not math.isfinite(self.left):
             return "at its present pace the run would never end"
-        room = shown_bytes(self.left * self.step_memory)
-        allowed = shown_bytes(self.memory)
+        room, allowed = shown_bytes(self.left * self.step_memory), shown_bytes(self.memory)
         text = f"at its present pace the run needs {self.left:.0e} more steps and {room}; {self.where} allows {allowed}"
         return f"{text}: {TO_HOLD_MORE}" if self.where == MEMORY else text
 
@@ -89,7 +90,6 @@ class OutlookOfStep(Outlook):
         super().__init__(duration, 1.0, MOST_IN_SESSION / DOUBT)
 
     def described(self) -> str:
-        """The estimate in words."""
         needs = f"at its present pace this step of the session needs {self.left:.0e} more steps of the engine"
         return f"{needs}; it may need {MOST_IN_SESSION:.0e} at most: make shorter ones"
 

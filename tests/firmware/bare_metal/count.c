@@ -28,20 +28,12 @@ static int joints;
 static int start(void)
 {
     static const omniroll_real angles[WHEELS] = {0, 2, 4};
-    omniroll_vehicle vehicle = {0};
-    int status;
-    vehicle.wheels = WHEELS;
-    vehicle.rollers_per_wheel = ROLLERS;
-    vehicle.mass = (omniroll_real)2.25;
-    vehicle.yaw_inertia = (omniroll_real)0.0625;
-    vehicle.wheel_inertia = (omniroll_real)0.0009765625;
-    vehicle.roller_inertia = (omniroll_real)0.00001;
-    vehicle.yaw_scale = (omniroll_real)0.5;
-    vehicle.platform_radius = (omniroll_real)0.15625;
-    vehicle.wheel_radius = (omniroll_real)0.0703125;
-    vehicle.roller_axis_radius = (omniroll_real)0.05;
-    vehicle.wheel_angles = angles;
-    status = omniroll_prepare(&vehicle, wheel, roller, &model);
+    const omniroll_vehicle vehicle = {
+        .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .wheel_angles = angles, .yaw_scale = (omniroll_real)0.5,
+        .mass = (omniroll_real)2.25, .yaw_inertia = (omniroll_real)0.0625, .wheel_inertia = (omniroll_real)0.0009765625,
+        .roller_inertia = (omniroll_real)0.00001, .platform_radius = (omniroll_real)0.15625,
+        .wheel_radius = (omniroll_real)0.0703125, .roller_axis_radius = (omniroll_real)0.05};
+    const int status = omniroll_prepare(&vehicle, wheel, roller, &model);
     if (status != OMNIROLL_OK)
         return status;
     for (int i = 0; i < WHEELS; i++) {
