@@ -16,16 +16,16 @@ FLAGS = "-O0 -march=native -fsanitize=address,undefined -fno-sanitize-recover=al
 RUN = "omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), control=False, {})"
 BEARINGS = "omniroll.Bearings(wheel_coulomb={0}, roller_coulomb={1}, roller_break_away={2})"
 CASES = {  # one for each of the engine's ways with friction; on the way some stick, some break away, some switch
-    "axles and rollers that stick, motors at their limits": (
-        f"effects=[{BEARINGS.format((3e-3, 4e-3, 5e-3), 3e-7, 6e-7)}, "
-        "omniroll.Motor(2.0, 0.02, 1.5, current_limit=0.5)], duration=5.0"
+    "a platform on springs": (
+        "effects=[omniroll.Contact(law='coulomb', friction=(0.3, 0.2), wheel_rates=(5, -3, 2)), "
+        "omniroll.Springs(0.06, deflection=1e-4)], duration=0.3"
     ),
     "axles and massless rollers that stick where wheels slip": (
         f"effects=[{BEARINGS.format(6e-4, 8e-4, 1e-3)}, omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))], "
         "duration=2.0, roller_model='massless'"
     ),
-    "axles and rollers that stick beside contacts": (
-        f"effects=[{BEARINGS.format(3e-2, 3e-4, 4e-4)}, "
+    "axles and rollers that stick beside contacts, motors at their limits": (
+        f"effects=[{BEARINGS.format(3e-2, 3e-4, 4e-4)}, omniroll.Motor(2.0, 0.02, 1.5, current_limit=0.5), "
         "omniroll.Contact(law='coulomb', friction=(0.3, 0.2), wheel_rates=(5, -3, 2))], duration=0.3"
     ),
 }
