@@ -22,7 +22,8 @@
 #define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
 #define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
 #define MAX_LEAVES 0.03             /* and at most; behind more steps in time do as well                      */
-#define LITTLE_SWING 0.5            /* rad, of a platform on springs on that way: Picard's iteration follows it at once    */
+#define LITTLE_SWING 0.5            /* rad, of a platform on springs on that way: Picard's iteration follows it at once,   */
+#define MAX_SWING 1.0               /* and farther no step up to the rest goes on springs                              */
 #define MEETS_END 0.1               /* of what a step leaves: how well it meets that                          */
 #define MAX_APPROACH_SWEEPS 14
 #define SURE_SWEEPS 4               /* behind these an iteration contracts, or does not settle                 */
@@ -178,6 +179,8 @@ static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, con
         *in_time = fmin(*in_time, transient);
         return shortens ? MISSES_REST : NO_APPROACH;
     }
+    if (fastest_swing(s)*s->contact.rest_in > MAX_SWING)
+        return NO_APPROACH;
     set_clock(s, power);
     s->h = s->contact.rest_in*(1 - s->approach.leaves);
     s->event.landing = s->approach.leaves > 0 ? -1 : wheels + s->event.guards + s->contact.rests, s->event.late = 0;
