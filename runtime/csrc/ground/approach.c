@@ -22,8 +22,8 @@
 #define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
 #define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
 #define MAX_LEAVES 0.03             /* and at most; behind more steps in time do as well                      */
-#define LITTLE_SWING 0.5            /* rad, of a platform on springs on that way: Picard's iteration follows it at once,   */
-#define MAX_SWING 1.0               /* and farther no step up to the rest goes on springs                              */
+#define LITTLE_SWING 0.5            /* rad, of the swing on springs in a step that ends before: Picard's rule follows it */
+#define MAX_SWING 1.0               /* the same of a step up to the rest: more of it moves the rest                  */
 #define MEETS_END 0.1               /* of what a step leaves: how well it meets that                          */
 #define MAX_APPROACH_SWEEPS 14
 #define SURE_SWEEPS 4               /* behind these an iteration contracts, or does not settle                 */
