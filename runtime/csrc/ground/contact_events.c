@@ -183,7 +183,7 @@ ALWAYS_INLINE int has_gone(const step_t *s, int i)
 /* Whether a slip begins with the step under loads that swing, and is not known so far, or no slip: it does not end there. */
 ALWAYS_INLINE int is_beginning(const step_t *s, int i)
 {
-    if (!SET_LOADS_FOLLOW || !s->contact.slides[i] || fabs(s->slip.start[2*i]) > s->slip.noise[i]
+    if (!SET_LOADS_FOLLOW || !s->contact.slides[i] || s->contact.falls[i] || fabs(s->slip.start[2*i]) > s->slip.noise[i]
         || fabs(s->slip.start[2*i + 1]) > s->slip.noise[i])
         return 0;
     return s->contact.early || (SET_FIRST_DIRECTION == 0 && !has_gone(s, i));

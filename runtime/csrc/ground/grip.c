@@ -398,15 +398,18 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
     double time[MAX_WHEELS], first = INFINITY;
     s->contact.rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
-        s->contact.keeps[i] = 0, time[i] = INFINITY;
-        if (!s->contact.turning || !may_turn(s, i))
+        s->contact.keeps[i] = s->contact.falls[i] = 0, time[i] = INFINITY;
+        if (!s->contact.slides[i])
             continue;
         const double *const slip = s->slip.start + 2*i, *const towards = run->ground.grips[i].towards;
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
         const double along = slip[0]*towards[0] + slip[1]*towards[1];
         const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
+        s->contact.falls[i] = falls > s->contact.settles;
+        if (!s->contact.turning || !may_turn(s, i))
+            continue;
         s->contact.residual_slip[i] = fmax(TURNS_AWAY*run->task.tolerance*speed*run->ground.arms[0], s->slip.noise[i]);
-        if (!(falls > s->contact.settles && along > 0))
+        if (!(s->contact.falls[i] && along > 0))
             continue;
         s->contact.keeps[i] = !s->contact.strays && fabs(across)*along <= falls*s->contact.residual_slip[i];
         if (s->contact.keeps[i] || along > s->slip.noise[i])

@@ -159,6 +159,7 @@ typedef struct {
     int rolls;                                  /* all stick: what is coupled with nu follows from it */
     int blind;                                  /* and no sweep asks yet with how much friction */
     int corner[MAX_WHEELS];                     /* contacts that slip and whose rollers turn                */
+    int falls[MAX_WHEELS];                      /* slips that come nearer to rest as the step begins        */
     int early;                                  /* whether the first sweeps have not told yet how slips begin   */
     int keeps[MAX_WHEELS], strays;              /* slips that keep their direction up to rest; one has not      */
     double residual_slip[MAX_WHEELS];           /* of a slip across its direction, in m/s, that is nothing    */
