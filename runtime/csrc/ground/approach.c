@@ -22,8 +22,8 @@
 #define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
 #define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
 #define MAX_LEAVES 0.03             /* and at most; behind more steps in time do as well                      */
-#define LITTLE_SWING 0.5            /* rad, of the swing on springs in a step that ends before: Picard's rule follows it */
-#define MAX_SWING 1.0               /* the same of a step up to the rest: more of it moves the rest                  */
+#define LITTLE_SWING 0.5            /* rad that springs swing while a step ends before: Picard's iteration follows it */
+#define MAX_SWING 1.0               /* and while one goes up to the rest: with more of it such steps fail           */
 #define MEETS_END 0.1               /* of what a step leaves: how well it meets that                          */
 #define MAX_APPROACH_SWEEPS 14
 #define SURE_SWEEPS 4               /* behind these an iteration contracts, or does not settle                 */
@@ -124,7 +124,7 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
     return 0;
 }
 
-/* Whether nothing else happens: no wheel comes to its joint or to a bound of a guard, what sticks sticks, what slips slips,
+/* Whether nothing else happens: no wheel comes to its joint, no guard is passed, what sticks sticks, what slips slips,
  * what turns turns. */
 static int nothing_else_happens(const step_t *s, const int wheels)
 {
@@ -158,7 +158,7 @@ static int may_approach(const omniroll_run_t *run, const step_t *s, double longe
     int prevented = 0;
     for (int i = 0; i < run->wheels; i++)
         prevented |= s->contact.keeps[i];
-    for (int k = 0; k < s->event.guards; k++)       /* its clock is not that of the step                            */
+    for (int k = 0; k < s->event.guards; k++)       /* which goes with time, and the clock is another                */
         prevented |= s->event.guard.slope[k] != 0;
     return s->contact.turning && s->contact.rest_in <= longest && !prevented && !s->stiff.on
         && !some_bearing_sticks(run) && run->record.row_count + MAX_PIECES <= run->record.row_capacity;

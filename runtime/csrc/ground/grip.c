@@ -68,7 +68,7 @@ static void find_tilt_slopes(const omniroll_run_t *run, const work_t *work, step
             for (int j = 0; j < 6 + coupled_size(wheels); j++)
                 s->sprung.slope[j][first + lane - 1] = (rates[j][lane] - rates[j][0])/TILT_MOVES;
     }
-    for (int c = 0; c < work->core; c++)        /* of the state that has not been moved                         */
+    for (int c = 0; c < work->core; c++)        /* the rates of the state itself in all lanes, for the guess     */
         work->core_dot[c] = lanes_of(work->core_dot[c][0]);
     s->sweeps += (6 + LANES - 2)/(LANES - 1)/BLOCKS;
 }

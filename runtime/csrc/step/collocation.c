@@ -51,6 +51,7 @@ ALWAYS_INLINE int is_of_tilt(const int wheels, int c)
     return 0;
 }
 
+/* Whether it is a place: heave or tilt, and no rate. */
 ALWAYS_INLINE int is_of_places(const int wheels, int c)
 {
     return is_of_tilt(wheels, c) && c >= tilt_at(wheels);

@@ -168,22 +168,15 @@ ALWAYS_INLINE complex_t inverse(complex_t a)
     return a;
 }
 
-/* A number without the product of two that stand in tables. */
-ALWAYS_INLINE void take_product(complex_t *from, const eigen_t *a_real, const eigen_t *a_imaginary, const eigen_t *b_real,
-                                const eigen_t *b_imaginary)
+/* Take the product of two numbers, which may stand in tables, from one that stands in a table. */
+ALWAYS_INLINE void take_product(eigen_t *real, eigen_t *imaginary, const eigen_t *a_real, const eigen_t *a_imaginary,
+                                const eigen_t *b_real, const eigen_t *b_imaginary)
 {
     IN_REGISTERS
     for (int v = 0; v < EIGEN_BLOCKS; v++) {
-        from->real.lanes[v] -= a_real->lanes[v]*b_real->lanes[v] - a_imaginary->lanes[v]*b_imaginary->lanes[v];
-        from->imaginary.lanes[v] -= a_real->lanes[v]*b_imaginary->lanes[v] + a_imaginary->lanes[v]*b_real->lanes[v];
+        real->lanes[v] -= a_real->lanes[v]*b_real->lanes[v] - a_imaginary->lanes[v]*b_imaginary->lanes[v];
+        imaginary->lanes[v] -= a_real->lanes[v]*b_imaginary->lanes[v] + a_imaginary->lanes[v]*b_real->lanes[v];
     }
-}
-
-ALWAYS_INLINE void take_from(eigen_t *real, eigen_t *imaginary, complex_t less)
-{
-    IN_REGISTERS
-    for (int v = 0; v < EIGEN_BLOCKS; v++)
-        real->lanes[v] -= less.real.lanes[v], imaginary->lanes[v] -= less.imaginary.lanes[v];
 }
 
 ALWAYS_INLINE complex_t entry(const eigen_t *real, const eigen_t *imaginary, int place)
@@ -208,14 +201,6 @@ ALWAYS_INLINE complex_t less_eigenvalue(double real_part, double h, double slope
     return found;
 }
 
-ALWAYS_INLINE complex_t times_real(complex_t a, double b)
-{
-    IN_REGISTERS
-    for (int v = 0; v < EIGEN_BLOCKS; v++)
-        a.real.lanes[v] *= b, a.imaginary.lanes[v] *= b;
-    return a;
-}
-
 /* Gauss's elimination of a matrix for each eigenvalue: L below the diagonal, 1/U on it. Most speeds know nothing of each
  * other: what is zero stays out. */
 static void eliminate_filled(const coupled_t *c)
@@ -232,8 +217,8 @@ static void eliminate_filled(const coupled_t *c)
             for (int l = k + 1; l < size; l++) {
                 if (!c->filled[k*size + l])
                     continue;
-                take_from(&c->real[j*size + l], &c->imaginary[j*size + l],
-                          product(factor, entry(c->real, c->imaginary, k*size + l)));
+                take_product(&c->real[j*size + l], &c->imaginary[j*size + l], &factor.real, &factor.imaginary,
+                             &c->real[k*size + l], &c->imaginary[k*size + l]);
                 c->filled[j*size + l] = 1;
             }
         }
@@ -290,14 +275,16 @@ static void solve_coupled(const coupled_t *c, double h, int core)
         complex_t rest = to_eigen(&c->missing[j < others ? j : core + j - others]);
         for (int k = 0; k < j; k++)
             if (c->filled[j*size + k])
-                take_product(&rest, c->real + j*size + k, c->imaginary + j*size + k, real + k, imaginary + k);
+                take_product(&rest.real, &rest.imaginary, c->real + j*size + k, c->imaginary + j*size + k,
+                             real + k, imaginary + k);
         put_entry(real, imaginary, j, rest);
     }
     for (int j = size - 1; j >= 0; j--) {
         complex_t rest = entry(real, imaginary, j);
         for (int k = j + 1; k < size; k++)
             if (c->filled[j*size + k])
-                take_product(&rest, c->real + j*size + k, c->imaginary + j*size + k, real + k, imaginary + k);
+                take_product(&rest.real, &rest.imaginary, c->real + j*size + k, c->imaginary + j*size + k,
+                             real + k, imaginary + k);
         rest = product(rest, entry(c->real, c->imaginary, j*size + j));
         put_entry(real, imaginary, j, rest);
         from_eigen(&rest, &c->missing[j < others ? j : core + j - others]);

@@ -1,7 +1,7 @@
 /* Heave and tilt of a platform on springs, which make their rates stiff: Newton's rule for these.
  *
- * With rates u and places z the springs give u' = f(u, z), all but affine, and z' = u, which the nodes keep. What a sweep
- * misses of u' is taken away with one 3 x 3 slope by u and one by z for all nodes, in the eigenvectors in which speeds that
+ * With rates u and places z the springs give u' = f(u, z), all but affine, and z' = u: the nodes take the rates of z
+ * from u. What a sweep misses of u' is taken away with one 3 x 3 slope by u and one by z for all nodes, in the eigenvectors in which speeds that
  * are coupled are solved for (coupled.c). The other speeds go along: the ground point swings under the centre of mass, and
  * friction follows the loads. */
 #define SWING_NODES 3.415e15        /* NODES (2 NODES - 5)!!                                                             */
@@ -22,12 +22,12 @@ ALWAYS_INLINE double fastest_swing(const step_t *s)
 static double longest_in_swing(const step_t *s, const int wheels, const lanes_t *core_dot, double allowed)
 {
     const double swing = fastest_swing(s);
-    double most = 0;
+    double largest = 0;
     for (int k = 0; k < 3; k++) {
         const int n = tilt_rates_at(wheels) + k;
-        most = fmax(most, s->weight[n]*fabs(core_dot[n][0]));
+        largest = fmax(largest, s->weight[n]*fabs(core_dot[n][0]));
     }
-    return 2/swing*pow(SWING_NODES*allowed*swing/most, 1.0/(NODES - 1));
+    return 2/swing*pow(SWING_NODES*allowed*swing/largest, 1.0/(NODES - 1));
 }
 
 /* The matrix of a step of this length, eliminated: 1 - e (slopes by u) - e^2 (slopes by z), with e = h (eigenvalue). */
@@ -40,13 +40,17 @@ static void eliminate_tilt(step_t *s)
         for (int l = 0; l < 3; l++) {
             const double by_u = s->sprung.slope[k][l], by_z = s->sprung.slope[k][3 + l];
             c->filled[3*k + l] = by_u != 0 || by_z != 0;
-            put_entry(c->real, c->imaginary, 3*k + l, less_eigenvalue(k == l, s->h, by_u));
-            take_from(&c->real[3*k + l], &c->imaginary[3*k + l], times_real(e_squared, by_z));
+            complex_t value = less_eigenvalue(k == l, s->h, by_u);
+            for (int v = 0; v < EIGEN_BLOCKS; v++) {
+                value.real.lanes[v] -= by_z*e_squared.real.lanes[v];
+                value.imaginary.lanes[v] -= by_z*e_squared.imaginary.lanes[v];
+            }
+            put_entry(c->real, c->imaginary, 3*k + l, value);
         }
     eliminate_filled(c);
 }
 
-/* The rates of the other speeds as u at the nodes changes. */
+/* Adds to the rates of the other speeds what a change of u' makes of them. */
 static void follow_tilt(step_t *s, const int wheels, const nodes_t *u_dot_changed)
 {
     nodes_t u[3], z[3];
@@ -66,7 +70,7 @@ static void follow_tilt(step_t *s, const int wheels, const nodes_t *u_dot_change
 }
 
 /* What Newton's rule adds to u', of which the sweep has found `found` (3); on the short way of a step whose clock is not
- * time, what Picard's iteration does. Returns the largest change so far, in the measure of nu. */
+ * time, what Picard's iteration adds. Returns the largest change so far, in the measure of nu. */
 static lanes_t correct_tilt(step_t *s, const int wheels, const nodes_t *found, lanes_t change)
 {
     const int first = tilt_rates_at(wheels), in_time = !SET_APPROACHES || s->approach.stretched <= 1;

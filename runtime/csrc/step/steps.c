@@ -242,7 +242,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     if (SET_LOADS_FOLLOW)
         find_tilt_slopes(run, work, s);
     *longest = longest_smooth(s, wheels, *longest, run, work, nu_dot, chi_dot);
-    if (SET_LOADS_FOLLOW && run->state.elapsed == run->past.phase_start) {  /* steps behind it follow from this one    */
+    if (SET_LOADS_FOLLOW && run->state.elapsed == run->past.phase_start) {  /* a swing begins: no step before tells its length */
         s->h = *longest;
         const double allowed = run->task.tolerance*size_of_state(run, work, s, nu_dot);
         *longest = fmin(*longest, longest_in_swing(s, wheels, work->core_dot, allowed));
